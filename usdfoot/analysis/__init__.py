@@ -1,0 +1,1 @@
+"""What clips contain: contacts, steps, root motion, mirror images."""

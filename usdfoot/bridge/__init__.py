@@ -1,0 +1,1 @@
+"""The edge between USD and arrays: names, units, axes, schemas."""

@@ -1,0 +1,1 @@
+"""From footsteps and weights to motion."""

@@ -1,0 +1,1 @@
+"""Rotations, planar transforms and smooth functions on numpy arrays; knows nothing of characters."""

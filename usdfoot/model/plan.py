@@ -1,0 +1,133 @@
+"""FootstepPlan: which foot stands where, when."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdfoot.errors import PlanError
+from usdfoot.maths import planar, quaternion
+from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.biped import SIDES
+
+__all__ = ["FootstepPlan"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FootstepPlan:
+    """Footsteps in order of strike, in the canonical world.
+
+    Raises:
+        PlanError: If arrays differ in length, hold values that are not finite, are out of order, a contact has no
+            duration, contacts of one foot overlap, or one foot steps twice in a row.
+    """
+
+    name: str
+    """Prim path of the plan, for messages."""
+    sides: IntArray
+    """0 = left, 1 = right, shape (N,)."""
+    positions: FloatArray
+    """Point of the ground under the ball of the planted foot [m], shape (N, 3)."""
+    orientations: FloatArray
+    """Turns +Z into the foot's forward and +Y into the ground's normal, unit xyzw, shape (N, 4)."""
+    strike_times: FloatArray
+    """First contact [s], shape (N,), not decreasing."""
+    liftoff_times: FloatArray
+    """Ball leaves the ground [s], shape (N,)."""
+    root_weights: FloatArray
+    """[B]'s lambda4 of each step, 0 exact footsteps .. 1 exact root velocity, shape (N,)."""
+
+    def __post_init__(self) -> None:
+        count = len(self.sides)
+        lengths = {
+            "protoIndices": count,
+            "positions": len(self.positions),
+            "orientations": len(self.orientations),
+            "strikeTimes": len(self.strike_times),
+            "liftoffTimes": len(self.liftoff_times),
+            "rootWeights": len(self.root_weights),
+        }
+        if len(set(lengths.values())) != 1:
+            listing = ", ".join(f"{key} {value}" for key, value in lengths.items())
+            raise PlanError(self.name, f"arrays differ in length ({listing})", "author one entry a footstep in each")
+        if count < 2:
+            raise PlanError(self.name, f"has {count} footstep(s)", "a plan needs at least two")
+        self._check_values()
+        self._check_times()
+
+    def _check_values(self) -> None:
+        stray = np.flatnonzero((self.sides < 0) | (self.sides > 1))
+        if stray.size:
+            raise PlanError(self.name, f"footstep {stray[0]} has protoIndex {self.sides[stray[0]]}", "0 = left, 1 = right")
+        for label, values in (
+            ("positions", self.positions),
+            ("orientations", self.orientations),
+            ("strikeTimes", self.strike_times),
+            ("liftoffTimes", self.liftoff_times),
+            ("rootWeights", self.root_weights),
+        ):
+            bad = np.flatnonzero(~np.isfinite(values.reshape(len(values), -1)).all(axis=1))
+            if bad.size:
+                raise PlanError(self.name, f"{label} of footstep {bad[0]} is not a finite number")
+        if np.any(np.abs(np.linalg.norm(self.orientations, axis=1) - 1.0) > 1e-3):
+            raise PlanError(self.name, "orientations are not unit quaternions", "normalise them")
+
+    def _check_times(self) -> None:
+        empty = np.flatnonzero(self.liftoff_times <= self.strike_times)
+        if empty.size:
+            i = empty[0]
+            raise PlanError(
+                self.name,
+                f"footstep {i} lifts off at {self.liftoff_times[i]:.4g} s, not after its strike at "
+                f"{self.strike_times[i]:.4g} s",
+                "liftoffTimes must come after strikeTimes",
+            )
+        late = np.flatnonzero(np.diff(self.strike_times) < 0.0)
+        if late.size:
+            raise PlanError(self.name, f"footstep {late[0] + 1} strikes before footstep {late[0]}", "order by strike time")
+        same = np.flatnonzero(np.diff(self.sides) == 0)
+        if same.size:
+            side = SIDES[int(self.sides[same[0]])]
+            raise PlanError(
+                self.name, f"footsteps {same[0]} and {same[0] + 1} are both {side}", "left and right must alternate"
+            )
+        overlap = np.flatnonzero(self.strike_times[2:] <= self.liftoff_times[:-2])
+        if overlap.size:
+            i = overlap[0]
+            raise PlanError(
+                self.name,
+                f"footstep {i + 2} strikes at {self.strike_times[i + 2]:.4g} s before the same foot has left "
+                f"footstep {i} at {self.liftoff_times[i]:.4g} s",
+                "contacts of one foot must not overlap",
+            )
+        together = np.flatnonzero(np.diff(self.strike_times)[1:] <= 0.0)
+        if together.size:
+            i = together[0] + 1
+            raise PlanError(
+                self.name, f"footsteps {i} and {i + 1} strike together", "only the first two footsteps may strike together"
+            )
+
+    def __len__(self) -> int:
+        return len(self.sides)
+
+    @property
+    def yaws(self) -> FloatArray:
+        """Direction of each foot as yaw [rad], shape (N,)."""
+        forward = quaternion.rotate(self.orientations, np.array([0.0, 0.0, 1.0]))
+        return planar.yaw_of(forward[:, [0, 2]])
+
+    @property
+    def normals(self) -> FloatArray:
+        """Ground normals the prints were laid on, shape (N, 3)."""
+        return quaternion.rotate(self.orientations, np.array([0.0, 1.0, 0.0]))
+
+    @property
+    def starts_standing(self) -> bool:
+        """Whether the first two footsteps strike together."""
+        return bool(self.strike_times[0] == self.strike_times[1])
+
+    @property
+    def ends_standing(self) -> bool:
+        """Whether the last two footsteps lift off together."""
+        return bool(self.liftoff_times[-1] == self.liftoff_times[-2])

@@ -1,0 +1,89 @@
+"""Skeleton: a hierarchy of joints with a rest pose."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdfoot.errors import SkeletonError
+from usdfoot.maths import quaternion
+from usdfoot.maths.types import FloatArray, IntArray
+
+__all__ = ["Skeleton", "forward_kinematics"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Skeleton:
+    """Joints in the order of the character's USD Skeleton, parents before children.
+
+    Raises:
+        SkeletonError: If arrays disagree in length or a parent comes after its child.
+    """
+
+    name: str
+    """Prim path of the Skeleton, for messages."""
+    joints: tuple[str, ...]
+    """Full joint paths, J of them."""
+    parents: IntArray
+    """Index of each joint's parent, -1 for roots, shape (J,)."""
+    rest_translations: FloatArray
+    """Joint-local rest translations [m], shape (J, 3)."""
+    rest_rotations: FloatArray
+    """Joint-local rest rotations, unit xyzw, shape (J, 4)."""
+
+    def __post_init__(self) -> None:
+        count = len(self.joints)
+        if count == 0:
+            raise SkeletonError(self.name, "has no joints", "author the joints attribute")
+        shapes = (self.parents.shape, self.rest_translations.shape, self.rest_rotations.shape)
+        if shapes != ((count,), (count, 3), (count, 4)):
+            raise SkeletonError(self.name, f"has {count} joints but arrays of shapes {shapes}")
+        late = np.flatnonzero(self.parents >= np.arange(count))
+        if late.size:
+            raise SkeletonError(
+                self.name,
+                "joints listed before their parents",
+                "order parents first",
+                [self.joints[i] for i in late],
+            )
+
+    def chain(self, ancestor: int, joint: int) -> tuple[int, ...]:
+        """Joint indices on the way down from `ancestor` to `joint`, both included.
+
+        Raises:
+            SkeletonError: If `joint` is not below `ancestor`.
+        """
+        way = [joint]
+        while way[-1] != ancestor:
+            parent = int(self.parents[way[-1]])
+            if parent < 0:
+                raise SkeletonError(self.name, f"{self.joints[joint]} is not below {self.joints[ancestor]}")
+            way.append(parent)
+        return tuple(reversed(way))
+
+
+def forward_kinematics(
+    parents: IntArray, translations: FloatArray, rotations: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Joint positions and rotations in skeleton space from joint-local ones.
+
+    Args:
+        parents: Index of each joint's parent, -1 for roots, parents first, shape (J,).
+        translations: Joint-local translations [m], shape (..., J, 3).
+        rotations: Joint-local unit quaternions xyzw, shape (..., J, 4).
+
+    Returns:
+        Positions [m] (..., J, 3) and rotations (..., J, 4) in skeleton space.
+    """
+    translations = np.broadcast_to(translations, (*rotations.shape[:-1], 3))
+    positions_skel = np.array(translations, dtype=float)
+    rotations_skel = np.array(rotations, dtype=float)
+    for joint, parent in enumerate(parents):
+        if parent >= 0:
+            turned = quaternion.rotate(rotations_skel[..., parent, :], translations[..., joint, :])
+            positions_skel[..., joint, :] = positions_skel[..., parent, :] + turned
+            rotations_skel[..., joint, :] = quaternion.compose(
+                rotations_skel[..., parent, :], rotations[..., joint, :]
+            )
+    return positions_skel, rotations_skel

@@ -1,0 +1,1 @@
+"""Whole jobs: animate, analyze, validate."""

@@ -1,0 +1,1 @@
+"""USD in: stages become arrays; the stage is never edited."""

@@ -1,0 +1,1 @@
+"""Parametric spaces: examples, their points and ways to weight them."""

@@ -1,0 +1,1 @@
+"""USD out: one layer per concern, written atomically."""
