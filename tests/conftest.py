@@ -1,0 +1,54 @@
+"""What all tests share: where the data is, quiet Warp, reproducible random numbers."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+import warp
+from hypothesis import HealthCheck, settings
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+
+warp.config.quiet = True
+warp.config.verbose = False
+
+settings.register_profile(
+    "usdfoot",
+    derandomize=True,
+    database=None,
+    deadline=None,
+    max_examples=50,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+settings.load_profile("usdfoot")
+
+
+@pytest.fixture(scope="session")
+def repository() -> Path:
+    """Root of the source tree."""
+    return REPOSITORY
+
+
+@pytest.fixture(scope="session")
+def stages() -> Path:
+    """Folder of the stages usdfoot made itself."""
+    return REPOSITORY / "stages"
+
+
+@pytest.fixture(scope="session")
+def shared_data() -> Path:
+    """Folder of real clips, characters, terrains and scenes; third-party data, so not in the repository.
+
+    `USDFOOT_SHARED_DATA` names it; otherwise it is `../shared/data` beside the repository.
+    """
+    folder = Path(os.environ.get("USDFOOT_SHARED_DATA") or REPOSITORY.parent / "shared" / "data").resolve()
+    if not (folder / "README.md").is_file():
+        pytest.skip(f"no real data in {folder}: set USDFOOT_SHARED_DATA to its folder")
+    return folder
+
+
+@pytest.fixture
+def generator() -> np.random.Generator:
+    """A random generator with the same numbers in every run."""
+    return np.random.default_rng(20150615)

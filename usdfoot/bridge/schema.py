@@ -1,0 +1,66 @@
+"""Registers usdfoot's API schemas with USD and applies or looks for them whether or not they are registered."""
+
+import logging
+from pathlib import Path
+
+from pxr import Plug, Tf, Usd
+
+from usdfoot.bridge.tokens import PLUGIN
+
+_logger = logging.getLogger(__name__)
+
+
+def schema_folder() -> Path | None:
+    """Folder of plugInfo.json and generatedSchema.usda, also what goes on `PXR_PLUGINPATH_NAME`.
+
+    It lies inside the installed package, or beside the package in a source tree. None where neither is there.
+    """
+    package = Path(__file__).resolve().parents[1]
+    candidates = (package / "schemas", package.parent / "schemas")
+    return next((folder for folder in candidates if (folder / "plugInfo.json").is_file()), None)
+
+
+def register_schemas() -> None:
+    """Make USD know the schemas, so that fallback values, documentation and validation work.
+
+    USD looks at plugins only until its schema registry is first used. After that registering has no effect, and
+    nothing else suffers: everything usdfoot reads and writes is the same without it. Never raises; calling it again
+    does nothing.
+    """
+    folder = schema_folder()
+    registry = Plug.Registry()
+    if folder is None or registry.GetPluginWithName(PLUGIN) is not None:
+        return
+    try:
+        registry.RegisterPlugins(str(folder))
+    except Tf.ErrorException as error:
+        _logger.warning("schemas in %s are not registered: %s", folder, error)
+
+
+def apply_api(prim: Usd.Prim, name: str) -> None:
+    """Apply an API schema to a prim at the stage's edit target, with the same result registered or not.
+
+    Args:
+        prim: Prim to author on.
+        name: Name as in `tokens.Schema`; for multiple-apply schemas with the instance, as ``UsdfootContactAPI:left``.
+    """
+    prim.AddAppliedSchema(name)
+
+
+def applied_apis(prim: Usd.Prim) -> tuple[str, ...]:
+    """Names of all API schemas authored on a prim, strongest first, composed over its layers and arcs.
+
+    `Usd.Prim.GetAppliedSchemas` hides the names that are not registered; this reads the metadata itself.
+    """
+    authored = prim.GetMetadata("apiSchemas")
+    return () if authored is None else tuple(authored.ApplyOperations([]))
+
+
+def has_api(prim: Usd.Prim, name: str) -> bool:
+    """Whether an API schema is applied to a prim, registered or not.
+
+    Args:
+        prim: Prim to look at.
+        name: Name as in `tokens.Schema`; for multiple-apply schemas with the instance, as ``UsdfootContactAPI:left``.
+    """
+    return name in applied_apis(prim)
