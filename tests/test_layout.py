@@ -1,0 +1,139 @@
+"""The house keeps its shape: rooms, sizes, documentation (style.md)."""
+
+import ast
+import importlib
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+PACKAGE = REPOSITORY / "usdfoot"
+SOURCES = sorted(PACKAGE.rglob("*.py"))
+SCRIPTS = sorted((REPOSITORY / "tools").rglob("*.py"))
+ROOMS_WITH_USD = {"bridge", "readers", "writers", "usdview", "validators"}
+LONGEST_FILE = 400
+LONGEST_FUNCTION = 80
+MACHINE_PATHS = re.compile(r"(?<![\w.}/)-])/(?:home|root|work|tmp|Users|opt|mnt|usr/local)/\w")
+TEXT_SUFFIXES = {".py", ".md", ".toml", ".usda", ".json", ".yaml", ".yml", ".cfg", ""}
+
+
+def label(path: Path) -> str:
+    return path.relative_to(REPOSITORY).as_posix()
+
+
+def functions(tree: ast.AST) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]:
+    return (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef))
+
+
+def imported_modules(tree: ast.AST) -> set[str]:
+    """First names of everything a file imports, wherever in it."""
+    names: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names.update(alias.name.split(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
+            names.add(node.module.split(".")[0])
+    return names
+
+
+def parse(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
+
+
+def all_lists() -> list[str]:
+    """Dotted names of the modules that have an `__all__`."""
+    modules = []
+    for path in SOURCES:
+        targets = {
+            target.id
+            for node in parse(path).body
+            if isinstance(node, ast.Assign)
+            for target in node.targets
+            if isinstance(target, ast.Name)
+        }
+        if "__all__" in targets:
+            parts = path.relative_to(REPOSITORY).with_suffix("").parts
+            modules.append(".".join(parts[:-1] if parts[-1] == "__init__" else parts))
+    return modules
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=label)
+def test_only_the_rooms_at_the_edge_import_usd(path):
+    room = path.relative_to(PACKAGE).parts[0]
+    if room not in ROOMS_WITH_USD:
+        assert "pxr" not in imported_modules(parse(path))
+
+
+@pytest.mark.parametrize("path", SOURCES + SCRIPTS, ids=label)
+def test_files_and_functions_are_short(path):
+    lines = path.read_text(encoding="utf-8").count("\n")
+    assert lines <= LONGEST_FILE, f"{lines} lines"
+    long = {
+        function.name: size
+        for function in functions(parse(path))
+        if (size := (function.end_lineno or function.lineno) - function.lineno + 1) > LONGEST_FUNCTION
+    }
+    assert not long
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=label)
+def test_every_file_says_what_it_is(path):
+    assert ast.get_docstring(parse(path))
+
+
+@pytest.mark.parametrize("module", all_lists())
+def test_public_names_exist_once_and_are_documented(module):
+    namespace = importlib.import_module(module)
+    names = namespace.__all__
+    assert len(names) == len(set(names))
+    missing = [name for name in names if not hasattr(namespace, name)]
+    assert not missing
+    undocumented = [name for name in names if callable(value := getattr(namespace, name)) and not value.__doc__]
+    assert not undocumented
+
+
+@pytest.mark.parametrize("path", SOURCES + SCRIPTS, ids=label)
+def test_nothing_is_left_as_a_stub_or_swallowed(path):
+    for node in ast.walk(parse(path)):
+        assert not (isinstance(node, ast.ExceptHandler) and node.type is None), f"bare except in line {node.lineno}"
+        if isinstance(node, ast.Raise) and node.exc is not None:
+            assert "NotImplementedError" not in ast.dump(node.exc), f"stub in line {node.lineno}"
+
+
+def committed_texts() -> list[Path]:
+    """Text files of the source tree, without what make and the tools leave behind."""
+    places = ["usdfoot", "tests", "tools", "schemas", "stages", ".ci"]
+    files = [path for place in places for path in (REPOSITORY / place).rglob("*") if path.suffix in TEXT_SUFFIXES]
+    files += [path for path in REPOSITORY.iterdir() if path.suffix in TEXT_SUFFIXES - {""}]
+    files.append(REPOSITORY / "Makefile")
+    return sorted(path for path in files if path.is_file() and "__pycache__" not in path.parts)
+
+
+def test_no_text_names_a_place_on_somebodys_machine():
+    found = {
+        label(path): match.group()
+        for path in committed_texts()
+        if path != Path(__file__).resolve() and (match := MACHINE_PATHS.search(path.read_text(encoding="utf-8")))
+    }
+    assert not found
+
+
+def test_the_search_for_machine_paths_finds_one():
+    assert MACHINE_PATHS.search('open("' + "/home" + '/someone/clip.usd")')
+    assert not MACHINE_PATHS.search("</World/Plans/Walker> ../shared/data https://example.org/tmp/x")
+
+
+def test_the_schemas_room_is_data_only(repository):
+    names = {path.name for path in (repository / "schemas").iterdir()}
+    assert names == {"schema.usda", "generatedSchema.usda", "plugInfo.json"}
+
+
+@pytest.mark.parametrize("name", ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md"])
+def test_documents_name_only_files_that_exist(repository, name):
+    text = (repository / name).read_text(encoding="utf-8")
+    named = set(re.findall(r"`((?:usdfoot|schemas|tests|tools|stages)/[\w./]*)`", text))
+    named |= set(re.findall(r"\]\((?!http)([\w./]+)\)", text))
+    # stages/ itself is made by a tool and may be named before it is there
+    assert [path for path in sorted(named - {"stages/"}) if not (repository / path).exists()] == []
