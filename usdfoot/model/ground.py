@@ -1,0 +1,118 @@
+"""Ground: what a foot would stand on at any point, from the terrain's triangles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from usdfoot.maths.types import BoolArray, FloatArray
+from usdfoot.model.device import start_warp
+from usdfoot.model.ground_kernel import find_ground
+from usdfoot.model.terrain import Terrain
+
+__all__ = ["Ground", "GroundSample"]
+
+FLATTEST_NORMAL = 1e-6
+"""Faces whose unit normal rises less than this are walls: nothing stands on them."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class GroundSample:
+    """The ground at N points."""
+
+    heights: FloatArray
+    """Height of the ground [m], shape (N,)."""
+    normals: FloatArray
+    """Unit normals of the ground, pointing up, shape (N, 3)."""
+    walkable: BoolArray
+    """Whether feet may stand there, shape (N,)."""
+    hit: BoolArray
+    """Whether there is terrain at all; where not, the height is the fallback's, shape (N,)."""
+
+
+class Ground:
+    """Vertical height query on a terrain, exact to 1e-9 m, with any number of levels above one another.
+
+    Holds the triangles as a Warp mesh, so it is built once and does not travel between processes.
+
+    Args:
+        terrain: Triangles in the canonical world; without meshes the ground is the fallback plane.
+        fallback_height: Height of the plane that stands in where there is no terrain [m].
+        device: Warp device of the query.
+    """
+
+    def __init__(self, terrain: Terrain, *, fallback_height: float = 0.0, device: str = "cpu") -> None:
+        self.fallback_height = fallback_height
+        self.device = device
+        self.has_terrain = bool(terrain.meshes)
+        corners = np.asarray(terrain.points, dtype=float)[terrain.triangles]  # (T, 3, 3)
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        lengths = np.linalg.norm(normals, axis=1)
+        level = np.abs(normals[:, 1]) > FLATTEST_NORMAL * np.maximum(lengths, np.finfo(float).tiny)
+        walkable = np.asarray(terrain.walkable, dtype=bool)[terrain.mesh_indices]
+        faces = np.flatnonzero(level)
+        faces = faces[np.argsort(~walkable[faces], kind="stable")]  # where two faces coincide the first is the ground
+        self._walkable = walkable[faces]
+        self._normals = normals[faces] * (np.sign(normals[faces, 1]) / lengths[faces])[:, None]
+        self._build_mesh(corners[faces])
+
+    def heights(self, points: FloatArray, near: FloatArray, *, step_up: float = 0.5) -> GroundSample:
+        """The ground below or, failing that, above each point.
+
+        Args:
+            points: Ground points (x, z) [m], shape (N, 2).
+            near: Height the foot comes from [m], shape (N,).
+            step_up: The ground is the highest level at or below `near + step_up` [m]; with none there, the lowest
+                above it.
+
+        Returns:
+            The sample; off the terrain it is the fallback plane, neither hit nor walkable, but both if there is no
+            terrain at all.
+        """
+        count = len(points)
+        heights = np.full(count, float(self.fallback_height))
+        normals = np.tile([0.0, 1.0, 0.0], (count, 1))
+        if self._mesh is None or count == 0:
+            hit = np.full(count, not self.has_terrain)
+            return GroundSample(heights=heights, normals=normals, walkable=hit.copy(), hit=hit)
+        limits = np.broadcast_to(np.asarray(near, dtype=float) + step_up, (count,))
+        found, faces = self._query(self._mesh, np.column_stack([points[:, 0], limits, points[:, 1]]) - self._centre)
+        hit = faces >= 0
+        heights[hit] = found[hit] + self._centre[1]
+        normals[hit] = self._normals[faces[hit]]
+        walkable = np.zeros(count, dtype=bool)
+        walkable[hit] = self._walkable[faces[hit]]
+        return GroundSample(heights=heights, normals=normals, walkable=walkable, hit=hit)
+
+    def _build_mesh(self, corners: FloatArray) -> None:
+        """The Warp mesh of triangles (T, 3, 3), around its own centre since its search tree is float32."""
+        self._mesh: wp.Mesh | None = None
+        if len(corners) == 0:
+            return
+        start_warp()
+        lowest, highest = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+        self._centre = 0.5 * (lowest + highest)
+        self._margin = 1e-5 + 2.0 * float(np.finfo(np.float32).eps) * float(np.max(highest - lowest))
+        vertices = (corners - self._centre).reshape(-1, 3)
+        self._corners: Any = wp.array(vertices, dtype=wp.vec3d, device=self.device)
+        self._mesh = wp.Mesh(
+            points=wp.array(vertices.astype(np.float32), dtype=wp.vec3, device=self.device),
+            indices=wp.array(np.arange(len(vertices), dtype=np.int32), dtype=wp.int32, device=self.device),
+        )
+
+    def _query(self, mesh: wp.Mesh, limits: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Heights and faces (-1 = none), shape (N,), under the points (N, 3) around the mesh's centre."""
+        heights = wp.empty(len(limits), dtype=wp.float64, device=self.device)
+        faces = wp.empty(len(limits), dtype=wp.int32, device=self.device)
+        queries: Any = wp.array(np.ascontiguousarray(limits), dtype=wp.vec3d, device=self.device)
+        wp.launch(
+            find_ground,
+            dim=len(limits),
+            inputs=[mesh.id, self._corners, queries, self._margin],
+            outputs=[heights, faces],
+            device=self.device,
+        )
+        return heights.numpy(), faces.numpy()
