@@ -1,0 +1,165 @@
+"""Finds the legs of a skeleton and measures what was not authored."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from usdfoot.analysis.biped_names import LEG_ROLES, is_helper, leg_by_names
+from usdfoot.analysis.biped_shape import legs_by_shape
+from usdfoot.errors import BipedError, SkeletonError
+from usdfoot.maths.types import FloatArray
+from usdfoot.model.biped import SIDES, Biped
+from usdfoot.model.skeleton import Skeleton, forward_kinematics
+
+__all__ = ["BipedMeasures", "default_ball_heights", "find_biped", "make_biped"]
+
+COM_ABOVE_HIPS = 0.055
+"""Height of the standing body's centre of mass above the hip joints, as a fraction of the leg: 0.557 and 0.530 of the
+stature (Palmer 1944; Winter 2009, Figure 4.1), legs from hip to ankle being 0.491 of it."""
+NOMINAL_LEG = 0.95
+"""Comfortable leg length as a fraction of the straight leg ([P] 2.2)."""
+BALL_HEIGHT = 0.33
+"""Height of the ball joint above the sole as a fraction of the distance from ankle to ball, where nothing tells more;
+that of the mocap skeletons of CMU (0.32) and Bandai Namco (0.36)."""
+
+BipedMeasures = Mapping[str, float | FloatArray]
+"""Authored measures in canonical space: ball_height:left, ball_height:right, com, nominal, maximal."""
+
+
+def find_biped(skeleton: Skeleton, authored: Mapping[str, int]) -> dict[str, int]:
+    """Joint index by role: "pelvis", "left hip", "left knee" and so on.
+
+    Authored joints count first, then names, then the shape of the rest pose. A ball joint that no name tells is the
+    joint below the ankle that reaches farthest. The pelvis is the lowest joint above both hips.
+
+    Args:
+        skeleton: Canonical skeleton.
+        authored: Joints an artist named, by role.
+
+    Raises:
+        BipedError: If roles are missing or the joints of a leg are not below each other.
+    """
+    positions, _ = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
+    legs = _legs(skeleton, authored, positions)
+    roles = {f"{side} {role}": joint for side, leg in zip(SIDES, legs, strict=True) for role, joint in leg.items()}
+    roles |= dict(authored)
+    missing = [f"{side} {role}" for side in SIDES for role in LEG_ROLES if f"{side} {role}" not in roles]
+    if not missing and "pelvis" not in roles:
+        pelvis = _common_ancestor(skeleton, roles["left hip"], roles["right hip"])
+        if pelvis is not None:
+            roles["pelvis"] = pelvis
+    if "pelvis" not in roles:
+        missing = ["pelvis", *missing] if not missing else missing
+    if missing:
+        raise BipedError(skeleton.name, "no joint found for the role(s)", _remedy(missing), missing)
+    _check_chains(skeleton, roles)
+    return roles
+
+
+def make_biped(skeleton: Skeleton, roles: Mapping[str, int], measures: BipedMeasures) -> Biped:
+    """The biped with the measures given, and proportions of the rest pose for those that are not.
+
+    Args:
+        skeleton: Canonical skeleton.
+        roles: Joint index by role, all of them.
+        measures: Authored or measured values, canonical.
+    """
+    positions, _ = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
+    leg = positions[[[roles[f"{side} {role}"] for role in LEG_ROLES] for side in SIDES]]  # (2, 4, 3)
+    bones = np.linalg.norm(np.diff(leg, axis=1), axis=-1)
+    straight = float(bones[:, :2].sum(axis=1).mean())
+    maximal = float(measures.get("maximal", straight))
+    above_hips = leg[:, 0].mean(axis=0) + (0.0, COM_ABOVE_HIPS * straight, 0.0)
+    com = np.asarray(measures.get("com", above_hips - positions[roles["pelvis"]]), dtype=float)
+    defaults = default_ball_heights(leg)
+    heights = [float(measures.get(f"ball_height:{side}", defaults[i])) for i, side in enumerate(SIDES)]
+    pairs = {role: (roles[f"left {role}"], roles[f"right {role}"]) for role in LEG_ROLES}
+    return Biped(
+        pelvis=roles["pelvis"],
+        hips=pairs["hip"],
+        knees=pairs["knee"],
+        ankles=pairs["ankle"],
+        balls=pairs["ball"],
+        ball_heights=np.array(heights),
+        com=com,
+        nominal_leg_length=float(measures.get("nominal", NOMINAL_LEG * maximal)),
+        maximal_leg_length=maximal,
+    )
+
+
+def default_ball_heights(leg: FloatArray) -> FloatArray:
+    """Height of the ball joints above the sole where there is no skin to measure [m], shape (2,).
+
+    If the rest pose stands on the origin's plane it is the joints' height there, both feet's mean; else a fraction of
+    the distance from ankle to ball.
+
+    Args:
+        leg: Rest positions of hip, knee, ankle and ball of both legs [m], shape (2, 4, 3).
+    """
+    feet = np.linalg.norm(leg[:, 3] - leg[:, 2], axis=-1)
+    heights = leg[:, 3, 1]
+    stands = np.all((heights > 0.02 * feet) & (heights < 0.6 * feet) & (leg[:, 2, 1] > heights))
+    level = abs(heights[0] - heights[1]) < 0.1 * feet.mean()
+    return np.full(2, heights.mean() if stands and level else BALL_HEIGHT * feet.mean())
+
+
+def _legs(
+    skeleton: Skeleton, authored: Mapping[str, int], positions: FloatArray
+) -> tuple[dict[str, int], dict[str, int]]:
+    fixed = [{role: authored[f"{side} {role}"] for role in LEG_ROLES if f"{side} {role}" in authored} for side in SIDES]
+    if all(len(leg) == len(LEG_ROLES) for leg in fixed):
+        return fixed[0], fixed[1]
+    named = [leg_by_names(skeleton.joints, skeleton.parents, side, fixed[side]) for side in (0, 1)]
+    left, right = named[0], named[1]
+    if left is None or right is None:
+        shaped = legs_by_shape(skeleton.parents, positions)
+        return (shaped[0] | fixed[0], shaped[1] | fixed[1]) if shaped else (fixed[0], fixed[1])
+    for leg in (left, right):
+        ball = _reaching_child(skeleton, leg["ankle"], positions)
+        if "ball" not in leg and ball is not None:
+            leg["ball"] = ball
+    return left, right
+
+
+def _reaching_child(skeleton: Skeleton, ankle: int, positions: FloatArray) -> int | None:
+    """The child of the ankle farthest from it that is a bone; None if there is none."""
+    children = [int(j) for j in np.flatnonzero(skeleton.parents == ankle) if not is_helper(skeleton.joints[j])]
+    reaches = {child: float(np.linalg.norm(positions[child] - positions[ankle])) for child in children}
+    best = max(children, key=lambda child: reaches[child], default=None)
+    return best if best is not None and reaches[best] > 0.0 else None
+
+
+def _common_ancestor(skeleton: Skeleton, first: int, second: int) -> int | None:
+    above = set()
+    while (first := int(skeleton.parents[first])) >= 0:
+        above.add(first)
+    while (second := int(skeleton.parents[second])) >= 0:
+        if second in above:
+            return second
+    return None
+
+
+def _check_chains(skeleton: Skeleton, roles: Mapping[str, int]) -> None:
+    for side in SIDES:
+        way = [roles["pelvis"], *(roles[f"{side} {role}"] for role in LEG_ROLES)]
+        for above, below in zip(way[:-1], way[1:], strict=True):
+            try:
+                chained = above != below and bool(skeleton.chain(above, below))
+            except SkeletonError:
+                chained = False
+            if not chained:
+                raise BipedError(
+                    skeleton.name,
+                    f"{side} leg: joint {skeleton.joints[below]} is not below {skeleton.joints[above]}",
+                    "pelvis, hip, knee, ankle and ball must follow each other down the hierarchy",
+                )
+
+
+def _remedy(missing: list[str]) -> str:
+    role = missing[0].replace(" ", ":")
+    return (
+        "Apply UsdfootBipedAPI to the Skeleton and author the joints by name, for example "
+        f'uniform token usdfoot:biped:{role} = "<joint>"'
+    )

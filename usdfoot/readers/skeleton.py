@@ -1,0 +1,192 @@
+"""Skeletons as they stand in USD, before units, axes and the transforms above them are applied."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+
+import numpy as np
+from pxr import Usd, UsdGeom, UsdSkel
+
+from usdfoot.bridge.similarity import Similarity, fold_into_joints
+from usdfoot.errors import SkeletonError
+from usdfoot.maths import quaternion
+from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.skeleton import Skeleton
+from usdfoot.readers.joints import parent_indices
+
+__all__ = [
+    "RawSkeleton",
+    "fold_scales",
+    "is_moving",
+    "matrices_of",
+    "read_skeleton",
+    "skeleton_in",
+    "split_matrices",
+]
+
+_logger = logging.getLogger(__name__)
+
+_EVEN = 1e-3
+"""Largest relative difference between the scales of a joint's axes that still counts as uniform."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RawSkeleton:
+    """A UsdSkel Skeleton in its own space and units, joint scales folded into the translations."""
+
+    path: str
+    """Prim path."""
+    joints: tuple[str, ...]
+    """Joint paths, J of them."""
+    parents: IntArray
+    """Index of each joint's parent, -1 for roots, shape (J,)."""
+    translations: FloatArray
+    """Rest, joint-local, as if no joint had a scale, shape (J, 3)."""
+    rotations: FloatArray
+    """Rest, joint-local, xyzw, shape (J, 4)."""
+    scales: FloatArray
+    """Rest, joint-local, as authored, shape (J, 3)."""
+    inherited_scales: FloatArray
+    """Product of the uniform scales of all joints above, shape (J,)."""
+    bind_matrices: FloatArray | None
+    """Bind transforms in skeleton space (row vectors), shape (J, 4, 4)."""
+
+
+def read_skeleton(prim: Usd.Prim) -> RawSkeleton:
+    """Joints and rest pose of a Skeleton; without a rest pose that of the bind pose.
+
+    Raises:
+        SkeletonError: If joints are missing, listed twice or after their children, or there is neither pose.
+    """
+    skeleton = UsdSkel.Skeleton(prim)
+    joints = tuple(str(joint) for joint in skeleton.GetJointsAttr().Get() or ())
+    if not joints:
+        raise SkeletonError(prim.GetPath(), "has no joints", "author the joints attribute of the Skeleton")
+    _check_unique(prim, joints)
+    parents = parent_indices(joints)
+    bind = _matrices(skeleton.GetBindTransformsAttr().Get(), len(joints))
+    rest = _matrices(skeleton.GetRestTransformsAttr().Get(), len(joints))
+    if rest is None:
+        if bind is None:
+            raise SkeletonError(
+                prim.GetPath(),
+                f"has neither restTransforms nor bindTransforms for its {len(joints)} joints",
+                "author restTransforms, one matrix a joint",
+            )
+        _logger.warning("%s: restTransforms are not authored for every joint, the bind pose is used", prim.GetPath())
+        rest = _joint_local(bind, parents)
+    translations, rotations, scales = split_matrices(rest)
+    folded, inherited = fold_scales(parents, translations[None], scales[None], prim.GetPath())
+    return RawSkeleton(
+        path=str(prim.GetPath()),
+        joints=joints,
+        parents=parents,
+        translations=folded[0],
+        rotations=rotations,
+        scales=scales,
+        inherited_scales=inherited,
+        bind_matrices=bind,
+    )
+
+
+def skeleton_in(raw: RawSkeleton, similarity: Similarity) -> Skeleton:
+    """The skeleton seen in the target space of a similarity, at its first sample."""
+    first = Similarity(
+        scale=similarity.scale, rotation=similarity.rotation[:1], translation=similarity.translation[:1]
+    )
+    translations, rotations = fold_into_joints(first, raw.parents, raw.translations[None], raw.rotations[None])
+    return Skeleton(
+        name=raw.path,
+        joints=raw.joints,
+        parents=raw.parents,
+        rest_translations=translations[0],
+        rest_rotations=rotations[0],
+    )
+
+
+def fold_scales(
+    parents: IntArray, translations: FloatArray, scales: FloatArray, where: object
+) -> tuple[FloatArray, FloatArray]:
+    """Translations as if no joint had a scale, for joint scales that are uniform and constant.
+
+    A scale of a joint multiplies the translations of all joints below it. Scales that differ between axes or change
+    over time cannot be expressed; they count as their mean and are logged where a joint hangs below.
+
+    Args:
+        parents: Index of each joint's parent, -1 for roots, shape (J,).
+        translations: Joint-local, shape (T, J, 3).
+        scales: Joint-local, shape (S, J, 3).
+        where: Prim, for the log.
+
+    Returns:
+        Translations (T, J, 3) and the product of the scales above each joint (J,).
+    """
+    uniform = scales.mean(axis=(0, 2))
+    spread = np.abs(scales - uniform[:, None]).max(axis=(0, 2))
+    has_child = np.isin(np.arange(len(parents)), parents)
+    uneven = has_child & (spread > _EVEN * np.abs(uniform))
+    if uneven.any():
+        _logger.warning(
+            "%s: scales of %d joint(s) differ between axes or over time; their mean is used, as bones keep their length",
+            where,
+            int(uneven.sum()),
+        )
+    inherited = np.ones(len(parents))
+    for joint, parent in enumerate(parents):
+        if 0 <= parent < joint:
+            inherited[joint] = inherited[parent] * uniform[parent]
+    inherited[np.abs(inherited - 1.0) < 1e-5] = 1.0
+    return translations * inherited[:, None], inherited
+
+
+def split_matrices(matrices: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Translations (J, 3), rotations xyzw (J, 4) and scales (J, 3) of matrices (J, 4, 4), row vectors, scale first."""
+    linear = matrices[:, :3, :3]
+    scales = np.linalg.norm(linear, axis=-1)
+    axes = linear / np.where(scales > 0.0, scales, 1.0)[..., None]
+    mirrored = np.linalg.det(axes) < 0.0
+    scales = np.where(mirrored[:, None], -scales, scales)
+    axes = np.where(mirrored[:, None, None], -axes, axes)
+    rotations = quaternion.from_matrix(np.swapaxes(axes, -1, -2))
+    return np.array(matrices[:, 3, :3], dtype=float), rotations, scales
+
+
+def matrices_of(prim: Usd.Prim, codes: FloatArray) -> FloatArray:
+    """Local-to-world matrices (row vectors) of a prim at time codes (K,), shape (K, 4, 4)."""
+    cache = UsdGeom.XformCache()
+    matrices = []
+    for code in codes:
+        cache.SetTime(Usd.TimeCode(float(code)))
+        matrices.append(np.array(cache.GetLocalToWorldTransform(prim)))
+    return np.stack(matrices)
+
+
+def is_moving(prim: Usd.Prim, below: Usd.Prim | None = None) -> bool:
+    """Whether a transform on the prim or above it changes over time, up to but without the prim `below` which it is."""
+    while prim and not prim.IsPseudoRoot() and prim != below:
+        xformable = UsdGeom.Xformable(prim)
+        if xformable and xformable.TransformMightBeTimeVarying():
+            return True
+        prim = prim.GetParent()
+    return False
+
+
+def _matrices(value: object, count: int) -> FloatArray | None:
+    matrices = np.array(value if value is not None else (), dtype=float)
+    return matrices if matrices.shape == (count, 4, 4) else None
+
+
+def _joint_local(matrices: FloatArray, parents: IntArray) -> FloatArray:
+    """Joint-local matrices of matrices in skeleton space."""
+    local = matrices.copy()
+    for joint, parent in enumerate(parents):
+        if parent >= 0:
+            local[joint] = matrices[joint] @ np.linalg.inv(matrices[parent])
+    return local
+
+
+def _check_unique(prim: Usd.Prim, joints: tuple[str, ...]) -> None:
+    twice = sorted({joint for joint in joints if joints.count(joint) > 1})
+    if twice:
+        raise SkeletonError(prim.GetPath(), "lists joints twice", "every joint path must be unique", twice)

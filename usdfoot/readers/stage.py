@@ -1,0 +1,143 @@
+"""Opens a stage, reads its metadata and lists the prims the readers look at."""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from pxr import Sdf, Tf, Usd, UsdGeom, UsdSkel
+
+from usdfoot.bridge.schema import applied_apis
+from usdfoot.bridge.scene import StageInfo
+from usdfoot.bridge.units import StageUnits
+from usdfoot.errors import SceneError
+
+__all__ = ["StagePrims", "authored", "collect_prims", "open_stage", "read_stage_info", "start_code", "targets"]
+
+_logger = logging.getLogger(__name__)
+
+_EXTENSIONS = "usd, usda, usdc or usdz"
+
+
+def open_stage(scene: str | os.PathLike[str] | Usd.Stage) -> Usd.Stage:
+    """The stage of a file, or the stage given.
+
+    Raises:
+        SceneError: If the file does not exist or is not USD.
+    """
+    if isinstance(scene, Usd.Stage):
+        return scene
+    path = os.fspath(scene)
+    is_anonymous = Sdf.Layer.IsAnonymousLayerIdentifier(path)
+    outer = Sdf.Layer.SplitIdentifier(path)[0].split("[")[0]
+    if not is_anonymous and "://" not in path and not os.path.isfile(outer):
+        raise SceneError(path, "no such file", f"give a {_EXTENSIONS} file")
+    try:
+        stage = Usd.Stage.Open(path)
+    except Tf.ErrorException as error:
+        raise SceneError(path, "cannot be opened as USD", str(error).splitlines()[-1].strip()) from error
+    if not stage:
+        raise SceneError(path, "cannot be opened as USD", f"give a {_EXTENSIONS} file")
+    return stage
+
+
+def read_stage_info(stage: Usd.Stage) -> StageInfo:
+    """Metadata of a stage; what is not authored takes USD's fallback and is logged."""
+    root = stage.GetRootLayer()
+    for key, is_authored, fallback in (
+        ("metersPerUnit", UsdGeom.StageHasAuthoredMetersPerUnit(stage), "0.01"),
+        ("upAxis", stage.HasAuthoredMetadata(UsdGeom.Tokens.upAxis), UsdGeom.GetFallbackUpAxis()),
+        ("timeCodesPerSecond", _has_rate(stage), "24"),
+    ):
+        if not is_authored:
+            _logger.info("%s: %s is not authored, USD's fallback %s is used", root.identifier, key, fallback)
+    return StageInfo(
+        identifier=root.realPath or root.identifier,
+        units=StageUnits(
+            meters_per_unit=UsdGeom.GetStageMetersPerUnit(stage),
+            up_axis=str(UsdGeom.GetStageUpAxis(stage)),
+            time_codes_per_second=stage.GetTimeCodesPerSecond(),
+        ),
+        frames_per_second=stage.GetFramesPerSecond(),
+        start_code=stage.GetStartTimeCode(),
+        end_code=stage.GetEndTimeCode(),
+        layers=tuple(sorted({layer.realPath or layer.identifier for layer in _shared_layers(stage)})),
+    )
+
+
+def start_code(stage: Usd.Stage) -> Usd.TimeCode:
+    """Time code at which what does not move is read: the stage's start, or 0."""
+    return Usd.TimeCode(stage.GetStartTimeCode())
+
+
+def authored(prim: Usd.Prim, name: str) -> Any:
+    """Value authored for an attribute, None where there is none; the schema's fallback does not count."""
+    attribute = prim.GetAttribute(name)
+    if not attribute or not attribute.HasAuthoredValue():
+        return None
+    value = attribute.Get()
+    return attribute.Get(Usd.TimeCode.EarliestTime()) if value is None else value
+
+
+def targets(prim: Usd.Prim, name: str) -> list[Sdf.Path]:
+    """Targets of a relationship, forwarded; empty where there is none."""
+    relationship = prim.GetRelationship(name)
+    return list(relationship.GetForwardedTargets()) if relationship else []
+
+
+@dataclass(frozen=True, kw_only=True)
+class StagePrims:
+    """Prims of a stage by kind, in stage order, instance proxies included."""
+
+    skeletons: tuple[Usd.Prim, ...]
+    animations: tuple[Usd.Prim, ...]
+    meshes: tuple[Usd.Prim, ...]
+    """Without those below point instancers, which are prototypes."""
+    instancers: tuple[Usd.Prim, ...]
+    with_apis: dict[str, tuple[Usd.Prim, ...]]
+    """Prims by the usdfoot API schemas applied to them."""
+
+
+def collect_prims(stage: Usd.Stage) -> StagePrims:
+    """Every prim the readers look at, found in one walk."""
+    skeletons, animations, meshes, instancers = [], [], [], []
+    with_apis: dict[str, list[Usd.Prim]] = {}
+    prototypes: list[Sdf.Path] = []
+    for prim in _walk(stage):
+        for name in applied_apis(prim):
+            if name.startswith("Usdfoot"):
+                with_apis.setdefault(name, []).append(prim)
+        if prim.IsA(UsdGeom.Mesh):
+            if not any(prim.GetPath().HasPrefix(path) for path in prototypes[-1:]):
+                meshes.append(prim)
+        elif prim.IsA(UsdSkel.Skeleton):
+            skeletons.append(prim)
+        elif prim.IsA(UsdSkel.Animation):
+            animations.append(prim)
+        elif prim.IsA(UsdGeom.PointInstancer):
+            instancers.append(prim)
+            prototypes.append(prim.GetPath())
+    return StagePrims(
+        skeletons=tuple(skeletons),
+        animations=tuple(animations),
+        meshes=tuple(meshes),
+        instancers=tuple(instancers),
+        with_apis={name: tuple(prims) for name, prims in with_apis.items()},
+    )
+
+
+def _walk(stage: Usd.Stage) -> Iterator[Usd.Prim]:
+    return iter(Usd.PrimRange(stage.GetPseudoRoot(), Usd.TraverseInstanceProxies()))
+
+
+def _has_rate(stage: Usd.Stage) -> bool:
+    return stage.HasAuthoredMetadata("timeCodesPerSecond") or stage.HasAuthoredMetadata("framesPerSecond")
+
+
+def _shared_layers(stage: Usd.Stage) -> list[Sdf.Layer]:
+    """Layers of the stage but for its session, which belongs to whoever looks at it."""
+    session = stage.GetSessionLayer()
+    return [layer for layer in stage.GetUsedLayers() if layer != session]
