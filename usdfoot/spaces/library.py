@@ -1,0 +1,188 @@
+"""All footstep spaces of a library: one for each style, kind of gait and swing side, mirror images sharing one.
+
+Landings are kept as if the left foot swung: those of the right foot with x negated. Where the library holds the mirror
+image of every step, both sides use one space, built once, each with its own examples; so a mirrored plan gets exactly
+the mirrored examples with the same weights.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from usdfoot.errors import ClipError
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.biped import LEFT, RIGHT, SIDES
+from usdfoot.model.examples import Examples
+from usdfoot.spaces.features import FeatureScales, StepFeatures, example_features, step_coordinates
+from usdfoot.spaces.footsteps import FootstepSpace, build_footstep_space, solve_footsteps
+from usdfoot.spaces.mirror import mirror_partners
+from usdfoot.spaces.neighbours import NeighbourSpace, build_neighbour_space, solve_neighbours
+
+__all__ = ["FootstepSpaces", "SideSpace", "StepWeights", "build_spaces", "has_flight", "left_landings", "solve_steps"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SideSpace:
+    """The space of one style, gait and swing side, in left-swing coordinates; its examples count from 0."""
+
+    footsteps: FootstepSpace
+    """Examples by landing."""
+    neighbours: NeighbourSpace
+    """Examples by landing and features."""
+    examples: IntArray
+    """Index into the library's examples of each example of the space, shape (E',)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FootstepSpaces:
+    """The spaces of a library."""
+
+    spaces: Mapping[tuple[str, bool, int], SideSpace]
+    """By style, flight and swing side; there is none for a combination without examples."""
+    scales: FeatureScales
+    """What was used to build the neighbour spaces."""
+
+    def find(self, style: str, flight: bool, side: int) -> tuple[SideSpace, bool]:
+        """The space of a style, gait and swing side and its gait: the other one if there is no example of this.
+
+        Raises:
+            ClipError: If the style has no step of that swing side in either gait.
+        """
+        for gait in (flight, not flight):
+            if (style, gait, side) in self.spaces:
+                return self.spaces[style, gait, side], gait
+        known = sorted({name for name, _, other in self.spaces if other == side})
+        raise ClipError(
+            f"style {style!r}",
+            f"no clip shows a step of the {SIDES[side]} foot",
+            "add clips of this style, let them be mirrored, or use one of the styles listed",
+            known,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class StepWeights:
+    """Examples and blend weights of N steps, heaviest first."""
+
+    examples: IntArray
+    """Index into the library's examples, shape (N, 3)."""
+    weights: FloatArray
+    """Blend weights, shape (N, 3)."""
+    hull_distances: FloatArray
+    """Distance of the landing from the examples' hull [m], 0 inside, shape (N,)."""
+    projections: FloatArray
+    """Landing the weights give, (x, z) in the support frame [m], shape (N, 2)."""
+    flights: BoolArray
+    """Whether the examples have a flight; not what was asked for where there are none of that gait, shape (N,)."""
+
+
+def has_flight(examples: Examples) -> BoolArray:
+    """Whether the support foot lifts off before the swing foot strikes, shape (E,)."""
+    return examples.support_liftoffs < examples.durations
+
+
+def left_landings(landings: FloatArray, swing_sides: IntArray) -> FloatArray:
+    """Landings (N, 2) as if the left foot swung: x negated where the right one does. Its own inverse."""
+    signs = np.where(np.asarray(swing_sides) == RIGHT, -1.0, 1.0)
+    return np.asarray(landings, dtype=float) * np.stack([signs, np.ones_like(signs)], axis=-1)
+
+
+def build_spaces(
+    examples: Examples,
+    *,
+    merge_distance: float = 0.005,
+    minimal_altitude: float = 0.02,
+    scales: FeatureScales | None = None,
+) -> FootstepSpaces:
+    """Footstep spaces of all styles, gaits and swing sides of a library.
+
+    Args:
+        examples: The library's steps.
+        merge_distance: Landings at most this far apart [m] become one vertex.
+        minimal_altitude: Hull triangles lower than this [m] are dropped.
+        scales: Differences between steps that count the same when neighbours are chosen.
+    """
+    scales = scales or FeatureScales()
+    landings = left_landings(examples.landings, examples.swing_sides)
+    features = example_features(examples).as_left(examples.swing_sides)
+    coordinates = step_coordinates(landings, features, scales)
+
+    def build(members: IntArray) -> SideSpace:
+        footsteps = build_footstep_space(
+            landings[members], merge_distance=merge_distance, minimal_altitude=minimal_altitude
+        )
+        neighbours = build_neighbour_space(footsteps, landings[members], coordinates[members])
+        return SideSpace(footsteps=footsteps, neighbours=neighbours, examples=members)
+
+    partners = mirror_partners(examples)
+    styles, flights = np.array(examples.styles), has_flight(examples)
+    spaces: dict[tuple[str, bool, int], SideSpace] = {}
+    for style in dict.fromkeys(examples.styles):
+        for gait in (False, True):
+            left, right = (
+                np.flatnonzero((styles == style) & (flights == gait) & (examples.swing_sides == side))
+                for side in (0, 1)
+            )
+            if left.size:
+                spaces[style, gait, LEFT] = build(left)
+            if left.size and np.array_equal(np.sort(partners[left]), right):
+                spaces[style, gait, RIGHT] = replace(spaces[style, gait, LEFT], examples=partners[left])
+            elif right.size:
+                spaces[style, gait, RIGHT] = build(right)
+    return FootstepSpaces(spaces=spaces, scales=scales)
+
+
+def solve_steps(
+    spaces: FootstepSpaces,
+    landings: FloatArray,
+    *,
+    swing_sides: IntArray,
+    flights: BoolArray,
+    styles: Sequence[str],
+    features: StepFeatures | None = None,
+) -> StepWeights:
+    """Examples and blend weights of steps.
+
+    Args:
+        spaces: From `build_spaces`.
+        landings: Where each swing ball shall land, (x, z) in the support frame [m], shape (N, 2).
+        swing_sides: 0 = left, 1 = right, shape (N,).
+        flights: Whether the support foot lifts off before the swing foot strikes, shape (N,).
+        styles: Style of each step, N of them.
+        features: Timing, turn and rise of the steps. If given, the examples are the nearest in these around the
+            landing; without, those of the Delaunay triangle ([B] 4.3).
+
+    Raises:
+        ClipError: If a style has no step of a swing side.
+    """
+    count = len(landings)
+    queries = left_landings(landings, swing_sides)
+    coordinates = None
+    if features is not None:
+        coordinates = step_coordinates(queries, features.as_left(swing_sides), spaces.scales)
+    examples, weights = np.zeros((count, 3), dtype=np.intp), np.zeros((count, 3))
+    distances, projections, found = np.zeros(count), np.zeros((count, 2)), np.zeros(count, dtype=bool)
+    groups: dict[tuple[str, bool, int], list[int]] = defaultdict(list)
+    for step, key in enumerate(zip(styles, flights, swing_sides, strict=True)):
+        groups[key[0], bool(key[1]), int(key[2])].append(step)
+    for (style, flight, side), steps in groups.items():
+        space, found[steps] = spaces.find(style, flight, side)
+        if coordinates is None:
+            solved = solve_footsteps(space.footsteps, queries[steps])
+        else:
+            solved = solve_neighbours(space.neighbours, queries[steps], coordinates[steps])
+        order = np.argsort(-solved.weights, axis=1, kind="stable")
+        examples[steps] = space.examples[np.take_along_axis(solved.examples, order, axis=1)]
+        weights[steps] = np.take_along_axis(solved.weights, order, axis=1)
+        distances[steps], projections[steps] = solved.hull_distances, solved.projections
+    return StepWeights(
+        examples=examples,
+        weights=weights,
+        hull_distances=distances,
+        projections=left_landings(projections, swing_sides),
+        flights=found,
+    )
