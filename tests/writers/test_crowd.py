@@ -1,0 +1,113 @@
+"""What is written: read back it is the motion; its layers, instances and validity."""
+
+import hashlib
+import itertools
+
+import numpy as np
+import pytest
+from pxr import Usd, UsdGeom, UsdSkel, UsdValidation
+
+from tests.writers.crowds import Rig, character_of, scene_of, wandering_motion, world_joints, write_character
+from usdfoot.bridge.units import StageUnits
+from usdfoot.writers.crowd import write_crowd
+
+FILES = {
+    "crowd.usd",
+    "overrides.usda",
+    "agents.usdc",
+    "footsteps.usdc",
+    "anims.usda",
+    "anims.0000.usdc",
+    "crowd.expanded.usda",
+    "report.json",
+}
+CENTIMETRES = StageUnits(time_codes_per_second=30.0)
+
+
+def write(tmp_path, *, rig=None, agents=2, frames=20, folder="out"):
+    rig = rig or Rig(units=CENTIMETRES)
+    path = tmp_path / "hero.usda"
+    if not path.exists():
+        write_character(path, rig)
+    character = character_of(path)
+    scene = scene_of(character, rig.units, agents=agents, frames=frames)
+    motions = [
+        wandering_motion(f"A{i}", character, frames=frames, rate=rig.units.time_codes_per_second, seed=i)
+        for i in range(agents)
+    ]
+    crowd, _ = write_crowd(scene, motions, tmp_path / folder, provenance={"version": "1"}, report={"agents": []})
+    return crowd, character, motions
+
+
+def read_joints(crowd, name, units, codes):
+    """World positions of the joints [m, canonical] as UsdSkel sees them, shape (F, J, 3)."""
+    stage = Usd.Stage.Open(str(crowd))
+    root = UsdSkel.Root(stage.GetPrimAtPath(f"/Crowd/Agents/{name}"))
+    cache = UsdSkel.Cache()
+    cache.Populate(root, Usd.TraverseInstanceProxies())
+    bindings = [
+        prim for prim in Usd.PrimRange(root.GetPrim(), Usd.TraverseInstanceProxies()) if prim.IsA(UsdSkel.Skeleton)
+    ]
+    query = cache.GetSkelQuery(UsdSkel.Skeleton(bindings[0]))
+    assert query.GetAnimQuery().GetPrim().GetPath() == f"/Crowd/Anims/{name}"
+    frames = []
+    for code in codes:
+        # A query of an instance computes in the prototype's world, so the instance's own place comes from the proxy.
+        above = UsdGeom.XformCache(Usd.TimeCode(float(code))).GetLocalToWorldTransform(bindings[0])
+        matrices = query.ComputeJointSkelTransforms(Usd.TimeCode(float(code)))
+        frames.append([np.array((matrix * above).ExtractTranslation()) for matrix in matrices])
+    return units.points_to_canonical(np.array(frames))
+
+
+@pytest.mark.parametrize(
+    ("meters", "up", "rate", "scale"),
+    [
+        *itertools.product((0.01, 1.0), ("Y", "Z"), (24.0, 30.0), (1.0,)),
+        (1.0, "Z", 24.0, 0.01),
+        (0.0254, "Y", 60.0, 2.0),
+    ],
+)
+def test_written_crowd_reads_back_as_the_motion(tmp_path, meters, up, rate, scale):
+    units = StageUnits(meters_per_unit=meters, up_axis=up, time_codes_per_second=rate)
+    crowd, character, motions = write(tmp_path, rig=Rig(units=units, scale_above=scale), frames=8)
+    for motion in motions:
+        read = read_joints(crowd, motion.name, units, motion.times * rate)
+        np.testing.assert_allclose(read, world_joints(motion, character), atol=1e-5)
+
+
+def test_layers_are_those_of_the_contract(tmp_path):
+    crowd, _, _ = write(tmp_path)
+    assert {path.name for path in crowd.parent.iterdir()} == FILES
+    stage = Usd.Stage.Open(str(crowd))
+    root = stage.GetRootLayer()
+    assert root.GetFileFormat().formatId == "usd" and crowd.read_bytes().startswith(b"#usda 1.0")
+    assert list(root.subLayerPaths) == ["./overrides.usda", "./agents.usdc", "./footsteps.usdc", "./anims.usda"]
+    assert stage.GetDefaultPrim().GetPath() == "/Crowd" and stage.GetDefaultPrim().GetTypeName() == "Xform"
+    assert [root.GetPrimAtPath("/Crowd"), stage.GetTimeCodesPerSecond(), stage.GetEndTimeCode()] == [None, 30.0, 19.0]
+
+
+def test_agents_of_one_character_share_a_prototype(tmp_path):
+    crowd, _, _ = write(tmp_path, agents=3)
+    stage = Usd.Stage.Open(str(crowd))
+    agents = stage.GetPrimAtPath("/Crowd/Agents").GetChildren()
+    assert [agent.IsInstance() for agent in agents] == [True] * 3
+    assert len(stage.GetPrototypes()) == 1
+    expanded = Usd.Stage.Open(str(crowd.parent / "crowd.expanded.usda"))
+    assert not expanded.GetPrototypes() and expanded.GetPrimAtPath("/Crowd/Agents/A0/Group/Body")
+
+
+def test_validators_are_silent(tmp_path):
+    crowd, _, _ = write(tmp_path)
+    context = UsdValidation.ValidationContext(UsdValidation.ValidationRegistry().GetOrLoadAllValidators())
+    for name in ("crowd.usd", "crowd.expanded.usda"):
+        errors = context.Validate(Usd.Stage.Open(str(crowd.parent / name)))
+        assert not [(error.GetName(), error.GetMessage()) for error in errors]
+
+
+def test_source_is_untouched_and_two_runs_are_the_same(tmp_path):
+    first, _, _ = write(tmp_path)
+    source = hashlib.sha256((tmp_path / "hero.usda").read_bytes()).digest()
+    second, _, _ = write(tmp_path, folder="again")
+    assert hashlib.sha256((tmp_path / "hero.usda").read_bytes()).digest() == source
+    for name in sorted(FILES):
+        assert (first.parent / name).read_bytes() == (second.parent / name).read_bytes(), name

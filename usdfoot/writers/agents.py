@@ -1,0 +1,84 @@
+"""The agents' layer: instanceable references to characters on their root paths (design.md section 3)."""
+
+from __future__ import annotations
+
+import numpy as np
+from pxr import Gf, Sdf, Vt
+
+from usdfoot.bridge import tokens
+from usdfoot.bridge.scene import Character
+from usdfoot.bridge.units import StageUnits
+from usdfoot.model.motion import Motion
+from usdfoot.writers.layers import (
+    apply_schemas,
+    author,
+    author_samples,
+    author_targets,
+    define_prim,
+    rounded_codes,
+)
+from usdfoot.writers.poses import JointPoses, prim_extents
+
+__all__ = ["write_agent"]
+
+ValueTypes = Sdf.ValueTypeNames
+UPRIGHT_TOLERANCE = 1e-7
+"""Rotations and scales of a character closer than this to none are left out."""
+
+
+def write_agent(
+    layer: Sdf.Layer,
+    motion: Motion,
+    poses: JointPoses,
+    *,
+    character: Character,
+    reference: Sdf.Reference,
+    units: StageUnits,
+) -> None:
+    """Author /Crowd/Agents/<name> into a layer.
+
+    Args:
+        layer: Layer to author in.
+        motion: The agent's motion.
+        poses: Its canonical joint poses.
+        character: The asset it references.
+        reference: How the layer refers to the asset.
+        units: Of the written stage.
+    """
+    prim = define_prim(layer, f"{tokens.Prim.AGENTS}/{motion.name}", "SkelRoot")
+    prim.instanceable = True
+    prim.referenceList.prependedItems = [reference]
+    apply_schemas(prim, ["SkelBindingAPI", tokens.Schema.AGENT])
+    author_targets(prim, "skel:animationSource", [f"{tokens.Prim.ANIMS}/{motion.name}"])
+    author_targets(prim, tokens.Agent.PLAN, [f"{tokens.Prim.PLANS}/{motion.name}"])
+    codes = rounded_codes(units.times_to_codes(motion.times)).tolist()
+    order = _write_root_path(prim, motion, codes, units) + _write_stance(prim, character)
+    author(prim, "xformOpOrder", ValueTypes.TokenArray, Vt.TokenArray(order), uniform=True)
+    boxes = np.ascontiguousarray(prim_extents(poses, character, units).reshape(-1, 3), dtype=np.float32)
+    corners = Vt.Vec3fArray.FromNumpy(boxes)
+    extents = [corners[2 * frame : 2 * frame + 2] for frame in range(len(codes))]
+    author_samples(author(prim, "extent", ValueTypes.Float3Array), codes, extents)
+
+
+def _write_root_path(prim: Sdf.PrimSpec, motion: Motion, codes: list[float], units: StageUnits) -> list[str]:
+    """Position on the ground and yaw, time-sampled; gives back the names of the ops."""
+    positions = [Gf.Vec3d(*row) for row in units.points_to_stage(motion.root_positions).tolist()]
+    yaws = np.degrees(motion.root_yaws).tolist()
+    turn = f"xformOp:rotate{units.up_axis}"
+    author_samples(author(prim, "xformOp:translate", ValueTypes.Double3), codes, positions)
+    author_samples(author(prim, turn, ValueTypes.Double), codes, yaws)
+    return ["xformOp:translate", turn]
+
+
+def _write_stance(prim: Sdf.PrimSpec, character: Character) -> list[str]:
+    """What stands the referenced prim upright at its size; nothing for most characters."""
+    order = []
+    x, y, z, w = character.agent_rotation.tolist()
+    if 1.0 - abs(w) > UPRIGHT_TOLERANCE**2 and max(abs(x), abs(y), abs(z)) > UPRIGHT_TOLERANCE:
+        author(prim, "xformOp:orient:stance", ValueTypes.Quatd, Gf.Quatd(w, x, y, z))
+        order.append("xformOp:orient:stance")
+    if abs(character.agent_scale - 1.0) > UPRIGHT_TOLERANCE:
+        scale = Gf.Vec3d(character.agent_scale)
+        author(prim, "xformOp:scale:stance", ValueTypes.Double3, scale)
+        order.append("xformOp:scale:stance")
+    return order

@@ -1,0 +1,75 @@
+"""Animation layers: one SkelAnimation an agent, with its contacts (design.md section 3)."""
+
+from __future__ import annotations
+
+import numpy as np
+from pxr import Sdf, Vt
+
+from usdfoot.bridge import tokens
+from usdfoot.bridge.scene import Character
+from usdfoot.bridge.units import StageUnits
+from usdfoot.model.contacts import FootContacts
+from usdfoot.model.motion import Motion
+from usdfoot.writers.layers import apply_schemas, author, author_samples, define_prim, quaternion_array, rounded_codes
+from usdfoot.writers.poses import JointPoses, skeleton_poses
+
+__all__ = ["write_animation"]
+
+ValueTypes = Sdf.ValueTypeNames
+
+
+def write_animation(
+    layer: Sdf.Layer, motion: Motion, poses: JointPoses, *, character: Character, units: StageUnits
+) -> None:
+    """Author /Crowd/Anims/<name> into a layer.
+
+    Args:
+        layer: Layer to author in.
+        motion: The agent's motion.
+        poses: Its canonical joint poses.
+        character: The asset it animates.
+        units: Of the written stage.
+    """
+    prim = define_prim(layer, f"{tokens.Prim.ANIMS}/{motion.name}", "SkelAnimation")
+    apply_schemas(prim, tokens.Schema.CONTACT_INSTANCES)
+    author(prim, "joints", ValueTypes.TokenArray, Vt.TokenArray(character.skeleton.joints), uniform=True)
+    codes = rounded_codes(units.times_to_codes(motion.times)).tolist()
+    local = skeleton_poses(poses, character)
+    frames, joints = local.rotations.shape[:2]
+    slices = [slice(frame * joints, (frame + 1) * joints) for frame in range(frames)]
+    translations = Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(local.translations.reshape(-1, 3), dtype=np.float32))
+    rotations = quaternion_array(local.rotations.reshape(-1, 4))
+    scales = Vt.Vec3hArray.FromNumpy(np.ascontiguousarray(character.rest_scales, dtype=np.float16))
+    author_samples(author(prim, "translations", ValueTypes.Float3Array), codes, [translations[s] for s in slices])
+    author_samples(author(prim, "rotations", ValueTypes.QuatfArray), codes, [rotations[s] for s in slices])
+    author(prim, "scales", ValueTypes.Half3Array, scales)
+    _write_blend_shapes(prim, character)
+    for side in (0, 1):
+        height = float(character.biped.ball_heights[side]) / units.meters_per_unit
+        _write_contacts(prim, side, motion.contacts[side], height, units)
+
+
+def _write_blend_shapes(prim: Sdf.PrimSpec, character: Character) -> None:
+    shapes = character.blend_shapes
+    if shapes is None:
+        return
+    author(prim, "blendShapes", ValueTypes.TokenArray, Vt.TokenArray(shapes.names), uniform=True)
+    weights = [Vt.FloatArray.FromNumpy(np.ascontiguousarray(row, dtype=np.float32)) for row in shapes.weights]
+    author_samples(author(prim, "blendShapeWeights", ValueTypes.FloatArray), shapes.codes.tolist(), weights)
+
+
+def _write_contacts(
+    prim: Sdf.PrimSpec, side: int, contacts: FootContacts, ball_height: float, units: StageUnits
+) -> None:
+    """UsdfootContactAPI of one foot; `ball_height` is in stage units."""
+    names = tokens.Contact
+    for name, times in (
+        (names.STRIKE_TIMES[side], contacts.strike_times),
+        (names.FLAT_TIMES[side], contacts.flat_times),
+        (names.LIFTOFF_TIMES[side], contacts.liftoff_times),
+    ):
+        codes = [Sdf.TimeCode(code) for code in rounded_codes(units.times_to_codes(times)).tolist()]
+        author(prim, name, ValueTypes.TimeCodeArray, Sdf.TimeCodeArray(codes), uniform=True)
+    positions = np.ascontiguousarray(units.points_to_stage(contacts.positions), dtype=np.float32)
+    author(prim, names.POSITIONS[side], ValueTypes.Point3fArray, Vt.Vec3fArray.FromNumpy(positions), uniform=True)
+    author(prim, names.BALL_HEIGHT[side], ValueTypes.Float, ball_height, uniform=True)

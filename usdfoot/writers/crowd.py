@@ -1,0 +1,126 @@
+"""Writes a crowd: one layer per concern, all of them or none (design.md section 3)."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pxr import Sdf
+
+from usdfoot.bridge.scene import Character, Scene
+from usdfoot.bridge.tokens import File, Prim, anims_chunk
+from usdfoot.errors import OutputError
+from usdfoot.model.motion import Motion
+from usdfoot.writers.agents import write_agent
+from usdfoot.writers.animations import write_animation
+from usdfoot.writers.footsteps import write_executed_plan
+from usdfoot.writers.layers import LayerFormat, define_prim, new_layer
+from usdfoot.writers.poses import joint_poses
+from usdfoot.writers.root import expanded_layer, root_layer, stacked_layer
+from usdfoot.writers.staging import staged_files
+
+__all__ = ["write_crowd"]
+
+
+def write_crowd(
+    scene: Scene,
+    motions: Sequence[Motion],
+    folder: str | os.PathLike[str],
+    *,
+    provenance: Mapping[str, Any],
+    report: Mapping[str, Any],
+) -> tuple[Path, ...]:
+    """Write crowd.usd and all that belongs to it into a folder.
+
+    Args:
+        scene: What was read: units, characters, agents.
+        motions: Finished motions, named like the agents of the scene's crowd.
+        folder: Where to; made if it does not exist. Files of an earlier run are replaced, `overrides.usda` is kept.
+        provenance: For `customLayerData["usdfoot"]` of crowd.usd.
+        report: For report.json; content hashes of the written files are added as "files".
+
+    Returns:
+        Paths of crowd.usd and report.json.
+
+    Raises:
+        OutputError: If the folder cannot be written to, or the output would replace a layer of the scene.
+    """
+    target = Path(os.path.realpath(folder))
+    check_output(scene, target)
+    layer_format = crowd_format(scene)
+    layers = _body_layers(scene, motions, target, layer_format)
+    with staged_files(target) as files:
+        for name, layer in layers.items():
+            files.add_layer(name, layer)
+        files.add_layer(File.EXPANDED, expanded_layer(layer_format, [motion.name for motion in motions]))
+        text = json.dumps({**report, "files": files.content_hashes()}, indent=1, sort_keys=True, allow_nan=False)
+        files.add_text(File.REPORT, text + "\n")
+        if not (target / File.OVERRIDES).exists():
+            files.add_layer(File.OVERRIDES, stacked_layer(layer_format, ()))
+        files.add_layer(File.CROWD, root_layer(layer_format, provenance))
+    return target / File.CROWD, target / File.REPORT
+
+
+def crowd_format(scene: Scene) -> LayerFormat:
+    """Stage metadata of the crowd: the scene's units and rates, and the range of its frames."""
+    return LayerFormat(
+        units=scene.stage.units,
+        frames_per_second=scene.stage.frames_per_second,
+        start_code=float(scene.frame_codes[0]),
+        end_code=float(scene.frame_codes[-1]),
+    )
+
+
+def check_output(scene: Scene, folder: Path) -> None:
+    """Raise an OutputError if a file to be written is a layer of the scene."""
+    outputs = {folder / name for name in (File.CROWD, File.OVERRIDES, File.AGENTS, File.FOOTSTEPS, File.ANIMS)}
+    outputs |= {folder / name for name in (File.EXPANDED, anims_chunk(0))}
+    layers = {Path(os.path.realpath(layer)) for layer in scene.stage.layers}
+    over = sorted(str(path) for path in outputs & layers)
+    if over:
+        raise OutputError(folder, "the output would replace layers of the scene", "name another folder", over)
+
+
+def _body_layers(
+    scene: Scene, motions: Sequence[Motion], folder: Path, layer_format: LayerFormat
+) -> dict[str, Sdf.Layer]:
+    """Layers of agents, footsteps and animations by file name."""
+    agents, footsteps, chunk = (new_layer(layer_format) for _ in range(3))
+    by_name = {agent.name: agent for agent in scene.crowd.agents}
+    references = [_reference(character, folder) for character in scene.characters]
+    units = layer_format.units
+    with Sdf.ChangeBlock():
+        for layer, scope in ((agents, Prim.AGENTS), (footsteps, Prim.PLANS), (chunk, Prim.ANIMS)):
+            define_prim(layer, scope, "Scope")
+    for motion in motions:
+        agent = by_name[motion.name]
+        character = scene.characters[agent.character]
+        poses = joint_poses(motion, character)
+        with Sdf.ChangeBlock():
+            write_agent(agents, motion, poses, character=character, reference=references[agent.character], units=units)
+            write_animation(chunk, motion, poses, character=character, units=units)
+            write_executed_plan(
+                footsteps, motion.name, agent.plan, results=motion.results, character=character, units=units
+            )
+    stack = stacked_layer(layer_format, [anims_chunk(0)])
+    return {anims_chunk(0): chunk, File.ANIMS: stack, File.FOOTSTEPS: footsteps, File.AGENTS: agents}
+
+
+def _reference(character: Character, folder: Path) -> Sdf.Reference:
+    """Reference to a character's asset, relative to the folder."""
+    return Sdf.Reference(relative_asset(character.asset, folder), character.asset_prim)
+
+
+def relative_asset(asset: str, folder: Path) -> str:
+    """Asset path relative to the folder, with forward slashes, anchored by ./ or ../.
+
+    Raises:
+        OutputError: If the asset lives in memory only.
+    """
+    if Sdf.Layer.IsAnonymousLayerIdentifier(asset):
+        raise OutputError(asset, "the scene lives in memory only and cannot be referenced", "save it to a file first")
+    path = Path(os.path.relpath(os.path.realpath(asset), folder)).as_posix()
+    return path if path.startswith("../") else f"./{path}"

@@ -1,0 +1,108 @@
+"""The footsteps' layer: every plan as executed, with what became of each footstep (design.md section 3)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from pxr import Gf, Sdf, Vt
+
+from usdfoot.bridge import tokens
+from usdfoot.bridge.scene import Character
+from usdfoot.bridge.units import StageUnits
+from usdfoot.maths.types import FloatArray
+from usdfoot.model.motion import StepResults
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.writers.layers import apply_schemas, author, author_targets, define_prim, rounded_codes
+from usdfoot.writers.prints import PRINT_COLORS, print_extent, print_outline, print_size
+
+__all__ = ["write_executed_plan"]
+
+ValueTypes = Sdf.ValueTypeNames
+
+
+def write_executed_plan(
+    layer: Sdf.Layer, name: str, plan: FootstepPlan, *, results: StepResults, character: Character, units: StageUnits
+) -> None:
+    """Author /Crowd/Plans/<name> into a layer.
+
+    Args:
+        layer: Layer to author in.
+        name: The agent's name.
+        plan: Its plan, kept as given.
+        results: What became of each footstep.
+        character: Whose feet they are; gives the prints' size.
+        units: Of the written stage.
+    """
+    path = f"{tokens.Prim.PLANS}/{name}"
+    prim = define_prim(layer, path, "PointInstancer")
+    apply_schemas(prim, [tokens.Schema.PLAN, tokens.Schema.RESULT])
+    author(prim, "purpose", ValueTypes.Token, "guide", uniform=True)
+    author(prim, "protoIndices", ValueTypes.IntArray, Vt.IntArray.FromNumpy(plan.sides.astype(np.int32)))
+    author(prim, "positions", ValueTypes.Point3fArray, _points(units.points_to_stage(plan.positions)))
+    turns = units.rotations_to_stage(plan.orientations).tolist()
+    orientations = Vt.QuathArray([Gf.Quath(w, x, y, z) for x, y, z, w in turns])
+    author(prim, "orientations", ValueTypes.QuathArray, orientations)
+    size = print_size(character.skeleton, character.biped)
+    box = print_extent(plan.positions, plan.orientations, plan.sides, size=size)
+    author(prim, "extent", ValueTypes.Float3Array, _box(units.points_to_stage(box)))
+    for attribute, times in (
+        (tokens.Plan.STRIKE_TIMES, plan.strike_times),
+        (tokens.Plan.LIFTOFF_TIMES, plan.liftoff_times),
+    ):
+        codes = Sdf.TimeCodeArray([Sdf.TimeCode(code) for code in rounded_codes(units.times_to_codes(times)).tolist()])
+        author(prim, attribute, ValueTypes.TimeCodeArray, codes, uniform=True)
+    author(prim, tokens.Plan.ROOT_WEIGHTS, ValueTypes.FloatArray, _floats(plan.root_weights), uniform=True)
+    author_targets(prim, "prototypes", [_write_print(layer, path, side, size, units) for side in (0, 1)])
+    _write_results(prim, results, units)
+
+
+def _write_print(layer: Sdf.Layer, plan_path: str, side: int, size: float, units: StageUnits) -> str:
+    """A small mesh below the plan; gives back its path."""
+    path = f"{plan_path}/Prints/{('Left', 'Right')[side]}"
+    prim = define_prim(layer, path, "Mesh")
+    points = units.points_to_stage(print_outline(side, size))
+    count = len(points)
+    author(prim, "points", ValueTypes.Point3fArray, _points(points))
+    author(prim, "faceVertexCounts", ValueTypes.IntArray, Vt.IntArray([count]))
+    author(prim, "faceVertexIndices", ValueTypes.IntArray, Vt.IntArray(range(count)))
+    author(prim, "extent", ValueTypes.Float3Array, _box(points))
+    author(prim, "subdivisionScheme", ValueTypes.Token, "none", uniform=True)
+    normal = units.directions_to_stage(np.array([[0.0, 1.0, 0.0]]))
+    author(prim, "normals", ValueTypes.Normal3fArray, _points(normal)).SetInfo("interpolation", "uniform")
+    color = Vt.Vec3fArray([Gf.Vec3f(*PRINT_COLORS[side])])
+    author(prim, "primvars:displayColor", ValueTypes.Color3fArray, color).SetInfo("interpolation", "constant")
+    return path
+
+
+def _write_results(prim: Sdf.PrimSpec, results: StepResults, units: StageUnits) -> None:
+    """UsdfootResultAPI; distances in stage units, angles in degrees."""
+    names, per_unit = tokens.Result, units.meters_per_unit
+    for name, values in (
+        (names.BLEND_ERROR, results.blend_error / per_unit),
+        (names.PLACEMENT_ERROR, results.placement_error / per_unit),
+        (names.SLIDE, results.slide / per_unit),
+        (names.YAW_ERROR, np.degrees(results.yaw_error)),
+        (names.HULL_DISTANCE, results.hull_distance / per_unit),
+        (names.TIME_WARP, results.time_warp),
+        (names.ROOT_WEIGHT, results.root_weight),
+        (names.BETA, results.beta),
+        (names.CLIP_WEIGHTS, results.clip_weights),
+    ):
+        author(prim, name, ValueTypes.FloatArray, _floats(values), uniform=True)
+    counts = Vt.IntArray.FromNumpy(np.asarray(results.clip_counts, dtype=np.int32))
+    author(prim, names.STATUS, ValueTypes.TokenArray, Vt.TokenArray(results.status), uniform=True)
+    author(prim, names.CLIP_COUNTS, ValueTypes.IntArray, counts, uniform=True)
+    author(prim, names.CLIPS, ValueTypes.TokenArray, Vt.TokenArray(results.clips), uniform=True)
+
+
+def _points(points: FloatArray) -> Any:
+    return Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(points, dtype=np.float32))
+
+
+def _floats(values: FloatArray) -> Any:
+    return Vt.FloatArray.FromNumpy(np.ascontiguousarray(values, dtype=np.float32))
+
+
+def _box(points: FloatArray) -> Any:
+    return _points(np.stack([points.min(axis=0), points.max(axis=0)]))

@@ -1,0 +1,91 @@
+"""Staging: files are written under temporary names and renamed only once all of them are there."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from pxr import Sdf, Tf
+
+from usdfoot.errors import OutputError
+
+__all__ = ["StagedFiles", "staged_files"]
+
+
+class StagedFiles:
+    """Files on their way into a folder, in the order in which they will be renamed.
+
+    Args:
+        folder: Existing folder they are for.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._temporary: dict[str, Path] = {}
+
+    def add_layer(self, name: str, layer: Sdf.Layer) -> None:
+        """Save a layer; the format of a file named .usd is usda."""
+        arguments = {"format": "usda"} if name.endswith(".usd") else {}
+        try:
+            saved = layer.Export(str(self._reserve(name)), args=arguments)
+        except Tf.ErrorException as error:
+            raise OutputError(self.folder / name, "cannot be written", str(error).strip().splitlines()[-1]) from error
+        if not saved:
+            raise OutputError(self.folder / name, "cannot be written")
+
+    def add_text(self, name: str, text: str) -> None:
+        """Save a text file."""
+        self._reserve(name).write_text(text, encoding="utf-8", newline="\n")
+
+    def content_hashes(self) -> dict[str, str]:
+        """SHA-256 of every file so far, by name."""
+        return {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in sorted(self._temporary.items())}
+
+    def commit(self) -> tuple[Path, ...]:
+        """Rename all files to their final names, the last one added last; gives back their paths."""
+        finals = []
+        for name, path in self._temporary.items():
+            os.replace(path, self.folder / name)
+            finals.append(self.folder / name)
+        self._temporary.clear()
+        return tuple(finals)
+
+    def discard(self) -> None:
+        """Remove what has not been renamed."""
+        for path in self._temporary.values():
+            path.unlink(missing_ok=True)
+        self._temporary.clear()
+
+    def _reserve(self, name: str) -> Path:
+        path = self.folder / f".{os.getpid()}.{name}"
+        self._temporary[name] = path
+        return path
+
+
+@contextmanager
+def staged_files(folder: Path) -> Iterator[StagedFiles]:
+    """Files that appear in `folder` all together when the block ends, or not at all if it raises.
+
+    Args:
+        folder: Made if it does not exist.
+
+    Raises:
+        OutputError: If the folder cannot be made or written to.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(folder, f"cannot be made ({error.strerror})", "name a folder you may write to") from error
+    files = StagedFiles(folder)
+    try:
+        yield files
+        files.commit()
+    except OSError as error:
+        raise OutputError(
+            folder, f"cannot be written to ({error.strerror})", "name a folder you may write to"
+        ) from error
+    finally:
+        files.discard()
