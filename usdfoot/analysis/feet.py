@@ -1,0 +1,45 @@
+"""Foot geometry: where heel and sole are relative to the ankle."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from usdfoot.maths import quaternion
+from usdfoot.maths.types import FloatArray
+
+__all__ = ["HEEL_REACH", "heel_offsets"]
+
+HEEL_REACH = 0.4
+"""How far the heel lies behind the ankle, as a fraction of the distance from ankle to ball (design.md section 2)."""
+
+
+def heel_offsets(
+    ankles: FloatArray, balls: FloatArray, ankle_rotations: FloatArray, ball_heights: FloatArray
+) -> FloatArray:
+    """Heel points of both soles in the frames of the ankle joints.
+
+    The heel is the point of the sole under the ankle, moved back by 0.4 of the distance from ankle to ball. Under and
+    back refer to the flat foot: its upward direction is taken from the samples in which ankle and ball are lowest,
+    because rest poses of exported rigs are often a frame of some animation.
+
+    Args:
+        ankles: Ankle joints [m], shape (T, 2, 3).
+        balls: Ball joints [m], shape (T, 2, 3).
+        ankle_rotations: World rotations of the ankle joints, xyzw, shape (T, 2, 4).
+        ball_heights: Ball joints above the sole with the foot flat [m], shape (2,).
+
+    Returns:
+        Offsets [m], shape (2, 3).
+    """
+    heights = ankles[..., 1] + balls[..., 1]  # (T, 2)
+    lowest = heights <= np.quantile(heights, 0.15, axis=0)
+    inverses = quaternion.inverse(ankle_rotations)
+    ups = np.where(lowest[..., None], quaternion.rotate(inverses, np.array([0.0, 1.0, 0.0])), np.nan)
+    up = np.nanmedian(ups, axis=0)
+    up = up / np.linalg.norm(up, axis=-1, keepdims=True)  # (2, 3)
+    ball = np.median(quaternion.rotate(inverses, balls - ankles), axis=0)
+    drop = np.sum(ball * up, axis=-1, keepdims=True)
+    forward = ball - drop * up
+    forward = forward / np.maximum(np.linalg.norm(forward, axis=-1, keepdims=True), 1e-9)
+    reach = HEEL_REACH * np.linalg.norm(ball, axis=-1, keepdims=True)
+    return (drop - ball_heights[:, None]) * up - reach * forward

@@ -1,0 +1,100 @@
+"""Mirror images: the left/right reflection of clips for rigs with any orientation of joints.
+
+Let S reflect in the plane x = 0. Each joint j takes the mirror image of its partner p(j) = the joint of the other side, or
+itself in the middle: its rotation in the world becomes S R_p S C with a constant C that holds the difference between the
+two joints' local axes. In joint-local terms, with C' of the parent: q_j = C'^-1 (S q_p S) C, t_j = C'^-1 S t_p.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from usdfoot.analysis.joint_pairs import joint_pairs
+from usdfoot.maths import quaternion
+from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.biped import Biped
+from usdfoot.model.clip import Clip
+from usdfoot.model.contacts import Contacts, FootContacts
+from usdfoot.model.skeleton import Skeleton
+
+__all__ = ["MirrorMap", "mirror_contacts", "mirror_map", "mirrored_clip", "mirrored_rotations"]
+
+REFLECTION = np.array([-1.0, 1.0, 1.0])
+
+
+@dataclass(frozen=True, kw_only=True)
+class MirrorMap:
+    """How joints exchange their motion in the mirror image."""
+
+    partners: IntArray
+    """Joint whose mirror image each joint takes, shape (J,)."""
+    relations: FloatArray
+    """Constant C of each joint, xyzw, shape (J, 4)."""
+    parent_inverses: FloatArray
+    """Inverse of the parent's C, the identity for roots, xyzw, shape (J, 4)."""
+
+
+def mirror_map(skeleton: Skeleton, biped: Biped) -> MirrorMap:
+    """Partners and relations of a skeleton's joints.
+
+    The relation follows from the children: C must turn each child's rest translation onto the mirror image of its
+    partner's. Where that leaves a turn free (one child or none), the rest rotations decide, accumulated from the parent's
+    relation so that a rest pose that is a frame of a walk does little harm.
+    """
+    partners = joint_pairs(skeleton, biped)
+    count = len(skeleton.joints)
+    relations = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
+    inverses = relations.copy()
+    for joint, parent in enumerate(skeleton.parents):
+        if parent >= 0:
+            inverses[joint] = quaternion.inverse(relations[parent])
+        image = quaternion.mirror_x(skeleton.rest_rotations[partners[joint]])
+        expected = quaternion.compose(
+            quaternion.inverse(image), quaternion.compose(quaternion.inverse(inverses[joint]), skeleton.rest_rotations[joint])
+        )
+        children = np.flatnonzero(skeleton.parents == joint)
+        offsets = skeleton.rest_translations[children]
+        images = skeleton.rest_translations[partners[children]] * REFLECTION
+        relations[joint] = _best_turn(offsets, images, expected)
+    return MirrorMap(partners=partners, relations=relations, parent_inverses=inverses)
+
+
+def _best_turn(offsets: FloatArray, images: FloatArray, expected: FloatArray) -> FloatArray:
+    """Rotation that turns offsets (K, 3) onto images (K, 3), as near to `expected` (4,) as they leave it free."""
+    size = float(np.sum(offsets**2))
+    if size < 1e-12:
+        return expected
+    moments = images.T @ offsets / size
+    for _ in range(4):
+        left, _, right = np.linalg.svd(moments + 1e-3 * quaternion.to_matrix(expected))
+        handed = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
+        expected = quaternion.from_matrix((left * handed) @ right)
+    return expected
+
+
+def mirrored_rotations(rotations: FloatArray, mirror: MirrorMap) -> FloatArray:
+    """Mirror image of joint-local rotations (..., J, 4)."""
+    images = quaternion.mirror_x(rotations[..., mirror.partners, :])
+    return quaternion.compose(mirror.parent_inverses, quaternion.compose(images, mirror.relations))
+
+
+def mirrored_clip(clip: Clip, mirror: MirrorMap) -> Clip:
+    """Mirror image of a clip in the plane x = 0 of its world, with its own proportions mirrored too."""
+    images = clip.translations[:, mirror.partners] * REFLECTION
+    return replace(
+        clip,
+        translations=quaternion.rotate(mirror.parent_inverses, images),
+        rotations=quaternion.continuous(mirrored_rotations(clip.rotations, mirror)),
+        events=(clip.events[1], clip.events[0]),
+    )
+
+
+def mirror_contacts(contacts: Contacts) -> Contacts:
+    """Mirror image of contacts in the plane x = 0."""
+    return Contacts(left=_mirrored_foot(contacts.right), right=_mirrored_foot(contacts.left))
+
+
+def _mirrored_foot(foot: FootContacts) -> FootContacts:
+    return replace(foot, positions=foot.positions * REFLECTION, yaws=-foot.yaws)

@@ -1,0 +1,85 @@
+"""Instants: where exactly a point comes to rest and starts to move, between coarse samples.
+
+A foot that starts to move does so like a power of time, so the instants at which its speed passes a threshold, half
+and a quarter of it converge geometrically to the true onset, and Aitken's extrapolation finds their limit whatever the
+power. The toe-off of real feet is gradual; there the limit is kept close to the crossing of the threshold itself.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from usdfoot.analysis.signals import PointSignal
+from usdfoot.maths.types import FloatArray
+
+__all__ = ["still_end", "still_start"]
+
+LONGEST_EXTRAPOLATION = 0.03
+"""How far the onset may lie from the crossing of the threshold [s]."""
+
+
+def still_end(
+    grid: FloatArray, signal: PointSignal, start: int, end: int, limit: int, highest: float = np.inf
+) -> float:
+    """Time at which a point that is still from index start to end begins to move [s].
+
+    Args:
+        grid: Times [s], shape (N,).
+        signal: The point.
+        start: First index of the coarse interval.
+        end: Last index of the coarse interval.
+        limit: Index of the next interval's start, not to be reached.
+        highest: Height above which the point has left the ground whatever its speed [m].
+    """
+    threshold = float(signal.thresholds[end])
+    middle = (start + end) // 2
+    last = min(limit, len(grid) - 1)
+    speeds = signal.speeds[middle : last + 1]
+    fast = _lasting(speeds >= threshold, end - middle)
+    raised = np.flatnonzero(signal.positions[middle : last + 1, 1] >= highest)
+    time = _onset(grid[middle : last + 1], speeds, fast, threshold)
+    return min(time, float(grid[middle + raised[0]])) if raised.size else time
+
+
+def still_start(grid: FloatArray, signal: PointSignal, start: int, end: int, limit: int) -> float:
+    """Time at which a point that is still from index start to end came to rest [s].
+
+    Args:
+        grid: Times [s], shape (N,).
+        signal: The point.
+        start: First index of the coarse interval.
+        end: Last index of the coarse interval.
+        limit: Index of the previous interval's end, not to be reached.
+    """
+    threshold = float(signal.thresholds[start])
+    middle = (start + end + 1) // 2
+    first = max(limit, 0)
+    speeds = signal.speeds[first : middle + 1][::-1]
+    fast = _lasting(speeds >= threshold, middle - start)
+    return -_onset(-grid[first : middle + 1][::-1], speeds, fast, threshold)
+
+
+def _lasting(fast: FloatArray, coarse: int) -> int:
+    """Index of the crossing: the start of the run of fast samples that the coarse interval ends in."""
+    slow = np.flatnonzero(~fast[: coarse + 1])
+    return int(slow[-1]) + 1 if slow.size else 0
+
+
+def _onset(times: FloatArray, speeds: FloatArray, fast: int, threshold: float) -> float:
+    """Onset of motion [s] before the sample `fast`, the first at or above the threshold."""
+    if fast == 0 or fast >= len(times):
+        return float(times[min(fast, len(times) - 1)])
+    crossings = [_crossing(times, speeds, fast, part * threshold) for part in (1.0, 0.5, 0.25)]
+    late, early = crossings[0] - crossings[1], crossings[1] - crossings[2]
+    limit = crossings[0] - late**2 / (late - early) if late > early else crossings[2]
+    return max(limit, crossings[0] - LONGEST_EXTRAPOLATION)
+
+
+def _crossing(times: FloatArray, speeds: FloatArray, fast: int, level: float) -> float:
+    """Last time before sample `fast` at which the speed rises through `level` [s]."""
+    below = np.flatnonzero(speeds[:fast] < level)
+    if not below.size:
+        return float(times[0])
+    i = int(below[-1])
+    fraction = (level - speeds[i]) / max(speeds[i + 1] - speeds[i], 1e-12)
+    return float(times[i] + min(fraction, 1.0) * (times[i + 1] - times[i]))

@@ -1,0 +1,73 @@
+"""Signals: smooth fine-grained trajectories of a foot's points, and how fast and high they are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
+
+from usdfoot.maths.types import FloatArray
+
+__all__ = ["PointSignal", "fine_times", "point_signal"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PointSignal:
+    """One point of a foot on the fine grid of N times."""
+
+    positions: FloatArray
+    """World [m], shape (N, 3)."""
+    speeds: FloatArray
+    """Length of the velocity [m/s], shape (N,)."""
+    thresholds: FloatArray
+    """Speed below which the point counts as still, from the fastest it moves nearby [m/s], shape (N,)."""
+
+
+def fine_times(start_time: float, frames: int, rate: float, fine_rate: float) -> FloatArray:
+    """Times that divide every sample interval evenly, at least `fine_rate` a second [s], shape (N,)."""
+    parts = max(1, int(np.ceil(fine_rate / rate)))
+    return start_time + np.arange((frames - 1) * parts + 1) / (rate * parts)
+
+
+def point_signal(
+    times: FloatArray,
+    positions: FloatArray,
+    grid: FloatArray,
+    *,
+    smoothing: float,
+    still_fraction: float,
+    still_limits: tuple[float, float],
+    neighbourhood: float,
+) -> PointSignal:
+    """Trajectory of one point on a fine grid, by C2 splines through lightly smoothed samples.
+
+    Args:
+        times: Sample times [s], shape (T,).
+        positions: Samples [m], shape (T, 3).
+        grid: Times wanted, within `times` [s], shape (N,).
+        smoothing: Standard deviation of the Gaussian that takes noise off [s].
+        still_fraction: Still below this fraction of the fastest speed in the neighbourhood.
+        still_limits: Least and greatest threshold [m/s].
+        neighbourhood: Half width of the neighbourhood [s].
+    """
+    rate = (len(times) - 1) / (times[-1] - times[0])
+    smooth = _smoothed(positions, smoothing * rate)
+    spline = CubicSpline(times, smooth)
+    speeds = np.linalg.norm(spline(grid, 1), axis=-1)
+    size = 2 * int(neighbourhood / (grid[1] - grid[0])) + 1
+    fastest = maximum_filter1d(speeds, size, mode="nearest")
+    return PointSignal(
+        positions=spline(grid), speeds=speeds, thresholds=np.clip(still_fraction * fastest, *still_limits)
+    )
+
+
+def _smoothed(positions: FloatArray, sigma: float) -> FloatArray:
+    """Positions (T, 3) after a Gaussian of `sigma` samples that keeps straight motion at the ends straight."""
+    if sigma < 0.2:
+        return positions
+    pad = min(int(4 * sigma) + 1, len(positions) - 1)
+    before = 2.0 * positions[0] - positions[pad:0:-1]
+    after = 2.0 * positions[-1] - positions[-2 : -pad - 2 : -1]
+    return gaussian_filter1d(np.concatenate([before, positions, after]), sigma, axis=0)[pad:-pad]

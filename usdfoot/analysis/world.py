@@ -1,0 +1,142 @@
+"""World clips: clips made to travel and loops repeated, with the contacts of their feet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdfoot.analysis.authored import with_authored_events
+from usdfoot.analysis.contacts import ContactOptions, contacts_of
+from usdfoot.analysis.cycle import detect_period, repeated
+from usdfoot.analysis.motion import foot_motion
+from usdfoot.analysis.root import RootMotion, detect_root_motion, restored
+from usdfoot.maths import planar
+from usdfoot.maths.types import FloatArray
+from usdfoot.model.biped import Biped
+from usdfoot.model.clip import Clip
+from usdfoot.model.contacts import Contacts, FootContacts
+from usdfoot.model.skeleton import Skeleton
+
+__all__ = ["WorldClip", "clip_leg_length", "detect_contacts", "world_clip"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class WorldClip:
+    """A clip as it moves through the world."""
+
+    clip: Clip
+    """Samples that travel; a loop is there three times, its own cycle in the middle."""
+    contacts: Contacts
+    """Contacts of all samples, authored events put in."""
+    period: float | None
+    """Duration of a cycle [s]; None if the clip is no loop."""
+    start: float
+    """First instant of the original clip [s]."""
+    end: float
+    """Last instant of the original clip, of a loop the end of its cycle [s]."""
+    root_motion: RootMotion
+    """Travel that was given back."""
+    leg_length: float
+    """Hip to ankle with the knee straight, in the clip's own proportions [m]."""
+
+
+def detect_contacts(
+    clip: Clip, skeleton: Skeleton, biped: Biped, *, options: ContactOptions | None = None
+) -> Contacts:
+    """Contacts of a clip: strikes, flats, liftoffs and where the balls stand (design.md sections 2 and 5).
+
+    Authored events replace the detected ones. Positions are in the clip's world, with its travel given back if the clip
+    runs in place. Of a loop every contact that begins in its cycle is listed once; its liftoff may come after the end.
+
+    Args:
+        clip: The clip.
+        skeleton: Its skeleton; the clip's own translations give the proportions.
+        biped: Its leg joints.
+        options: Thresholds.
+    """
+    world = world_clip(clip, skeleton, biped, options=options)
+    if world.period is None:
+        return world.contacts
+    left, right = (_begun_within(world.contacts[side], world.start, world.end) for side in range(2))
+    return Contacts(left=left, right=right)
+
+
+def world_clip(clip: Clip, skeleton: Skeleton, biped: Biped, *, options: ContactOptions | None = None) -> WorldClip:
+    """The clip with loops repeated, travel given back, and contacts detected."""
+    options = options or ContactOptions()
+    leg_length = clip_leg_length(clip, biped)
+    ball_heights = biped.ball_heights * leg_length / biped.maximal_leg_length
+    period = detect_period(clip, skeleton, biped)
+    travelling = clip if period is None else repeated(clip, skeleton, biped, period)
+    root_motion = detect_root_motion(travelling, skeleton, biped)
+    if root_motion.in_place:
+        travelling = _with_travel(travelling, skeleton, biped, root_motion, clip.start_time, options)
+    motion = foot_motion(travelling, skeleton, biped)
+    contacts = contacts_of(motion, ball_heights=ball_heights, leg_length=leg_length, options=options)
+    contacts = with_authored_events(contacts, clip, motion, period, ball_heights=ball_heights, options=options)
+    end = float(clip.times[-1]) if period is None else clip.start_time + period
+    return WorldClip(
+        clip=travelling,
+        contacts=contacts,
+        period=period,
+        start=clip.start_time,
+        end=end,
+        root_motion=root_motion,
+        leg_length=leg_length,
+    )
+
+
+def clip_leg_length(clip: Clip, biped: Biped) -> float:
+    """Hip to ankle with the knee straight, in the clip's own proportions, mean of both legs [m]."""
+    joints = [*biped.knees, *biped.ankles]
+    lengths = np.linalg.norm(clip.translations[:, joints], axis=-1)  # (T, 4)
+    return float(np.median(lengths, axis=0).sum() / 2.0)
+
+
+def _with_travel(
+    clip: Clip, skeleton: Skeleton, biped: Biped, root_motion: RootMotion, origin_time: float, options: ContactOptions
+) -> Clip:
+    """The clip with its travel given back: the constant part first, then what the planted balls still slip."""
+    velocities = np.broadcast_to(root_motion.velocity, (len(clip.rotations), 2))
+    leg_length = clip_leg_length(clip, biped)
+    for _ in range(2):
+        travelling = restored(clip, skeleton, root_motion.yaw_rate, velocities, origin_time=origin_time)
+        motion = foot_motion(travelling, skeleton, biped)
+        contacts = contacts_of(motion, ball_heights=biped.ball_heights, leg_length=leg_length, options=options)
+        times, slips = [], []
+        for side in range(2):
+            foot = contacts[side]
+            for start, end in zip(foot.flat_times, foot.liftoff_times, strict=True):
+                inside = np.flatnonzero((motion.times >= start) & (motion.times <= end))
+                if len(inside) >= 2 and np.isfinite(end - start):
+                    a, b = inside[0], inside[-1]
+                    slip = (motion.balls[b, side] - motion.balls[a, side])[[0, 2]] / (motion.times[b] - motion.times[a])
+                    middle = 0.5 * (start + end)
+                    times.append(middle)
+                    slips.append(planar.rotate(np.array(-root_motion.yaw_rate * (middle - origin_time)), slip))
+        if not times:
+            break
+        order = np.argsort(times)
+        knots, values = np.array(times)[order], np.array(slips)[order]
+        correction = np.stack([np.interp(clip.times, knots, values[:, axis]) for axis in range(2)], axis=1)
+        velocities = velocities - correction
+    return restored(clip, skeleton, root_motion.yaw_rate, velocities, origin_time=origin_time)
+
+
+def _begun_within(foot: FootContacts, start: float, end: float) -> FootContacts:
+    """Contacts whose strike lies in start <= strike < end."""
+    keep = (foot.strike_times >= start - 1e-9) & (foot.strike_times < end - 1e-9)
+    return select_contacts(foot, keep)
+
+
+def select_contacts(foot: FootContacts, keep: FloatArray) -> FootContacts:
+    """Contacts at the places `keep` (indices or flags)."""
+    return FootContacts(
+        strike_times=foot.strike_times[keep],
+        flat_times=foot.flat_times[keep],
+        liftoff_times=foot.liftoff_times[keep],
+        positions=foot.positions[keep],
+        yaws=foot.yaws[keep],
+        ball_first=foot.ball_first[keep],
+    )
