@@ -1,0 +1,164 @@
+"""The contacts of all agents in one table: every footstep, and the stands before the first and after the last."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from usdfoot.maths import planar
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.plan import FootstepPlan
+
+__all__ = ["ContactTable", "lay_contacts", "with_headings"]
+
+UNKNOWN_STEP_TIME = 0.6
+"""Duration of a step when a plan has no other to copy from [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactTable:
+    """Contacts of A agents, C in all, each agent's in order of strike, left and right in turn.
+
+    A plan that starts in mid gait has one more contact before its first footstep, one that ends in mid gait has one
+    more after its last: where the other foot comes from and goes to (design.md section 2). Their `steps` are -1.
+    """
+
+    first: IntArray
+    """Index of each agent's first contact, shape (A + 1,); the last entry is C."""
+    agents: IntArray
+    """Agent of each contact, shape (C,)."""
+    steps: IntArray
+    """Footstep of the plan, or -1, shape (C,)."""
+    sides: IntArray
+    """0 = left, 1 = right, shape (C,)."""
+    positions: FloatArray
+    """Ground under the ball as executed [m], world, shape (C, 3)."""
+    yaws: FloatArray
+    """Direction of the foot [rad], shape (C,)."""
+    normals: FloatArray
+    """Ground normal, shape (C, 3)."""
+    strikes: FloatArray
+    """[s], shape (C,)."""
+    liftoffs: FloatArray
+    """[s], shape (C,)."""
+    headings: FloatArray
+    """Heading at the strike: mean of the yaws of this contact and the one before, continuous [rad], shape (C,)."""
+    starts: FloatArray
+    """First strike of each agent's plan [s], shape (A,)."""
+    ends: FloatArray
+    """Last liftoff of each agent's plan [s], shape (A,)."""
+
+    @property
+    def has_next(self) -> BoolArray:
+        """Whether the agent has a contact after this one, shape (C,)."""
+        flags = np.ones(len(self.sides), dtype=bool)
+        flags[self.first[1:] - 1] = False
+        return flags
+
+    @property
+    def has_previous(self) -> BoolArray:
+        """Whether the agent has a contact before this one, shape (C,)."""
+        flags = np.ones(len(self.sides), dtype=bool)
+        flags[self.first[:-1]] = False
+        return flags
+
+    @property
+    def has_swing(self) -> BoolArray:
+        """Whether the same foot has another contact after this one, shape (C,)."""
+        flags = self.has_next
+        return flags & np.append(flags[1:], False)
+
+
+def lay_contacts(plans: Sequence[FootstepPlan]) -> ContactTable:
+    """Table of the contacts of all plans; the contacts that are no footsteps are placed as far as the plans tell.
+
+    The one after the last footstep mirrors the last step. The one before the first is put beside it; where it
+    belongs follows from the examples (`weights.place_departures`).
+    """
+    before = np.array([not plan.starts_standing for plan in plans], dtype=int)
+    after = np.array([not plan.ends_standing for plan in plans], dtype=int)
+    counts = np.array([len(plan) for plan in plans]) + before + after
+    first = np.concatenate([[0], np.cumsum(counts)])
+    total = int(first[-1])
+    agents = np.repeat(np.arange(len(plans)), counts)
+    steps = np.arange(total) - np.repeat(first[:-1] + before, counts)
+    steps[steps >= np.repeat([len(plan) for plan in plans], counts)] = -1
+    steps = np.maximum(steps, -1)
+    real = steps >= 0
+    table = {
+        name: np.zeros((total, *shape), dtype=kind)
+        for name, shape, kind in (
+            ("sides", (), int),
+            ("positions", (3,), float),
+            ("yaws", (), float),
+            ("normals", (3,), float),
+            ("strikes", (), float),
+            ("liftoffs", (), float),
+        )
+    }
+    for name, values in (
+        ("sides", [plan.sides for plan in plans]),
+        ("positions", [plan.positions for plan in plans]),
+        ("yaws", [plan.yaws for plan in plans]),
+        ("normals", [plan.normals for plan in plans]),
+        ("strikes", [plan.strike_times for plan in plans]),
+        ("liftoffs", [plan.liftoff_times for plan in plans]),
+    ):
+        table[name][real] = np.concatenate(values)
+    ends = np.array([plan.liftoff_times.max() for plan in plans])
+    _lay_before(table, first[:-1][before == 1])
+    _lay_after(table, first[1:][after == 1] - 1, ends[after == 1])
+    contacts = ContactTable(
+        first=first,
+        agents=agents,
+        steps=steps,
+        headings=np.zeros(total),
+        starts=np.array([plan.strike_times[0] for plan in plans]),
+        ends=ends,
+        **table,
+    )
+    return with_headings(contacts)
+
+
+def _lay_before(table: dict[str, FloatArray], rows: IntArray) -> None:
+    """Fills the contacts before mid-gait starts: the other foot, a fifth of a step from lifting off."""
+    step_time = table["strikes"][rows + 2] - table["strikes"][rows + 1]
+    table["sides"][rows] = 1 - table["sides"][rows + 1]
+    for name in ("positions", "normals"):
+        table[name][rows] = table[name][rows + 1]
+    table["yaws"][rows] = table["yaws"][rows + 2]
+    table["liftoffs"][rows] = table["strikes"][rows + 1] + 0.2 * step_time
+    table["strikes"][rows] = table["strikes"][rows + 1] - step_time
+
+
+def _lay_after(table: dict[str, FloatArray], rows: IntArray, ends: FloatArray) -> None:
+    """Fills the contacts after mid-gait ends: the mirror image of the last step, after the same time."""
+    step_time = table["strikes"][rows - 1] - table["strikes"][rows - 2]
+    step_time = np.where(step_time > 0.0, step_time, UNKNOWN_STEP_TIME)
+    heading = planar.circular_mean(np.stack([table["yaws"][rows - 1], table["yaws"][rows - 2]]), axis=0)
+    stride = table["positions"][rows - 1] - table["positions"][rows - 2]
+    step = planar.rotate(-heading, stride[:, [0, 2]]) * np.array([-1.0, 1.0])
+    table["sides"][rows] = table["sides"][rows - 2]
+    table["positions"][rows] = table["positions"][rows - 1]
+    table["positions"][np.ix_(rows, [0, 2])] += planar.rotate(heading, step)
+    table["normals"][rows] = table["normals"][rows - 1]
+    table["yaws"][rows] = table["yaws"][rows - 2]
+    earliest = table["liftoffs"][rows - 2] + 0.5 * step_time
+    table["strikes"][rows] = np.maximum(table["strikes"][rows - 1] + step_time, earliest)
+    table["liftoffs"][rows] = np.maximum(ends, table["strikes"][rows]) + 1.0
+
+
+def with_headings(contacts: ContactTable) -> ContactTable:
+    """The table with headings made anew from its yaws."""
+    yaws = contacts.yaws
+    previous = np.concatenate([yaws[:1], yaws[:-1]])
+    headings = previous + 0.5 * planar.wrap_angle(yaws - previous)
+    starts = contacts.first[:-1]
+    headings[starts] = headings[starts + 1]
+    jumps = planar.wrap_angle(np.diff(headings, prepend=0.0))
+    jumps[starts] = headings[starts]
+    total = np.cumsum(jumps)
+    offsets = total[starts] - jumps[starts]
+    return replace(contacts, headings=total - np.repeat(offsets, np.diff(contacts.first)))

@@ -1,0 +1,152 @@
+"""Detours of swinging feet: over the terrain between two prints, and around the standing leg (design.md section 7)."""
+
+from __future__ import annotations
+
+import numpy as np
+import warp as wp
+
+from usdfoot.engine.feet import ContactFeet, device_feet
+from usdfoot.engine.legs import LegRig, leg_kinematics
+from usdfoot.engine.plant import FootArrays, swinging_foot
+from usdfoot.engine.poses import Poses, Setup, StepBlend, pose_frames
+from usdfoot.engine.kernels import SegmentArrays
+from usdfoot.engine.segments import locate
+from usdfoot.maths import planar
+from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.ground import Ground
+
+__all__ = ["KNOTS", "plan_detours"]
+
+KNOTS = 13
+"""Knots of a detour, even in the swing's time, both ends included."""
+
+BETWEEN = 4
+"""Ground samples from one knot to the next."""
+
+BLIND_HEIGHT = 0.6
+"""Ground higher than this over both prints is not stepped over: a wall or another level [m]."""
+
+
+@wp.kernel
+def swing_soles(
+    rig: LegRig,
+    feet: FootArrays,
+    contacts: wp.array(dtype=wp.int32),
+    sides: wp.array(dtype=wp.int32),
+    times: wp.array(dtype=wp.float32),
+    pelvis_positions: wp.array(dtype=wp.vec3f),
+    pelvis_rotations: wp.array(dtype=wp.quatf),
+    rotations: wp.array2d(dtype=wp.quatf),
+    balls: wp.array(dtype=wp.vec3f),
+    heels: wp.array(dtype=wp.vec3f),
+):
+    """The soles' points under ball and heel along the swings."""
+    frame = wp.tid()
+    side = sides[frame]
+    leg = leg_kinematics(rig, side, pelvis_positions[frame], pelvis_rotations[frame], rotations, frame)
+    pose = swinging_foot(rig, feet, contacts[frame], side, times[frame], leg)
+    balls[frame] = pose.ankle + wp.quat_rotate(pose.rotation, rig.ball_offsets[side])
+    balls[frame] -= wp.vec3f(0.0, rig.ball_heights[side], 0.0)
+    heels[frame] = pose.ankle + wp.quat_rotate(pose.rotation, rig.heel_offsets[side])
+
+
+def plan_detours(setup: Setup, blend: StepBlend, arrays: SegmentArrays, feet: ContactFeet, ground: Ground) -> FloatArray:
+    """What to add to each swing so that the sole clears the terrain and the foot passes beside the standing leg.
+
+    Returns:
+        Offsets at KNOTS instants of the swing after each contact [m], shape (C, KNOTS, 3).
+    """
+    contacts = setup.contacts
+    rows = np.flatnonzero(contacts.has_swing)
+    fractions = np.linspace(0.0, 1.0, KNOTS)
+    begins, ends = contacts.liftoffs[rows], contacts.strikes[rows + 2]
+    times = begins[:, None] + (ends - begins)[:, None] * fractions
+    balls, heels = _soles(setup, blend, arrays, feet, np.repeat(rows, KNOTS), times.ravel())
+    balls, heels = balls.reshape(-1, KNOTS, 3), heels.reshape(-1, KNOTS, 3)
+    detours = np.zeros((len(contacts.sides), KNOTS, 3))
+    detours[rows] += _beside_leg(setup, rows, balls)
+    detours[rows, :, 1] += _over_ground(setup, rows, balls + detours[rows], heels + detours[rows], ground)
+    return detours
+
+
+def _soles(
+    setup: Setup, blend: StepBlend, arrays: SegmentArrays, feet: ContactFeet, rows: IntArray, times: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Soles under ball and heel of the swings after contacts `rows` at `times` [s], world, shape (F, 3) each."""
+    contacts, segments = setup.contacts, setup.segments
+    agents = contacts.agents[rows]
+    frame_segments = locate(segments.agents, segments.begins, contacts.starts, agents, times)
+    poses: Poses = pose_frames(setup, blend, arrays, frame_segments, times, joints=setup.rig.leg_joints)
+    balls, heels = wp.empty(len(rows), dtype=wp.vec3f), wp.empty(len(rows), dtype=wp.vec3f)
+    wp.launch(
+        swing_soles,
+        dim=len(rows),
+        inputs=[
+            setup.rig.arrays,
+            device_feet(setup, feet, np.zeros((len(contacts.sides), 2, 3))),
+            wp.array(rows.astype(np.int32), dtype=wp.int32),
+            wp.array(contacts.sides[rows].astype(np.int32), dtype=wp.int32),
+            wp.array((times - contacts.starts[agents]).astype(np.float32), dtype=wp.float32),
+            poses.pelvis_positions,
+            poses.pelvis_rotations,
+            poses.rotations,
+        ],
+        outputs=[balls, heels],
+    )
+    origins = setup.origins[agents]
+    return balls.numpy() + origins, heels.numpy() + origins
+
+
+def _beside_leg(setup: Setup, rows: IntArray, balls: FloatArray) -> FloatArray:
+    """Sideways offsets (N, KNOTS, 3) that keep the swinging ball off the standing one while it passes."""
+    contacts = setup.contacts
+    heading = contacts.headings[rows + 1][:, None]
+    apart = (balls - contacts.positions[rows + 1][:, None])[..., [0, 2]]
+    apart = planar.rotate(-heading, apart)
+    outward = np.where(contacts.sides[rows] == 0, 1.0, -1.0)[:, None]
+    ahead = np.clip(1.0 - np.abs(apart[..., 1]) / 0.3, 0.0, 1.0)
+    wanted = setup.options.foot_spacing * ahead**2 * (3.0 - 2.0 * ahead) * (ahead > 0.0)
+    missing = np.where(ahead > 0.0, np.clip(wanted - outward * apart[..., 0], 0.0, 0.15), 0.0)
+    push = _envelope(missing)
+    offsets = planar.rotate(heading, np.stack([outward * push, np.zeros_like(push)], axis=-1))
+    return np.stack([offsets[..., 0], np.zeros_like(push), offsets[..., 1]], axis=-1)
+
+
+def _over_ground(setup: Setup, rows: IntArray, balls: FloatArray, heels: FloatArray, ground: Ground) -> FloatArray:
+    """Lifts (N, KNOTS) [m] that bring ball and heel over the terrain with clearance in mid swing."""
+    fractions = np.linspace(0.0, 1.0, BETWEEN * (KNOTS - 1) + 1)
+    middle = np.clip(np.minimum(fractions, 1.0 - fractions) / 0.18, 0.0, 1.0)
+    clearance = setup.options.clearance * middle**2 * (3.0 - 2.0 * middle)
+    highest = np.maximum(setup.contacts.positions[rows, 1], setup.contacts.positions[rows + 2, 1])
+    missing = np.zeros((len(rows), len(fractions)))
+    for soles in (balls, heels):
+        path = _refine(soles)
+        near = np.broadcast_to(highest[:, None], path.shape[:2])
+        found = ground.heights(path[..., [0, 2]].reshape(-1, 2), near.ravel(), step_up=BLIND_HEIGHT)
+        heights = found.heights.reshape(near.shape)
+        missing = np.maximum(missing, heights + clearance - path[..., 1])
+    missing = np.clip(missing, 0.0, BLIND_HEIGHT)
+    missing[:, [0, -1]] = 0.0
+    grouped = np.zeros((len(rows), KNOTS))
+    for shift in range(-BETWEEN + 1, BETWEEN):
+        sampled = np.clip(np.arange(KNOTS) * BETWEEN + shift, 0, missing.shape[1] - 1)
+        grouped = np.maximum(grouped, missing[:, sampled])
+    return _envelope(grouped)
+
+
+def _refine(path: FloatArray) -> FloatArray:
+    """Paths (N, KNOTS, 3) with BETWEEN even pieces from knot to knot."""
+    pieces = np.arange(BETWEEN) / BETWEEN
+    inner = path[:, :-1, None] + pieces[:, None] * (path[:, 1:] - path[:, :-1])[:, :, None]
+    return np.concatenate([inner.reshape(len(path), -1, 3), path[:, -1:]], axis=1)
+
+
+def _envelope(missing: FloatArray) -> FloatArray:
+    """Smooth curves through the knots (N, KNOTS), not below `missing`, zero at both ends."""
+    padded = np.pad(missing, ((0, 0), (1, 1)))
+    dilated = np.maximum(np.maximum(padded[:, :-2], padded[:, 1:-1]), padded[:, 2:])
+    padded = np.pad(dilated, ((0, 0), (1, 1)), mode="edge")
+    smooth = 0.25 * padded[:, :-2] + 0.5 * padded[:, 1:-1] + 0.25 * padded[:, 2:]
+    smooth = np.maximum(smooth, missing)
+    smooth[:, [0, -1]] = 0.0
+    return smooth

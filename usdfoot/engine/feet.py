@@ -1,0 +1,215 @@
+"""Set-up of the feet: prints on the ground, roll of each contact, and how swings are led from print to print."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import warp as wp
+
+from usdfoot.engine.plant import FootArrays, standing_foot
+from usdfoot.engine.poses import Feet, Setup, StepBlend
+from usdfoot.engine.rig import LegRig
+from usdfoot.maths import planar, quaternion
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.ground import Ground
+
+__all__ = ["ContactFeet", "device_feet", "lay_prints", "lead_swings", "roll_contacts"]
+
+FLAT_TIME = 0.12
+FLAT_SHARE = 0.25
+"""Flat comes at most this long [s], and at most this part of the contact, after the strike (design.md section 2)."""
+
+EDGE_HEIGHT = 0.03
+"""Ground under the heel farther than this from the print's plane is another tread, not a slope [m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactFeet:
+    """Feet of the contacts (C,), what the device table is made of."""
+
+    frames: FloatArray
+    """Print to world, shape (C, 4)."""
+    flat_rotations: FloatArray
+    """Ankle joint in the world, foot flat, shape (C, 4)."""
+    flats: FloatArray
+    """Times the ball is down [s], shape (C,)."""
+    strike_pitches: FloatArray
+    """Pitch at the strike, toes up < 0 [rad], shape (C,)."""
+    roll_times: FloatArray
+    """From flat until the clip's pitch counts again [s], shape (C,)."""
+    leave_offsets: FloatArray
+    land_offsets: FloatArray
+    """Planted minus blended ball at the liftoff, and at the next strike of the foot [m], shape (C, 3)."""
+    leave_rotations: FloatArray
+    land_rotations: FloatArray
+    """Planted times inverse blended ankle rotation, likewise, shape (C, 4)."""
+    on_ground: BoolArray
+    """Whether there is walkable ground under the ball, shape (C,)."""
+
+
+def lay_prints(setup: Setup, ground: Ground) -> tuple[FloatArray, BoolArray]:
+    """Frames of the prints: yaw from the plan, pitch and roll from the ground under ball and heel ([B] 4.5).
+
+    Returns:
+        Rotations print to world, shape (C, 4), and whether walkable ground is under the ball, shape (C,).
+    """
+    contacts = setup.contacts
+    places = contacts.positions[:, [0, 2]]
+    under = ground.heights(places, contacts.positions[:, 1], step_up=0.1)
+    near = np.abs(under.heights - contacts.positions[:, 1]) < 0.05
+    normals = np.where((under.hit & near)[:, None], under.normals, contacts.normals)
+    lengths = np.array([_heel_distance(setup, side) for side in (0, 1)])[contacts.sides]
+    forward = planar.direction(contacts.yaws)
+    behind = ground.heights(places - lengths[:, None] * forward, contacts.positions[:, 1], step_up=0.1)
+    plane_drop = np.sum(normals[:, [0, 2]] * forward, axis=1) / normals[:, 1] * lengths
+    heel_rise = behind.heights - contacts.positions[:, 1]
+    follow = behind.hit & ((np.abs(heel_rise - plane_drop) < EDGE_HEIGHT) | (heel_rise > plane_drop))
+    slope = np.where(follow & ground.has_terrain, np.clip(heel_rise, -0.15, 0.15), plane_drop) / lengths  # rise towards the heel
+    sideways = np.stack([forward[:, 1], -forward[:, 0]], axis=1)  # +X of the print
+    lateral = -np.sum(normals[:, [0, 2]] * sideways, axis=1) / normals[:, 1]
+    ahead = np.stack([forward[:, 0], -slope, forward[:, 1]], axis=1)
+    across = np.stack([sideways[:, 0], lateral, sideways[:, 1]], axis=1)
+    z = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
+    y = np.cross(z, across)
+    y /= np.linalg.norm(y, axis=1, keepdims=True)
+    frames = quaternion.from_matrix(np.stack([np.cross(y, z), y, z], axis=-1))
+    return frames, ~np.bool_(ground.has_terrain) | (under.hit & under.walkable & near)
+
+
+def _heel_distance(setup: Setup, side: int) -> float:
+    """Horizontal distance from ball to heel of the flat foot [m]."""
+    foot = setup.rig.feet[side]
+    return float(quaternion.rotate(foot.flat_rotation, foot.ball_offset - foot.heel_offset)[2])
+
+
+def roll_contacts(setup: Setup, blend: StepBlend, raises: FloatArray, ground: Ground) -> ContactFeet:
+    """How each contact rolls from heel to ball.
+
+    Args:
+        setup: Contacts as executed.
+        blend: Weights of the segments.
+        raises: Pitch of the blended foot at each contact's strike [rad], shape (C,).
+        ground: For the prints.
+    """
+    contacts = setup.contacts
+    frames, on_ground = lay_prints(setup, ground)
+    flat_feet = np.array([foot.flat_rotation for foot in setup.rig.feet])
+    durations = contacts.liftoffs - contacts.strikes
+    heel_first = raises < -0.01
+    flats = contacts.strikes + np.where(heel_first, np.minimum(FLAT_TIME, FLAT_SHARE * durations), 0.0)
+    count = len(contacts.sides)
+    return ContactFeet(
+        frames=frames,
+        flat_rotations=quaternion.compose(frames, flat_feet[contacts.sides]),
+        flats=flats,
+        strike_pitches=np.where(heel_first, np.maximum(raises, -0.7), 0.0),
+        roll_times=np.maximum(0.3 * (contacts.liftoffs - flats), 1e-3),
+        leave_offsets=np.zeros((count, 3)),
+        land_offsets=np.zeros((count, 3)),
+        leave_rotations=np.tile([0.0, 0.0, 0.0, 1.0], (count, 1)),
+        land_rotations=np.tile([0.0, 0.0, 0.0, 1.0], (count, 1)),
+        on_ground=on_ground,
+    )
+
+
+def device_feet(setup: Setup, feet: ContactFeet, detours: FloatArray) -> FootArrays:
+    """Contacts as device arrays; `detours` [m] (C, K, 3) are added to the swings."""
+    contacts = setup.contacts
+    origins = setup.origins[contacts.agents]
+    clock = contacts.starts[contacts.agents]
+    liftoffs = np.where(contacts.has_swing, contacts.liftoffs, np.inf)
+    arrays = FootArrays()
+    for name, values, kind in (
+        ("positions", contacts.positions - origins, wp.vec3f),
+        ("frames", feet.frames, wp.quatf),
+        ("flat_rotations", feet.flat_rotations, wp.quatf),
+        ("strikes", contacts.strikes - clock, wp.float32),
+        ("flats", feet.flats - clock, wp.float32),
+        ("liftoffs", liftoffs - clock, wp.float32),
+        ("strike_pitches", feet.strike_pitches, wp.float32),
+        ("roll_times", feet.roll_times, wp.float32),
+        ("leave_offsets", feet.leave_offsets, wp.vec3f),
+        ("leave_rotations", feet.leave_rotations, wp.quatf),
+        ("land_offsets", feet.land_offsets, wp.vec3f),
+        ("land_rotations", feet.land_rotations, wp.quatf),
+        ("detours", detours, wp.vec3f),
+    ):
+        setattr(arrays, name, wp.array(np.ascontiguousarray(values, dtype=np.float32), dtype=kind))
+    return arrays
+
+
+@wp.kernel
+def pose_contacts(
+    rig: LegRig,
+    feet: FootArrays,
+    contacts: wp.array(dtype=wp.int32),
+    sides: wp.array(dtype=wp.int32),
+    times: wp.array(dtype=wp.float32),
+    pitches: wp.array(dtype=wp.float32),
+    balls: wp.array(dtype=wp.vec3f),
+    rotations: wp.array(dtype=wp.quatf),
+):
+    """Ball and ankle rotation of feet in contact."""
+    k = wp.tid()
+    pose = standing_foot(rig, feet, contacts[k], sides[k], times[k], pitches[k])
+    rotations[k] = pose.rotation
+    balls[k] = pose.ankle + wp.quat_rotate(pose.rotation, rig.ball_offsets[sides[k]])
+
+
+def _planted(setup: Setup, arrays: FootArrays, rows: IntArray, times: FloatArray, pitches: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Balls [m] (N, 3) and ankle rotations (N, 4) of contacts `rows` at `times` on the agents' clocks [s]."""
+    balls = wp.empty(len(rows), dtype=wp.vec3f)
+    rotations = wp.empty(len(rows), dtype=wp.quatf)
+    wp.launch(
+        pose_contacts,
+        dim=len(rows),
+        inputs=[
+            setup.rig.arrays,
+            arrays,
+            wp.array(rows.astype(np.int32), dtype=wp.int32),
+            wp.array(setup.contacts.sides[rows].astype(np.int32), dtype=wp.int32),
+            wp.array(times.astype(np.float32), dtype=wp.float32),
+            wp.array(pitches.astype(np.float32), dtype=wp.float32),
+        ],
+        outputs=[balls, rotations],
+    )
+    return balls.numpy().astype(float), rotations.numpy().astype(float)
+
+
+def lead_swings(setup: Setup, feet: ContactFeet, strikes: Feet, liftoffs: Feet) -> ContactFeet:
+    """Offsets that lead each swing from the print it leaves to the one it lands on.
+
+    Args:
+        setup: Contacts as executed.
+        feet: Prints and rolls.
+        strikes: Blended feet at each contact's strike, one frame a contact.
+        liftoffs: Blended feet at each contact's liftoff, one frame a contact.
+    """
+    contacts = setup.contacts
+    clock = contacts.starts[contacts.agents]
+    arrays = device_feet(setup, feet, np.zeros((len(contacts.sides), 2, 3)))
+    rows = np.flatnonzero(contacts.has_swing)
+    leave = _differences(setup, arrays, rows, (contacts.liftoffs - clock)[rows], liftoffs)
+    land = _differences(setup, arrays, rows + 2, (contacts.strikes - clock)[rows + 2], strikes)
+    values = {
+        "leave_offsets": (feet.leave_offsets, leave[0]),
+        "leave_rotations": (feet.leave_rotations, leave[1]),
+        "land_offsets": (feet.land_offsets, land[0]),
+        "land_rotations": (feet.land_rotations, land[1]),
+    }
+    filled = {}
+    for name, (old, new) in values.items():
+        filled[name] = old.copy()
+        filled[name][rows] = new
+    return replace(feet, **filled)
+
+
+def _differences(
+    setup: Setup, arrays: FootArrays, rows: IntArray, times: FloatArray, blended: Feet
+) -> tuple[FloatArray, FloatArray]:
+    """Planted minus blended balls, planted times inverse blended rotations, of contacts `rows`."""
+    sides = setup.contacts.sides[rows]
+    balls, rotations = _planted(setup, arrays, rows, times, blended.raises[rows, sides])
+    turned = quaternion.compose(rotations, quaternion.inverse(blended.rotations[rows, sides]))
+    return balls - blended.balls[rows, sides], quaternion.align_signs(turned, np.array([0.0, 0.0, 0.0, 1.0]))

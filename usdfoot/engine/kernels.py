@@ -1,0 +1,148 @@
+"""Warp kernels over frames: blend the poses of up to four examples, place the pelvis over the support foot.
+
+A *frame* here is any (segment, time) pair, an output frame or an instant of the set-up. Positions are relative to the
+agent's origin so that float32 is exact to some micrometres.
+"""
+
+from __future__ import annotations
+
+import warp as wp
+
+__all__ = ["LibraryArrays", "SegmentArrays", "blend_rotations", "place_pelvis"]
+
+
+@wp.struct
+class LibraryArrays:
+    """Examples on the device."""
+
+    rotations: wp.array3d(dtype=wp.quatf)  # (E, S, J) joint-local, the pelvis's in the support frame
+    pelvis_positions: wp.array2d(dtype=wp.vec3f)  # (E, S) used by stands
+    support_balls: wp.array2d(dtype=wp.vec3f)  # (E, S) support frame
+    translations: wp.array(dtype=wp.vec3f)  # (J,) rest
+    chains: wp.array2d(dtype=wp.int32)  # (2, C) joints below the pelvis down to each ball, padded with -1
+    pelvis: wp.int32
+
+
+@wp.struct
+class SegmentArrays:
+    """Segments on the device, M of them, and the seams between them, M + 1."""
+
+    examples: wp.array(dtype=wp.vec4i)
+    weights: wp.array(dtype=wp.vec4f)
+    support_sides: wp.array(dtype=wp.int32)  # -1 in a stand
+    origins: wp.array(dtype=wp.vec3f)  # support ball on the ground, or middle of the feet in a stand
+    joint_values: wp.array2d(dtype=wp.vec3f)  # (M + 1, J) half the jump, tan(angle / 4) along the axis
+    joint_slopes: wp.array2d(dtype=wp.vec3f)  # (M + 1, J) its rate
+    position_values: wp.array(dtype=wp.vec3f)  # (M + 1,) half the jump of the pelvis
+    position_slopes: wp.array(dtype=wp.vec3f)
+
+
+@wp.func
+def blended_rotation(
+    rotations: wp.array3d(dtype=wp.quatf), examples: wp.vec4i, weights: wp.vec4f, sample: float, joint: int
+) -> wp.quatf:
+    """Normalised sum of the examples' rotations, signs aligned to the heaviest (the first)."""
+    last = rotations.shape[1] - 2
+    row = wp.min(int(sample), last)
+    fraction = sample - float(row)
+    reference = rotations[examples[0], row, joint]
+    total = wp.quatf(0.0, 0.0, 0.0, 0.0)
+    for k in range(4):
+        weight = weights[k]
+        if weight > 0.0:
+            first = rotations[examples[k], row, joint]
+            second = rotations[examples[k], row + 1, joint]
+            if wp.dot(first, reference) < 0.0:
+                weight = -weight
+            total += first * (weight * (1.0 - fraction)) + second * (weight * fraction)
+    return wp.normalize(total)
+
+
+@wp.func
+def blended_position(
+    positions: wp.array2d(dtype=wp.vec3f), examples: wp.vec4i, weights: wp.vec4f, sample: float
+) -> wp.vec3f:
+    """Weighted sum of the examples' positions."""
+    last = positions.shape[1] - 2
+    row = wp.min(int(sample), last)
+    fraction = sample - float(row)
+    total = wp.vec3f(0.0, 0.0, 0.0)
+    for k in range(4):
+        if weights[k] > 0.0:
+            first = positions[examples[k], row]
+            total += weights[k] * (first + fraction * (positions[examples[k], row + 1] - first))
+    return total
+
+
+@wp.func
+def seam_rotation(
+    values: wp.array2d(dtype=wp.vec3f), slopes: wp.array2d(dtype=wp.vec3f), segment: int, window: wp.vec4f, joint: int
+) -> wp.quatf:
+    """Rotation that carries the seams at both ends of a segment; identity beyond their windows."""
+    half = window[0] * values[segment, joint] + window[1] * slopes[segment, joint]
+    half += window[2] * values[segment + 1, joint] + window[3] * slopes[segment + 1, joint]
+    return wp.normalize(wp.quatf(half[0], half[1], half[2], 1.0))
+
+
+@wp.kernel
+def place_pelvis(
+    library: LibraryArrays,
+    segments: SegmentArrays,
+    frame_segments: wp.array(dtype=wp.int32),
+    samples: wp.array(dtype=wp.float32),
+    yaws: wp.array(dtype=wp.float32),
+    ground: wp.array(dtype=wp.float32),
+    joint_windows: wp.array(dtype=wp.vec4f),
+    position_windows: wp.array(dtype=wp.vec4f),
+    positions: wp.array(dtype=wp.vec3f),
+    rotations: wp.array(dtype=wp.quatf),
+):
+    """Pelvis of each frame such that the blended support ball is where it was in the blended examples ([B] Eq. 2)."""
+    frame = wp.tid()
+    segment = frame_segments[frame]
+    sample = samples[frame]
+    examples = segments.examples[segment]
+    weights = segments.weights[segment]
+    side = segments.support_sides[segment]
+    rotation = blended_rotation(library.rotations, examples, weights, sample, library.pelvis)
+    offset = wp.vec3f(0.0, 0.0, 0.0)
+    if side >= 0:
+        turned = rotation
+        for c in range(library.chains.shape[1]):
+            joint = library.chains[side, c]
+            if joint >= 0:
+                offset -= wp.quat_rotate(turned, library.translations[joint])
+                turned = turned * blended_rotation(library.rotations, examples, weights, sample, joint)
+        offset += blended_position(library.support_balls, examples, weights, sample)
+    else:
+        offset += blended_position(library.pelvis_positions, examples, weights, sample)
+    heading = wp.quat_from_axis_angle(wp.vec3f(0.0, 1.0, 0.0), yaws[frame])
+    window = position_windows[frame]
+    position = segments.origins[segment] + wp.quat_rotate(heading, offset)
+    position[1] = ground[frame] + offset[1]
+    position += window[0] * segments.position_values[segment] + window[1] * segments.position_slopes[segment]
+    position += window[2] * segments.position_values[segment + 1] + window[3] * segments.position_slopes[segment + 1]
+    positions[frame] = position
+    seam = seam_rotation(segments.joint_values, segments.joint_slopes, segment, joint_windows[frame], library.pelvis)
+    rotations[frame] = seam * heading * rotation
+
+
+@wp.kernel
+def blend_rotations(
+    library: LibraryArrays,
+    segments: SegmentArrays,
+    joints: wp.array(dtype=wp.int32),
+    frame_segments: wp.array(dtype=wp.int32),
+    samples: wp.array(dtype=wp.float32),
+    joint_windows: wp.array(dtype=wp.vec4f),
+    rotations: wp.array2d(dtype=wp.quatf),
+):
+    """Joint-local rotations of each frame for the joints asked for; the others are left alone."""
+    frame, k = wp.tid()
+    joint = joints[k]
+    segment = frame_segments[frame]
+    blended = blended_rotation(
+        library.rotations, segments.examples[segment], segments.weights[segment], samples[frame], joint
+    )
+    seam = seam_rotation(segments.joint_values, segments.joint_slopes, segment, joint_windows[frame], joint)
+    rotations[frame, joint] = seam * blended

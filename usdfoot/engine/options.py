@@ -1,0 +1,46 @@
+"""Options of the engine, with their units and defaults."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from usdfoot.errors import UsdfootError
+
+__all__ = ["SEAMS", "EngineOptions"]
+
+SEAMS = ("inertialise", "crossfade", "none")
+
+
+@dataclass(frozen=True, kw_only=True)
+class EngineOptions:
+    """What an animator may turn.
+
+    Raises:
+        UsdfootError: If a value is out of its range.
+    """
+
+    correction: bool = True
+    """Measure the blended landing and correct the query ([B] Fig. 5, 8); off = the paper's behaviour."""
+    corrections: int = 3
+    """How often the query is corrected at most."""
+    seam: str = "inertialise"
+    """inertialise | crossfade ([B] 7) | none."""
+    seam_time: float = 0.2
+    """Time over which a seam's jump decays on either side, at most the step [s]."""
+    stand_time: float = 0.5
+    """A double support longer than this is stood through [s]."""
+    stand_seam_time: float = 0.45
+    """Time to settle into, and out of, a stand [s]."""
+    clearance: float = 0.014
+    """Least height of the swinging sole over the terrain in mid swing [m]."""
+    foot_spacing: float = 0.08
+    """Least distance between the swinging foot and the standing leg it passes, centre to centre [m]."""
+    samples: int = 64
+    """Samples of each example."""
+
+    def __post_init__(self) -> None:
+        if self.seam not in SEAMS:
+            raise UsdfootError("seam", f"{self.seam!r} is not known", f"choose one of {', '.join(SEAMS)}")
+        for name in ("seam_time", "stand_time", "stand_seam_time"):
+            if not getattr(self, name) > 0.0:
+                raise UsdfootError(name, f"is {getattr(self, name)}", "must be above 0 s")

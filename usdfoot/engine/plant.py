@@ -1,0 +1,211 @@
+"""Warp kernels that hold the stance feet on their footsteps and lead the swing feet from one to the next ([B] 4.5)."""
+
+from __future__ import annotations
+
+import warp as wp
+
+from usdfoot.engine.legs import Leg, LegRig, bend_leg, leg_kinematics
+
+__all__ = ["FootArrays", "measure_legs", "plant_feet"]
+
+
+@wp.struct
+class FootArrays:
+    """Contacts on the device, C of them in order of strike per agent; a foot's next contact is two further."""
+
+    positions: wp.array(dtype=wp.vec3f)  # ground under the ball, agent's origin
+    frames: wp.array(dtype=wp.quatf)  # print to world: +Z forward, +Y normal
+    flat_rotations: wp.array(dtype=wp.quatf)  # ankle joint in the world, foot flat on the print
+    strikes: wp.array(dtype=wp.float32)  # agent's clock [s]
+    flats: wp.array(dtype=wp.float32)
+    liftoffs: wp.array(dtype=wp.float32)
+    strike_pitches: wp.array(dtype=wp.float32)  # heel raised > 0 [rad]
+    roll_times: wp.array(dtype=wp.float32)  # from flat until the clip's pitch counts again [s]
+    leave_offsets: wp.array(dtype=wp.vec3f)  # planted minus blended ball at the liftoff
+    leave_rotations: wp.array(dtype=wp.quatf)  # planted times inverse blended ankle at the liftoff
+    land_offsets: wp.array(dtype=wp.vec3f)  # the same at the next strike of this foot
+    land_rotations: wp.array(dtype=wp.quatf)
+    detours: wp.array2d(dtype=wp.vec3f)  # (C, K) added to the swing that follows, even in its time
+
+
+@wp.struct
+class FootPose:
+    """Where a foot has to be."""
+
+    ankle: wp.vec3f
+    rotation: wp.quatf
+    toes: wp.float32  # how far the toes stay parallel to the print, 0..1
+    planted: wp.float32  # 1 in contact, 0 in swing
+
+
+@wp.func
+def smootherstep(x: float) -> float:
+    """Rises from 0 to 1 over 0..1 without velocity or acceleration at the ends."""
+    y = wp.clamp(x, 0.0, 1.0)
+    return y * y * y * (10.0 + y * (6.0 * y - 15.0))
+
+
+@wp.func
+def soft_positive(x: float, width: float) -> float:
+    """Smooth max(x, 0), above it by at most half the width."""
+    return 0.5 * (x + wp.sqrt(x * x + width * width))
+
+
+@wp.func
+def heel_raise(rig: LegRig, side: int, leg: Leg) -> float:
+    """Pitch of the blended foot against flat [rad], > 0 with the heel raised."""
+    direction = wp.normalize(leg.ball - leg.ankle)
+    return rig.flat_elevations[side] - wp.asin(wp.clamp(direction[1], -1.0, 1.0))
+
+
+@wp.func
+def standing_foot(rig: LegRig, feet: FootArrays, contact: int, side: int, time: float, pitch: float) -> FootPose:
+    """Foot in contact: the heel stays put until flat, the ball from flat to the liftoff (design.md section 2)."""
+    print_to_world = feet.frames[contact]
+    flat = feet.flat_rotations[contact]
+    lateral = wp.quat_rotate(print_to_world, wp.vec3f(1.0, 0.0, 0.0))
+    normal = wp.quat_rotate(print_to_world, wp.vec3f(0.0, 1.0, 0.0))
+    ball = feet.positions[contact] + wp.vec3f(0.0, rig.ball_heights[side] / normal[1], 0.0)
+    pose = FootPose()
+    pose.planted = 1.0
+    rolling = feet.flats[contact] - feet.strikes[contact]
+    if time < feet.flats[contact] and rolling > 0.0:
+        fraction = smootherstep((time - feet.strikes[contact]) / rolling)
+        turn = wp.quat_from_axis_angle(lateral, feet.strike_pitches[contact] * (1.0 - fraction))
+        pose.rotation = turn * flat
+        heel = ball + wp.quat_rotate(flat, rig.heel_offsets[side] - rig.ball_offsets[side])
+        pose.ankle = heel - wp.quat_rotate(pose.rotation, rig.heel_offsets[side])
+        pose.toes = fraction
+        return pose
+    gain = float(1.0)
+    if rolling > 0.0:
+        gain = smootherstep((time - feet.flats[contact]) / feet.roll_times[contact])
+    turn = wp.quat_from_axis_angle(lateral, gain * soft_positive(pitch, 0.02))
+    pose.rotation = turn * flat
+    pose.ankle = ball - wp.quat_rotate(pose.rotation, rig.ball_offsets[side])
+    pose.toes = 1.0
+    return pose
+
+
+@wp.func
+def swinging_foot(rig: LegRig, feet: FootArrays, contact: int, side: int, time: float, leg: Leg) -> FootPose:
+    """Foot in the air: the blended path, led from the footprint it leaves to the one it lands on."""
+    begin = feet.liftoffs[contact]
+    fraction = wp.clamp((time - begin) / (feet.strikes[contact + 2] - begin), 0.0, 1.0)
+    weight = smootherstep(fraction)
+    leave = feet.leave_rotations[contact]
+    land = feet.land_rotations[contact]
+    if wp.dot(leave, land) < 0.0:
+        land = -land
+    correction = wp.normalize(leave * (1.0 - weight) + land * weight)
+    knots = feet.detours.shape[1] - 1
+    place = fraction * float(knots)
+    row = wp.min(int(place), knots - 1)
+    x = place - float(row)
+    before = feet.detours[contact, wp.max(row - 1, 0)]
+    start = feet.detours[contact, row]
+    end = feet.detours[contact, row + 1]
+    after = feet.detours[contact, wp.min(row + 2, knots)]
+    slope_start = 0.5 * (end - before)
+    slope_end = 0.5 * (after - start)
+    detour = start + x * slope_start
+    detour += x * x * (3.0 * (end - start) - 2.0 * slope_start - slope_end)
+    detour += x * x * x * (2.0 * (start - end) + slope_start + slope_end)
+    ball = leg.ball + feet.leave_offsets[contact] * (1.0 - weight) + feet.land_offsets[contact] * weight + detour
+    pose = FootPose()
+    pose.rotation = correction * leg.rotation_of_ankle
+    pose.ankle = ball - wp.quat_rotate(pose.rotation, rig.ball_offsets[side])
+    pose.toes = 1.0 - smootherstep(fraction * 4.0)
+    pose.planted = 0.0
+    return pose
+
+
+@wp.func
+def foot_pose(rig: LegRig, feet: FootArrays, contact: int, side: int, time: float, leg: Leg) -> FootPose:
+    """Foot of a contact or of the swing after it."""
+    if time <= feet.liftoffs[contact]:
+        return standing_foot(rig, feet, contact, side, time, heel_raise(rig, side, leg))
+    return swinging_foot(rig, feet, contact, side, time, leg)
+
+
+@wp.func
+def needed_drop(rig: LegRig, leg: Leg, ankle: wp.vec3f) -> float:
+    """How far the pelvis must come down for the leg to reach the ankle's place; capped at 0.2 of the leg."""
+    full = wp.length(leg.knee - leg.hip) + wp.length(leg.ankle - leg.knee)
+    longest = rig.reach * full
+    offset = leg.hip - ankle
+    flat = offset[0] * offset[0] + offset[2] * offset[2]
+    height = wp.sqrt(wp.max(longest * longest - flat, 0.0))
+    return wp.min(offset[1] - height, 0.2 * full)
+
+
+@wp.func
+def finish_foot(
+    rig: LegRig, feet: FootArrays, contact: int, side: int, pose: FootPose, leg: Leg, rotations: wp.array2d(dtype=wp.quatf), frame: int
+) -> float:
+    """Bends the leg and sets the foot; returns 0."""
+    parent = bend_leg(rig, side, leg, pose.ankle, rotations, frame)
+    rotations[frame, rig.roles[side, 2]] = wp.normalize(wp.quat_inverse(parent) * pose.rotation)
+    ball_parent = pose.rotation * wp.quat_inverse(leg.rotation_of_ankle) * leg.parent_of_ball
+    flat_toes = wp.quat_inverse(ball_parent) * feet.frames[contact] * rig.flat_toes[side]
+    toes = wp.quat_inverse(leg.parent_of_ball) * leg.rotation_of_ball
+    if wp.dot(flat_toes, toes) < 0.0:
+        toes = -toes
+    rotations[frame, rig.roles[side, 3]] = wp.normalize(toes * (1.0 - pose.toes) + flat_toes * pose.toes)
+    return 0.0
+
+
+@wp.kernel
+def plant_feet(
+    rig: LegRig,
+    feet: FootArrays,
+    contacts: wp.array2d(dtype=wp.int32),
+    times: wp.array(dtype=wp.float32),
+    pelvis_positions: wp.array(dtype=wp.vec3f),
+    pelvis_rotations: wp.array(dtype=wp.quatf),
+    rotations: wp.array2d(dtype=wp.quatf),
+):
+    """Lowers the pelvis as far as the legs need, bends the legs to the feet; changes pelvis and leg rotations in place."""
+    frame = wp.tid()
+    time = times[frame]
+    pelvis = pelvis_positions[frame]
+    turn = pelvis_rotations[frame]
+    left = leg_kinematics(rig, 0, pelvis, turn, rotations, frame)
+    right = leg_kinematics(rig, 1, pelvis, turn, rotations, frame)
+    left_pose = foot_pose(rig, feet, contacts[frame, 0], 0, time, left)
+    right_pose = foot_pose(rig, feet, contacts[frame, 1], 1, time, right)
+    first = soft_positive(needed_drop(rig, left, left_pose.ankle), 0.004)
+    second = soft_positive(needed_drop(rig, right, right_pose.ankle), 0.004)
+    drop = second + soft_positive(first - second, 0.004)
+    down = wp.vec3f(0.0, -drop, 0.0)
+    pelvis_positions[frame] = pelvis + down
+    left.hip += down
+    left.knee += down
+    left.ankle += down
+    left.ball += down
+    right.hip += down
+    right.knee += down
+    right.ankle += down
+    right.ball += down
+    finish_foot(rig, feet, contacts[frame, 0], 0, left_pose, left, rotations, frame)
+    finish_foot(rig, feet, contacts[frame, 1], 1, right_pose, right, rotations, frame)
+
+
+@wp.kernel
+def measure_legs(
+    rig: LegRig,
+    pelvis_positions: wp.array(dtype=wp.vec3f),
+    pelvis_rotations: wp.array(dtype=wp.quatf),
+    rotations: wp.array2d(dtype=wp.quatf),
+    ankles: wp.array2d(dtype=wp.vec3f),
+    ankle_rotations: wp.array2d(dtype=wp.quatf),
+    balls: wp.array2d(dtype=wp.vec3f),
+    raises: wp.array2d(dtype=wp.float32),
+):
+    """Ankles, balls and heel raise of both feet by forward kinematics."""
+    frame, side = wp.tid()
+    leg = leg_kinematics(rig, side, pelvis_positions[frame], pelvis_rotations[frame], rotations, frame)
+    ankles[frame, side] = leg.ankle
+    ankle_rotations[frame, side] = leg.rotation_of_ankle
+    balls[frame, side] = leg.ball
+    raises[frame, side] = heel_raise(rig, side, leg)

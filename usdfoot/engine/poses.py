@@ -1,0 +1,202 @@
+"""Poses of any segment at any instant: the set-up and the output frames are sampled by the same kernels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import warp as wp
+
+from usdfoot.engine.contacts import ContactTable
+from usdfoot.engine.kernels import LibraryArrays, SegmentArrays, blend_rotations, place_pelvis
+from usdfoot.engine.options import EngineOptions
+from usdfoot.engine.plant import measure_legs
+from usdfoot.engine.rig import Rig
+from usdfoot.engine.root import RootPath, root_at
+from usdfoot.engine.segments import Segments, phases_at
+from usdfoot.engine.windows import seam_windows
+from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.examples import Examples
+from usdfoot.model.skeleton import Skeleton
+
+__all__ = ["Feet", "Poses", "Seams", "Setup", "StepBlend", "device_library", "device_segments", "pose_feet", "pose_frames"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class StepBlend:
+    """Which examples each segment blends and how it is turned."""
+
+    examples: IntArray
+    """Heaviest first, padded with weight 0, shape (M, 4)."""
+    weights: FloatArray
+    """Non-negative, sum 1, shape (M, 4)."""
+    twists: FloatArray
+    """Turn about the support ball by the end of the step, on top of the examples' own [rad], shape (M,)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Seams:
+    """Half of each jump between segments and of its rate, on the device; shape (M + 1, ...)."""
+
+    joint_values: wp.array
+    joint_slopes: wp.array
+    position_values: wp.array
+    position_slopes: wp.array
+
+
+@dataclass(frozen=True, kw_only=True)
+class Poses:
+    """Sampled frames on the device, positions from the agents' origins."""
+
+    pelvis_positions: wp.array
+    """vec3f, shape (F,)."""
+    pelvis_rotations: wp.array
+    """quatf, shape (F,)."""
+    rotations: wp.array
+    """Joint-local quatf, shape (F, J)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Feet:
+    """Feet of sampled frames, positions from the agents' origins [m]."""
+
+    ankles: FloatArray
+    """Shape (F, 2, 3)."""
+    rotations: FloatArray
+    """Ankle joints, shape (F, 2, 4)."""
+    balls: FloatArray
+    """Shape (F, 2, 3)."""
+    raises: FloatArray
+    """Pitch against flat, heel up > 0 [rad], shape (F, 2)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setup:
+    """What does not change from frame to frame, for all agents of one library."""
+
+    skeleton: Skeleton
+    examples: Examples
+    rig: Rig
+    library: LibraryArrays
+    contacts: ContactTable
+    segments: Segments
+    path: RootPath
+    origins: FloatArray
+    """Each agent's origin: its first contact [m], world, shape (A, 3)."""
+    style: str
+    """Style of the steps."""
+    options: EngineOptions
+
+
+def device_library(skeleton: Skeleton, examples: Examples, rig: Rig, *, pelvis: int) -> LibraryArrays:
+    """Examples as device arrays."""
+    library = LibraryArrays()
+    library.rotations = wp.array(np.ascontiguousarray(examples.rotations, dtype=np.float32), dtype=wp.quatf)
+    library.pelvis_positions = wp.array(examples.pelvis_positions.astype(np.float32), dtype=wp.vec3f)
+    library.support_balls = wp.array(examples.support_balls.astype(np.float32), dtype=wp.vec3f)
+    library.translations = rig.arrays.translations
+    library.chains = rig.arrays.chains
+    library.pelvis = pelvis
+    return library
+
+
+def device_segments(setup: Setup, blend: StepBlend, seams: Seams | None = None) -> SegmentArrays:
+    """Segments as device arrays; without seams their jumps are left as they are."""
+    contacts, supports, stands = setup.contacts, setup.segments.supports, setup.segments.stands
+    middle = 0.5 * (contacts.positions[supports] + contacts.positions[supports - 1])
+    origins = np.where(stands[:, None], middle, contacts.positions[supports]) - setup.origins[setup.segments.agents]
+    arrays = SegmentArrays()
+    arrays.examples = wp.array(blend.examples.astype(np.int32), dtype=wp.vec4i)
+    arrays.weights = wp.array(blend.weights.astype(np.float32), dtype=wp.vec4f)
+    arrays.support_sides = wp.array(np.where(stands, -1, contacts.sides[supports]).astype(np.int32), dtype=wp.int32)
+    arrays.origins = wp.array(origins.astype(np.float32), dtype=wp.vec3f)
+    seams = seams or no_seams(len(supports), len(setup.skeleton.joints))
+    arrays.joint_values, arrays.joint_slopes = seams.joint_values, seams.joint_slopes
+    arrays.position_values, arrays.position_slopes = seams.position_values, seams.position_slopes
+    return arrays
+
+
+def no_seams(count: int, joints: int) -> Seams:
+    """Seams without a jump for `count` segments."""
+    return Seams(
+        joint_values=wp.zeros((count + 1, joints), dtype=wp.vec3f),
+        joint_slopes=wp.zeros((count + 1, joints), dtype=wp.vec3f),
+        position_values=wp.zeros(count + 1, dtype=wp.vec3f),
+        position_slopes=wp.zeros(count + 1, dtype=wp.vec3f),
+    )
+
+
+def turn_fraction(segments: Segments, rows: IntArray, times: FloatArray) -> FloatArray:
+    """How much of a step's twist is done, 0..1 without velocity or acceleration at the ends, shape (F,)."""
+    x = np.clip((times - segments.begins[rows]) / np.maximum(segments.ends[rows] - segments.begins[rows], 1e-6), 0.0, 1.0)
+    return x**3 * (10.0 + x * (6.0 * x - 15.0))
+
+
+def pose_frames(
+    setup: Setup, blend: StepBlend, arrays: SegmentArrays, rows: IntArray, times: FloatArray, *, joints: IntArray
+) -> Poses:
+    """Blended poses of segments `rows` (F,) at `times` [s] (F,), the `joints` given; feet not yet planted."""
+    count = len(rows)
+    segments, contacts = setup.segments, setup.contacts
+    samples = phases_at(segments, rows, times) * (setup.examples.rotations.shape[1] - 1)
+    yaws = contacts.headings[segments.supports[rows]] + blend.twists[rows] * turn_fraction(segments, rows, times)
+    ground = root_at(setup.path, rows, times)[:, 1] - setup.origins[segments.agents[rows], 1]
+    joint_windows, position_windows = seam_windows(segments, rows, times, setup.options)
+    poses = Poses(
+        pelvis_positions=wp.empty(count, dtype=wp.vec3f),
+        pelvis_rotations=wp.empty(count, dtype=wp.quatf),
+        rotations=wp.empty((count, len(setup.skeleton.joints)), dtype=wp.quatf),
+    )
+    frame_segments = wp.array(rows.astype(np.int32), dtype=wp.int32)
+    device_samples = wp.array(samples.astype(np.float32), dtype=wp.float32)
+    device_windows = wp.array(joint_windows, dtype=wp.vec4f)
+    wp.launch(
+        place_pelvis,
+        dim=count,
+        inputs=[
+            setup.library,
+            arrays,
+            frame_segments,
+            device_samples,
+            wp.array(yaws.astype(np.float32), dtype=wp.float32),
+            wp.array(ground.astype(np.float32), dtype=wp.float32),
+            device_windows,
+            wp.array(position_windows, dtype=wp.vec4f),
+        ],
+        outputs=[poses.pelvis_positions, poses.pelvis_rotations],
+    )
+    wp.launch(
+        blend_rotations,
+        dim=(count, len(joints)),
+        inputs=[
+            setup.library,
+            arrays,
+            wp.array(joints.astype(np.int32), dtype=wp.int32),
+            frame_segments,
+            device_samples,
+            device_windows,
+        ],
+        outputs=[poses.rotations],
+    )
+    return poses
+
+
+def pose_feet(rig: Rig, poses: Poses) -> Feet:
+    """Ankles and balls of sampled poses."""
+    count = poses.pelvis_positions.shape[0]
+    ankles = wp.empty((count, 2), dtype=wp.vec3f)
+    rotations = wp.empty((count, 2), dtype=wp.quatf)
+    balls = wp.empty((count, 2), dtype=wp.vec3f)
+    raises = wp.empty((count, 2), dtype=wp.float32)
+    wp.launch(
+        measure_legs,
+        dim=(count, 2),
+        inputs=[rig.arrays, poses.pelvis_positions, poses.pelvis_rotations, poses.rotations],
+        outputs=[ankles, rotations, balls, raises],
+    )
+    return Feet(
+        ankles=ankles.numpy().astype(float),
+        rotations=rotations.numpy().astype(float),
+        balls=balls.numpy().astype(float),
+        raises=raises.numpy().astype(float),
+    )

@@ -1,0 +1,135 @@
+"""Figures of every step, measured on the finished frames (design.md section 10)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from usdfoot.analysis.figures import FrameRanges, contact_figures
+from usdfoot.engine.feet import ContactFeet
+from usdfoot.engine.frames import Frames
+from usdfoot.engine.poses import Feet, Setup, StepBlend
+from usdfoot.engine.weights import Landings
+from usdfoot.maths.types import FloatArray
+from usdfoot.model.agent import Agent
+from usdfoot.model.contacts import Contacts, FootContacts
+from usdfoot.model.motion import StepResults
+
+__all__ = ["achieved_contacts", "measure_steps"]
+
+PLACED = 0.003
+"""A step placed worse than this did not keep its promise [m]."""
+
+
+def measure_steps(
+    setup: Setup, blend: StepBlend, landings: Landings, feet: ContactFeet, frames: Frames, measured: Feet, agents: list[Agent]
+) -> list[StepResults]:
+    """Results of each agent's footsteps, in the order of its plan."""
+    contacts = setup.contacts
+    real = np.flatnonzero(contacts.steps >= 0)
+    targets = np.concatenate([agent.plan.positions for agent in agents])
+    orientations = np.concatenate([agent.plan.orientations for agent in agents])
+    placement, slide, yaw = (np.zeros(len(real)) for _ in range(3))
+    origins = setup.origins[frames.agents]
+    for side in (0, 1):
+        own = contacts.sides[real] == side
+        rows = real[own]
+        figures = contact_figures(
+            measured.balls[:, side] + origins,
+            measured.balls[:, side] - measured.ankles[:, side],
+            _planted(setup, feet, frames, rows),
+            targets=targets[own],
+            orientations=orientations[own],
+        )
+        placement[own], slide[own], yaw[own] = figures.placement_error, figures.slide, figures.yaw_error
+    values = _by_landing(setup, blend, landings, real)
+    statuses = _statuses(feet.on_ground[real], values, placement)
+    firsts = np.concatenate([[0], np.cumsum([len(agent.plan) for agent in agents])])
+    return [
+        StepResults(
+            blend_error=values["blend_error"][a:b],
+            placement_error=placement[a:b],
+            slide=slide[a:b],
+            yaw_error=yaw[a:b],
+            hull_distance=values["hull_distance"][a:b],
+            time_warp=values["time_warp"][a:b],
+            root_weight=np.zeros(b - a),
+            beta=values["beta"][a:b],
+            status=tuple(statuses[a:b]),
+            **_clips(setup, blend, values["segment"][a:b].astype(int)),
+        )
+        for a, b in zip(firsts[:-1], firsts[1:], strict=True)
+    ]
+
+
+def _planted(setup: Setup, feet: ContactFeet, frames: Frames, rows: np.ndarray) -> FrameRanges:
+    """Whole frames from flat to liftoff of contacts `rows`."""
+    contacts = setup.contacts
+    span = 1.0e5
+    keys = frames.agents * span + (frames.stamps - contacts.starts[frames.agents])
+    offsets = contacts.agents[rows] * span - contacts.starts[contacts.agents[rows]]
+    ends = np.minimum(contacts.liftoffs[rows], contacts.ends[contacts.agents[rows]])
+    first = np.searchsorted(keys, feet.flats[rows] + offsets - 1e-6, side="left")
+    stop = np.searchsorted(keys, ends + offsets + 1e-6, side="right")
+    return FrameRanges(first=first, counts=np.maximum(stop - first, 0))
+
+
+def _by_landing(setup: Setup, blend: StepBlend, landings: Landings, real: np.ndarray) -> dict[str, FloatArray]:
+    """What is known of each footstep from the segment that leads to it; the first ones have none (segment -1)."""
+    segments = setup.segments
+    steps = np.flatnonzero(~segments.stands)
+    leading = np.full(len(setup.contacts.sides), -1)
+    leading[segments.supports[steps] + 1] = steps
+    segment = leading[real]
+    known = segment >= 0
+    values: dict[str, FloatArray] = {"segment": segment}
+    for name, neutral in (("blend_error", 0.0), ("hull_distance", 0.0), ("time_warp", 1.0), ("limited", 0.0)):
+        values[name] = np.where(known, getattr(landings, name)[segment].astype(float), neutral)
+    values["beta"] = np.zeros(len(real))
+    return values
+
+
+def _statuses(on_ground: np.ndarray, values: dict[str, FloatArray], placement: FloatArray) -> list[str]:
+    """Status of each step; the gravest that applies."""
+    statuses = np.full(len(placement), "ok", dtype=object)
+    statuses[values["hull_distance"] > 1e-4] = "outsideHull"
+    statuses[placement > PLACED] = "ikLimited"
+    statuses[values["limited"] > 0.0] = "unreachable"
+    statuses[~on_ground] = "offTerrain"
+    return [str(status) for status in statuses]
+
+
+def _clips(setup: Setup, blend: StepBlend, rows: np.ndarray) -> dict[str, object]:
+    """Clips of each step with their weights; a footstep that no segment leads to has none."""
+    examples, names = setup.examples, setup.examples.clip_names
+    weights = np.where(rows[:, None] >= 0, blend.weights[rows], 0.0)
+    clips = examples.clip_indices[blend.examples[rows]]
+    counts, listed, kept = [], [], []
+    for step_clips, step_weights in zip(clips, weights, strict=True):
+        totals: dict[int, float] = {}
+        for clip, weight in zip(step_clips, step_weights, strict=True):
+            if weight > 0.0:
+                totals[int(clip)] = totals.get(int(clip), 0.0) + float(weight)
+        counts.append(len(totals))
+        listed.extend(names[clip] for clip in totals)
+        kept.extend(totals.values())
+    return {"clip_counts": np.array(counts), "clips": tuple(listed), "clip_weights": np.array(kept)}
+
+
+def achieved_contacts(setup: Setup, feet: ContactFeet, agent: int) -> Contacts:
+    """When and where an agent's feet stand, as executed; the ends of its interval cut the contacts."""
+    contacts = setup.contacts
+    rows = np.arange(contacts.first[agent], contacts.first[agent + 1])
+    rows = rows[(contacts.liftoffs[rows] > contacts.starts[agent]) & (contacts.strikes[rows] < contacts.ends[agent])]
+
+    def foot(side: int) -> FootContacts:
+        own = rows[contacts.sides[rows] == side]
+        return FootContacts(
+            strike_times=np.maximum(contacts.strikes[own], contacts.starts[agent]),
+            flat_times=np.maximum(feet.flats[own], contacts.starts[agent]),
+            liftoff_times=np.minimum(contacts.liftoffs[own], contacts.ends[agent]),
+            positions=contacts.positions[own],
+            yaws=contacts.yaws[own],
+            ball_first=feet.flats[own] <= contacts.strikes[own],
+        )
+
+    return Contacts(left=foot(0), right=foot(1))

@@ -1,0 +1,151 @@
+"""The character's legs and feet on the device: chains, flat foot, heel, hinge of the knee."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import warp as wp
+
+from usdfoot.engine.legs import LegRig
+from usdfoot.maths import planar, quaternion
+from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.biped import Biped
+from usdfoot.model.examples import Examples
+from usdfoot.model.skeleton import Skeleton, forward_kinematics
+
+__all__ = ["HEEL_LENGTH", "Foot", "Rig", "build_rig", "measure_feet"]
+
+HEEL_LENGTH = 0.4
+"""Heel behind the ankle as a part of the distance from ankle to ball (design.md section 2)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Foot:
+    """One foot flat on level ground, pointing along +Z."""
+
+    flat_rotation: FloatArray
+    """Ankle joint, shape (4,)."""
+    toe_rotation: FloatArray
+    """Ball joint, shape (4,)."""
+    ball_offset: FloatArray
+    """Ball in the ankle joint's frame [m], shape (3,)."""
+    heel_offset: FloatArray
+    """The heel's point of the sole in the ankle joint's frame [m], shape (3,)."""
+    elevation: float
+    """Of the direction from ankle to ball, negative down [rad]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rig:
+    """What the leg kernels need, on host and device."""
+
+    feet: tuple[Foot, Foot]
+    leg_joints: IntArray
+    """All joints below the pelvis down to both balls."""
+    arrays: LegRig
+
+
+def measure_feet(skeleton: Skeleton, biped: Biped, rolls: FloatArray) -> tuple[Foot, Foot]:
+    """Both feet from the rest pose, whose feet stand level; `rolls` [rad] (2,) is how far the clips' lean about it."""
+    positions, rotations = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
+    feet = []
+    for side in (0, 1):
+        ankle, ball = biped.ankles[side], biped.balls[side]
+        across = positions[ball] - positions[ankle]
+        upright = quaternion.yaw_quaternion(-planar.yaw_of(across[[0, 2]]))
+        across = quaternion.rotate(upright, across)
+        length = float(np.linalg.norm(across))
+        roll = quaternion.from_axis_angle(across / length, np.array(rolls[side]))
+        flat = quaternion.compose(roll, quaternion.compose(upright, rotations[ankle]))
+        toes = quaternion.compose(roll, quaternion.compose(upright, rotations[ball]))
+        heel = np.array([0.0, across[1] - biped.ball_heights[side], -HEEL_LENGTH * length])
+        feet.append(
+            Foot(
+                flat_rotation=flat,
+                toe_rotation=toes,
+                ball_offset=quaternion.rotate(quaternion.inverse(flat), across),
+                heel_offset=quaternion.rotate(quaternion.inverse(flat), heel),
+                elevation=float(np.arcsin(across[1] / length)),
+            )
+        )
+    return feet[0], feet[1]
+
+
+def measure_rolls(skeleton: Skeleton, biped: Biped, examples: Examples) -> FloatArray:
+    """Median lean of each foot about its long axis in mid stance against the rest pose [rad], shape (2,).
+
+    A rest pose with the legs apart has rolled feet, although they are level in every stance.
+    """
+    feet = measure_feet(skeleton, biped, np.zeros(2))
+    middle = examples.rotations.shape[1] // 2
+    rolls = np.zeros(2)
+    for side in (0, 1):
+        rows = np.flatnonzero(examples.swing_sides == 1 - side)
+        if not rows.size:
+            continue
+        rotation = _pose_joint(skeleton, biped, examples, rows, middle, biped.ankles[side])
+        direction = quaternion.rotate(rotation, feet[side].ball_offset)
+        upright = quaternion.yaw_quaternion(-planar.yaw_of(direction[:, [0, 2]]))
+        turned = quaternion.compose(upright, rotation)
+        flat_direction = quaternion.rotate(feet[side].flat_rotation, feet[side].ball_offset)
+        flat_direction = flat_direction / np.linalg.norm(flat_direction)
+        pitch = quaternion.between(flat_direction, quaternion.rotate(upright, direction / np.linalg.norm(direction, axis=1, keepdims=True)))
+        rest = quaternion.compose(quaternion.inverse(pitch), quaternion.compose(turned, quaternion.inverse(feet[side].flat_rotation)))
+        rolls[side] = np.median(quaternion.to_rotation_vector(rest) @ flat_direction)
+    return rolls
+
+
+def _pose_joint(
+    skeleton: Skeleton, biped: Biped, examples: Examples, rows: IntArray, sample: int | slice, joint: int
+) -> FloatArray:
+    """Rotation of a joint below the pelvis in the support frame, shape (rows, ..., 4)."""
+    rotation = examples.rotations[rows, sample, biped.pelvis].astype(float)
+    for link in skeleton.chain(biped.pelvis, joint)[1:]:
+        rotation = quaternion.compose(rotation, examples.rotations[rows, sample, link].astype(float))
+    return rotation
+
+
+def build_rig(skeleton: Skeleton, biped: Biped, examples: Examples) -> Rig:
+    """Legs of a character, with what its examples tell of roll, hinges and reach."""
+    feet = measure_feet(skeleton, biped, measure_rolls(skeleton, biped, examples))
+    chains = [skeleton.chain(biped.pelvis, biped.balls[side])[1:] for side in (0, 1)]
+    width = max(len(chain) for chain in chains)
+    padded = np.full((2, width), -1, dtype=np.int32)
+    for side in (0, 1):
+        padded[side, : len(chains[side])] = chains[side]
+    axes, reach = _knees(skeleton, biped, examples)
+    arrays = LegRig()
+    arrays.translations = wp.array(skeleton.rest_translations.astype(np.float32), dtype=wp.vec3f)
+    arrays.chains = wp.array(padded, dtype=wp.int32)
+    roles = [[joints[side] for joints in (biped.hips, biped.knees, biped.ankles, biped.balls)] for side in (0, 1)]
+    arrays.roles = wp.array(np.array(roles, dtype=np.int32), dtype=wp.int32)
+    arrays.ball_offsets = wp.array(np.array([foot.ball_offset for foot in feet], dtype=np.float32), dtype=wp.vec3f)
+    arrays.heel_offsets = wp.array(np.array([foot.heel_offset for foot in feet], dtype=np.float32), dtype=wp.vec3f)
+    arrays.flat_elevations = wp.array(np.array([foot.elevation for foot in feet], dtype=np.float32), dtype=wp.float32)
+    arrays.flat_toes = wp.array(np.array([foot.toe_rotation for foot in feet], dtype=np.float32), dtype=wp.quatf)
+    arrays.ball_heights = wp.array(biped.ball_heights.astype(np.float32), dtype=wp.float32)
+    arrays.knee_axes = wp.array(axes.astype(np.float32), dtype=wp.vec3f)
+    arrays.reach = float(reach)
+    return Rig(feet=feet, leg_joints=np.unique(padded[padded >= 0]), arrays=arrays)
+
+
+def _knees(skeleton: Skeleton, biped: Biped, examples: Examples) -> tuple[FloatArray, float]:
+    """Mean hinge axis of each knee in the hip joint's frame (2, 3), and how far the clips stretch their legs."""
+    axes, stretches = np.zeros((2, 3)), []
+    for side in (0, 1):
+        chain = skeleton.chain(biped.hips[side], biped.ankles[side])
+        parents = np.arange(-1, len(chain) - 1)
+        rotations = examples.rotations[:, :, chain].astype(float)
+        rotations[:, :, 0] = [0.0, 0.0, 0.0, 1.0]
+        translations = skeleton.rest_translations[list(chain)].copy()
+        translations[0] = 0.0
+        positions, _ = forward_kinematics(parents, translations, rotations)
+        knee = chain.index(biped.knees[side])
+        thigh, shin = positions[..., knee, :], positions[..., -1, :] - positions[..., knee, :]
+        total = np.linalg.norm(thigh, axis=-1) + np.linalg.norm(shin, axis=-1)
+        stretches.append((np.linalg.norm(positions[..., -1, :], axis=-1) / total).ravel())
+        axis = np.cross(thigh, shin).reshape(-1, 3).sum(axis=0)
+        axes[side] = axis / np.linalg.norm(axis)
+    reach = np.quantile(np.concatenate(stretches), 0.999)
+    return axes, float(np.clip(reach, 0.985, 0.9992))

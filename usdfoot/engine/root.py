@@ -1,0 +1,88 @@
+"""Root path: the agent's planar position, yaw and ground height, from its contacts ([B] 4.2)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdfoot.engine.contacts import ContactTable
+from usdfoot.engine.segments import Segments
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+
+__all__ = ["RootPath", "lay_root", "root_at"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RootPath:
+    """Cubic Hermite pieces, one a segment; columns x, y (ground), z [m] and yaw [rad]."""
+
+    begins: FloatArray
+    ends: FloatArray
+    """Values at both ends, shape (M, 4)."""
+    begin_slopes: FloatArray
+    end_slopes: FloatArray
+    """Rates at both ends [1/s], shape (M, 4)."""
+    times: FloatArray
+    durations: FloatArray
+    """Begin and duration of each piece [s], shape (M,)."""
+
+
+def lay_root(contacts: ContactTable, segments: Segments) -> RootPath:
+    """Path through the middle of consecutive contacts at each strike, at rest in stands.
+
+    The height goes monotonically between the means of the contacts' heights.
+    """
+    supports = segments.supports
+    last = len(contacts.sides) - 1
+    following = np.where(segments.stands, supports, np.minimum(supports + 1, last))
+    before = np.where(segments.stands, supports - 1, supports)
+    begins = _values(contacts, supports - 1, supports)
+    ends = _values(contacts, before, following)
+    durations = np.maximum(segments.ends - segments.begins, 1e-6)
+    secants = (ends - begins) / durations[:, None]
+    inner = segments.joined[1:-1]
+    slopes = _seam_slopes(secants[:-1], secants[1:], durations[:-1], durations[1:])
+    still = segments.stands[:-1] | segments.stands[1:]
+    slopes[still] = 0.0
+    begin_slopes, end_slopes = secants.copy(), secants.copy()
+    begin_slopes[1:][inner] = slopes[inner]
+    end_slopes[:-1][inner] = slopes[inner]
+    return RootPath(
+        begins=begins,
+        ends=ends,
+        begin_slopes=begin_slopes,
+        end_slopes=end_slopes,
+        times=segments.begins,
+        durations=durations,
+    )
+
+
+def _values(contacts: ContactTable, first: IntArray, second: IntArray) -> FloatArray:
+    """Middle of two contacts and the heading at the later one's strike, shape (M, 4)."""
+    middle = 0.5 * (contacts.positions[first] + contacts.positions[second])
+    return np.concatenate([middle, contacts.headings[second][:, None]], axis=1)
+
+
+def _seam_slopes(first: FloatArray, second: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
+    """Slopes of the parabola through three knots; of the height limited so that it stays monotone."""
+    share = (after / (before + after))[:, None]
+    slopes = share * first + (1.0 - share) * second
+    product = first[:, 1] * second[:, 1]
+    monotone: BoolArray = product > 0.0
+    total = np.where(monotone, first[:, 1] + second[:, 1], 1.0)
+    slopes[:, 1] = np.where(monotone, 2.0 * product / total, 0.0)
+    return slopes
+
+
+def root_at(path: RootPath, rows: IntArray, times: FloatArray) -> FloatArray:
+    """x, ground height, z [m] and yaw [rad] of segments `rows` at `times` [s], shape (F, 4)."""
+    length = path.durations[rows]
+    x = np.clip((times - path.times[rows]) / length, 0.0, 1.0)[:, None]
+    length = length[:, None]
+    rest = 1.0 - x
+    return (
+        rest**2 * (1.0 + 2.0 * x) * path.begins[rows]
+        + x**2 * (1.0 + 2.0 * rest) * path.ends[rows]
+        + length * (x * rest**2 * path.begin_slopes[rows] - x**2 * rest * path.end_slopes[rows])
+    )

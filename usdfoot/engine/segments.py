@@ -1,0 +1,114 @@
+"""Segments: what carries the body when, steps over a support foot and stands on both."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdfoot.engine.contacts import ContactTable
+from usdfoot.engine.options import EngineOptions
+from usdfoot.maths.monotone import pchip_evaluate, pchip_slopes
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.examples import LIFTOFF_PHASES, event_knots
+
+__all__ = ["Segments", "cut_segments", "locate", "phases_at"]
+
+AGENT_SPAN = 1.0e5
+"""Longest motion of one agent [s]; keeps the agents apart in one sorted key."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Segments:
+    """M segments in order of agent and time."""
+
+    agents: IntArray
+    """Shape (M,)."""
+    supports: IntArray
+    """Contact the body stands on, or the later one of the two in a stand, shape (M,)."""
+    stands: BoolArray
+    """Whether both feet carry a body at rest, shape (M,)."""
+    begins: FloatArray
+    ends: FloatArray
+    """[s], shape (M,) each."""
+    knot_times: FloatArray
+    """Times of the events inside the step [s], shape (M, 4)."""
+    knot_phases: FloatArray
+    """Their phases, shape (M, 4)."""
+    joined: BoolArray
+    """Whether the seam before the segment joins it to another of the same agent, shape (M + 1,)."""
+
+    def __len__(self) -> int:
+        return len(self.supports)
+
+
+def cut_segments(contacts: ContactTable, options: EngineOptions) -> Segments:
+    """Cuts every agent's time into steps (strike to strike) and stands (long double supports)."""
+    candidates = np.flatnonzero(contacts.has_previous)
+    has_next = contacts.has_next[candidates]
+    strikes = contacts.strikes[candidates]
+    released = contacts.liftoffs[candidates - 1]
+    ends = contacts.ends[contacts.agents[candidates]]
+    standing_start = (strikes == contacts.strikes[candidates - 1]) & ~contacts.has_previous[candidates - 1]
+    stands = np.where(has_next, (released - strikes > options.stand_time) | standing_start, ends > strikes)
+    stand_ends = np.where(has_next, np.minimum(released, contacts.strikes[np.minimum(candidates + 1, len(contacts.sides) - 1)]), ends)
+    step_begins = np.where(stands, released, strikes)
+    step_ends = np.where(has_next, contacts.strikes[np.minimum(candidates + 1, len(contacts.sides) - 1)], -np.inf)
+    supports = np.concatenate([candidates[stands], candidates[has_next]])
+    kinds = np.concatenate([np.ones(stands.sum(), bool), np.zeros(has_next.sum(), bool)])
+    begins = np.concatenate([strikes[stands], step_begins[has_next]])
+    finishes = np.concatenate([stand_ends[stands], step_ends[has_next]])
+    order = np.lexsort((~kinds, supports))
+    supports, kinds, begins, finishes = supports[order], kinds[order], begins[order], finishes[order]
+    agents = contacts.agents[supports]
+    knot_times, knot_phases = _knots(contacts, supports, kinds, begins, finishes)
+    joined = np.concatenate([[False], agents[1:] == agents[:-1], [False]])
+    return Segments(
+        agents=agents,
+        supports=supports,
+        stands=kinds,
+        begins=begins,
+        ends=finishes,
+        knot_times=knot_times,
+        knot_phases=knot_phases,
+        joined=joined,
+    )
+
+
+def _knots(
+    contacts: ContactTable, supports: IntArray, stands: BoolArray, begins: FloatArray, ends: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Event times and phases of each segment; a step after a stand starts at the phase of the swing liftoff."""
+    strikes = contacts.strikes[supports]
+    after_stand = ~stands & (begins > strikes)
+    first = LIFTOFF_PHASES[0]
+    starts = np.where(after_stand, begins - first / (1.0 - first) * (ends - begins), begins)
+    durations = np.where(stands, np.maximum(ends - begins, 1e-3), ends - starts)
+    swing = np.where(after_stand, begins, contacts.liftoffs[supports - 1]) - starts
+    times, phases = event_knots(durations, swing, contacts.liftoffs[supports] - starts)
+    return starts[:, None] + times, np.array(phases)
+
+
+def phases_at(segments: Segments, rows: IntArray, times: FloatArray) -> FloatArray:
+    """Phases of segments `rows` at `times` [s], shape (F,): the monotone warp of design.md section 5."""
+    slopes = pchip_slopes(segments.knot_times, segments.knot_phases)
+    return pchip_evaluate(segments.knot_times, segments.knot_phases, slopes, rows, times)
+
+
+def locate(
+    row_agents: IntArray, row_times: FloatArray, origins: FloatArray, agents: IntArray, times: FloatArray
+) -> IntArray:
+    """Last row of the same agent that has begun at each time, or its first; rows sorted by agent and time.
+
+    Args:
+        row_agents: Agent of each row, not decreasing, shape (M,).
+        row_times: Begin of each row [s], shape (M,).
+        origins: A time on each agent's clock that keeps keys small [s], shape (A,).
+        agents: Agent of each query, shape (F,).
+        times: [s], shape (F,).
+    """
+    keys = row_agents * AGENT_SPAN + (row_times - origins[row_agents])
+    queries = agents * AGENT_SPAN + (times - origins[agents])
+    rows = np.searchsorted(keys, queries, side="right") - 1
+    firsts = np.searchsorted(row_agents, agents)
+    return np.maximum(rows, firsts)

@@ -1,0 +1,230 @@
+"""Blend weights of every step: query the footstep space, measure the blended landing, correct ([B] 4.3, Fig. 5)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from usdfoot.engine.contacts import ContactTable, with_headings
+from usdfoot.engine.poses import Setup, StepBlend, device_segments, pose_feet, pose_frames
+from usdfoot.engine.root import lay_root
+from usdfoot.engine.segments import cut_segments
+from usdfoot.maths import planar
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.spaces.library import FootstepSpaces, solve_steps
+
+__all__ = ["Landings", "weigh_steps"]
+
+GROUND_AXES = [0, 2]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Landings:
+    """How each segment's blended landing meets its footstep; zero for stands. Shape (M,) each."""
+
+    blend_error: FloatArray
+    """Blended landing to footstep, horizontal, before IK [m]."""
+    hull_distance: FloatArray
+    """Footstep to the hull of the space, 0 inside [m]."""
+    time_warp: FloatArray
+    """Planned duration over the blended one."""
+    limited: BoolArray
+    """Whether the landing lies farther from the footstep than IK may pull it."""
+
+
+def weigh_steps(
+    setup: Setup, spaces: FootstepSpaces, *, stand: int, reach: FloatArray
+) -> tuple[Setup, StepBlend, Landings]:
+    """Weights of all segments, footsteps out of reach moved to where they are achieved.
+
+    Args:
+        setup: Contacts as planned.
+        spaces: Footstep spaces of the setup's examples.
+        stand: Index of the example that stands still.
+        reach: Largest distance from blended landing to footstep for each agent [m], shape (A,).
+
+    Returns:
+        The setup with contacts as executed, the blend of each segment, and how the landings meet.
+    """
+    pending = np.ones(len(setup.segments), dtype=bool)
+    limited = np.zeros(len(setup.segments), dtype=bool)
+    setup, blend, landings = _solve(setup, spaces, stand)
+    while pending.any():
+        errors = landings.offsets
+        distance = np.linalg.norm(errors, axis=1)
+        excess = distance - reach[setup.segments.agents]
+        over = pending & (excess > 1e-6) & ~limited
+        first = _first_of_agent(setup.segments.agents, over)
+        if not first.any():
+            break
+        limited |= first
+        shift = errors * (excess / np.maximum(distance, 1e-12))[:, None] * first[:, None]
+        setup = _move_targets(setup, shift)
+        setup, blend, landings = _solve(setup, spaces, stand)
+    return setup, blend, Landings(
+        blend_error=np.linalg.norm(landings.offsets, axis=1),
+        hull_distance=landings.hull_distances,
+        time_warp=landings.time_warps,
+        limited=limited,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Solution:
+    offsets: FloatArray  # footstep minus blended landing, (x, z) [m], shape (M, 2)
+    hull_distances: FloatArray
+    time_warps: FloatArray
+
+
+def _first_of_agent(agents: IntArray, flags: BoolArray) -> BoolArray:
+    """Keeps the first flag of each agent only."""
+    rows = np.flatnonzero(flags)
+    _, index = np.unique(agents[rows], return_index=True)
+    first = np.zeros(len(flags), dtype=bool)
+    first[rows[index]] = True
+    return first
+
+
+def _move_targets(setup: Setup, shifts: FloatArray) -> Setup:
+    """Setup whose landing contacts are moved back by `shifts` (x, z) (M, 2) of the segments that lead to them."""
+    positions = setup.contacts.positions.copy()
+    steps = np.flatnonzero(~setup.segments.stands)
+    targets = setup.segments.supports[steps] + 1
+    positions[np.ix_(targets, GROUND_AXES)] -= shifts[steps]
+    contacts = replace(setup.contacts, positions=positions)
+    return replace(setup, contacts=contacts, path=lay_root(contacts, setup.segments))
+
+
+def _solve(setup: Setup, spaces: FootstepSpaces, stand: int) -> tuple[Setup, StepBlend, _Solution]:
+    """Weights for contacts as they are; the contacts before the first footsteps are placed by the examples."""
+    segments, examples, options = setup.segments, setup.examples, setup.options
+    steps = np.flatnonzero(~segments.stands)
+    queries = _Queries.of(setup, steps, setup.style)
+    blend = _stand_blend(len(segments), stand)
+    offsets = np.zeros((len(segments), 2))
+    hull = np.zeros(len(segments))
+    warps = np.ones(len(segments))
+    corrected = queries.landings
+    best = np.full(len(steps), np.inf)
+    for round_ in range(1 + options.corrections * options.correction):
+        solved = solve_steps(
+            spaces, corrected, swing_sides=queries.swing_sides, flights=queries.flights, styles=queries.styles
+        )
+        if round_ == 0:
+            hull[steps] = solved.hull_distances
+        trial = _with_steps(blend, steps, solved.examples, solved.weights, queries.turns, examples.turns)
+        missed = _landing_offsets(setup, trial, steps)
+        distance = np.linalg.norm(missed, axis=1)
+        better = distance < best
+        best = np.where(better, distance, best)
+        blend = _merge(blend, trial, steps[better])
+        offsets[steps[better]] = missed[better]
+        heading = queries.headings + trial.twists[steps]
+        corrected = corrected + planar.rotate(-heading, missed)
+    setup = place_departures(setup, blend)
+    blended = np.sum(blend.weights * examples.durations[blend.examples], axis=1)
+    planned = segments.knot_times[:, -1] - segments.knot_times[:, 0]
+    warps[steps] = (planned / blended)[steps]
+    return setup, blend, _Solution(offsets=offsets, hull_distances=hull, time_warps=warps)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Queries:
+    """What the spaces are asked for each step (N,)."""
+
+    landings: FloatArray
+    headings: FloatArray
+    turns: FloatArray
+    swing_sides: IntArray
+    flights: BoolArray
+    styles: tuple[str, ...]
+
+    @staticmethod
+    def of(setup: Setup, steps: IntArray, style: str) -> _Queries:
+        contacts, supports = setup.contacts, setup.segments.supports[steps]
+        headings = contacts.headings[supports]
+        strides = (contacts.positions[supports + 1] - contacts.positions[supports])[:, GROUND_AXES]
+        return _Queries(
+            landings=planar.rotate(-headings, strides),
+            headings=headings,
+            turns=contacts.headings[supports + 1] - headings,
+            swing_sides=contacts.sides[supports + 1],
+            flights=contacts.liftoffs[supports] < contacts.strikes[supports + 1],
+            styles=(style,) * len(steps),
+        )
+
+
+def _stand_blend(count: int, stand: int) -> StepBlend:
+    weights = np.zeros((count, 4))
+    weights[:, 0] = 1.0
+    return StepBlend(examples=np.full((count, 4), stand), weights=weights, twists=np.zeros(count))
+
+
+def _with_steps(
+    blend: StepBlend, steps: IntArray, examples: IntArray, weights: FloatArray, turns: FloatArray, own_turns: FloatArray
+) -> StepBlend:
+    """The blend with the steps' three examples, heaviest first, and the twist that their own turns leave."""
+    all_examples, all_weights, twists = blend.examples.copy(), blend.weights.copy(), blend.twists.copy()
+    all_examples[steps, :3] = examples
+    all_examples[steps, 3] = all_examples[steps, 0]
+    all_weights[steps, :3] = weights
+    all_weights[steps, 3] = 0.0
+    twists[steps] = planar.wrap_angle(turns - np.sum(weights * own_turns[examples], axis=1))
+    return StepBlend(examples=all_examples, weights=all_weights, twists=twists)
+
+
+def _merge(blend: StepBlend, other: StepBlend, rows: IntArray) -> StepBlend:
+    """`blend` with the rows of `other`."""
+    examples, weights, twists = blend.examples.copy(), blend.weights.copy(), blend.twists.copy()
+    examples[rows], weights[rows], twists[rows] = other.examples[rows], other.weights[rows], other.twists[rows]
+    return StepBlend(examples=examples, weights=weights, twists=twists)
+
+
+def _landing_offsets(setup: Setup, blend: StepBlend, steps: IntArray) -> FloatArray:
+    """Footstep minus where the blended swing foot is going to be planted, (x, z) [m], shape (N, 2)."""
+    contacts, segments, examples = setup.contacts, setup.segments, setup.examples
+    poses = pose_frames(
+        setup, blend, device_segments(setup, blend), steps, segments.ends[steps], joints=setup.rig.leg_joints
+    )
+    targets = segments.supports[steps] + 1
+    balls = pose_feet(setup.rig, poses).balls[np.arange(len(steps)), contacts.sides[targets]][:, GROUND_AXES]
+    settle = examples.landings - examples.swing_balls[:, -1, GROUND_AXES]  # from the strike until the ball is down
+    settling = np.sum(blend.weights[steps, :, None] * settle[blend.examples[steps]], axis=1)
+    headings = contacts.headings[segments.supports[steps]] + blend.twists[steps]
+    landing = balls + planar.rotate(headings, settling)
+    target = contacts.positions[targets] - setup.origins[segments.agents[steps]]
+    return target[:, GROUND_AXES] - landing
+
+
+def place_departures(setup: Setup, blend: StepBlend) -> Setup:
+    """Puts the contacts before mid-gait starts where the blended examples' swing feet come from, and when they leave."""
+    contacts, segments, examples = setup.contacts, setup.segments, setup.examples
+    first = contacts.first[:-1]
+    begins = np.searchsorted(segments.supports, first + 1)
+    rows = begins[contacts.steps[first] < 0]
+    supports = segments.supports[rows]
+    weights, chosen = blend.weights[rows], blend.examples[rows]
+    departures = np.sum(weights[..., None] * examples.departures[chosen], axis=1)
+    headings = contacts.headings[supports]
+    positions, yaws, liftoffs = contacts.positions.copy(), contacts.yaws.copy(), contacts.liftoffs.copy()
+    positions[np.ix_(supports - 1, GROUND_AXES)] = positions[np.ix_(supports, GROUND_AXES)] + planar.rotate(
+        headings, departures
+    )
+    yaws[supports - 1] = headings + np.sum(weights * examples.departure_yaws[chosen], axis=1)
+    durations = segments.ends[rows] - segments.begins[rows]
+    share = np.sum(weights * (examples.swing_liftoffs / examples.durations)[chosen], axis=1)
+    released = np.minimum(np.clip(share, -0.5, 0.5) * durations, 0.9 * setup.options.stand_time)
+    liftoffs[supports - 1] = segments.begins[rows] + released
+    contacts = replace(contacts, positions=positions, yaws=yaws, liftoffs=liftoffs)
+    contacts = replace(contacts, headings=_keep_start(with_headings(contacts).headings, contacts, supports))
+    segments = cut_segments(contacts, setup.options)
+    return replace(setup, contacts=contacts, segments=segments, path=lay_root(contacts, segments))
+
+
+def _keep_start(headings: FloatArray, contacts: ContactTable, supports: IntArray) -> FloatArray:
+    """Headings at the first strikes stay those the weights were found with."""
+    kept = headings.copy()
+    kept[supports] = contacts.headings[supports]
+    kept[supports - 1] = contacts.headings[supports - 1]
+    return kept
