@@ -1,0 +1,33 @@
+"""Makes `stages/`: the person, its clips, terrains and scenes. The same bytes on every run.
+
+Example: python tools/make_stages.py -o stages
+"""
+
+import argparse
+from pathlib import Path
+
+from stagecraft.clips_stage import write_clips
+from stagecraft.human_stage import write_human
+from stagecraft.rig import human_foot, human_rig
+
+
+def make_stages(folder: Path) -> list[Path]:
+    """Write every stage into `folder` and return their paths."""
+    folder.mkdir(parents=True, exist_ok=True)
+    rig, foot = human_rig(), human_foot()
+    write_human(folder / "human.usdc", rig, foot)
+    write_clips(folder / "clips.usdc", rig, foot, human="./human.usdc")
+    return sorted(folder.glob("*.usd?"))
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Parse the command line and make the stages."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("-o", "--output", type=Path, default=Path("stages"), help="folder to write (default: stages)")
+    for path in make_stages(parser.parse_args(argv).output):
+        print(f"{path}  {path.stat().st_size / 1024:.0f} kB")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,81 @@
+"""Skin weights: each joint takes over from its parent across a soft plane through the joint."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stagecraft.rig import Rig
+from stagecraft.rotation import FloatArray
+
+INFLUENCES = 4
+
+SOFTNESS = {"UpLeg": 0.075, "Leg": 0.055, "Foot": 0.03, "Toe": 0.028, "Spine": 0.07, "Spine1": 0.07, "Chest": 0.07,
+            "Neck": 0.04, "Head": 0.03, "Shoulder": 0.05, "Arm": 0.055, "ForeArm": 0.04, "Hand": 0.022, "Fingers": 0.016}
+"""Half the width of the plane's soft zone [m], by joint."""
+
+
+def skin_weights(points: FloatArray, rig: Rig) -> tuple[NDArray[np.int64], FloatArray]:
+    """Joint indices and weights (sum 1, largest first) of `points`, shape (N, 4) each."""
+    share = np.zeros((len(points), len(rig.names)))
+    share[:, 0] = 1.0
+    for joint, name in enumerate(rig.names[1:], start=1):
+        parent = rig.parents[joint]
+        part = share[:, parent] * _takes_over(points, name, rig)
+        share[:, joint] = part
+        share[:, parent] -= part
+    order = np.argsort(-share, axis=1, kind="stable")[:, :INFLUENCES]
+    weights = np.take_along_axis(share, order, axis=1)
+    weights[weights < 0.004] = 0.0
+    weights /= weights.sum(axis=1, keepdims=True)
+    return np.where(weights > 0.0, order, 0), weights
+
+
+def _takes_over(points: FloatArray, name: str, rig: Rig) -> FloatArray:
+    """Part of the parent's hold that goes to the joint, 0..1, shape (N,)."""
+    bare = name.removeprefix("Left").removeprefix("Right")
+    sign = np.sign(rig.place(name)[0]) if bare != name else 0.0
+    beyond = _ramp((points - rig.place(name)) @ _normal(name, bare, rig), SOFTNESS[bare])
+    if bare == "UpLeg":
+        return beyond * _ramp(sign * points[:, 0], 0.022)
+    if bare == "Shoulder":
+        return beyond * _ramp(points[:, 1] - 1.36, 0.06)
+    if bare == "Arm":
+        # The sleeve and the arm lie outside a slanted plane through the armpit; the flank of the trunk does not.
+        outside = (points - [sign * 0.150, 1.33, 0.0]) @ [sign * 0.9, 0.43, 0.0]
+        return beyond * _ramp(outside, 0.035)
+    return beyond
+
+
+def _normal(name: str, bare: str, rig: Rig) -> FloatArray:
+    """Direction in which the joint's own part lies: halfway between the bones before and after it."""
+    if bare == "UpLeg":
+        return np.array([0.35 * np.sign(rig.place(name)[0]), -0.94, 0.0])
+    if bare == "Shoulder":
+        return np.array([np.sign(rig.place(name)[0]), 0.0, 0.0])
+    if bare == "Arm":
+        return np.array([np.sign(rig.place(name)[0]) * 0.87, -0.5, 0.0])
+    if bare == "Foot":
+        return np.array([0.0, -0.8, 0.6])
+    if bare == "Toe":
+        return np.array([0.0, 0.0, 1.0])
+    children = [rig.bone(other) for other, parent in zip(rig.names, rig.parents, strict=True)
+                if parent == rig.index(name) and not other.endswith("Shoulder")]
+    bones = [rig.bone(name), *children[:1]]
+    total = sum(bone / np.linalg.norm(bone) for bone in bones)
+    return total / np.linalg.norm(total)
+
+
+def _ramp(distance: FloatArray, softness: float) -> FloatArray:
+    """Smooth step from 0 at -softness to 1 at +softness."""
+    u = np.clip(0.5 + 0.5 * distance / softness, 0.0, 1.0)
+    return u * u * (3.0 - 2.0 * u)
+
+
+def deform(points: FloatArray, joints: NDArray[np.int64], weights: FloatArray, rig: Rig, places: FloatArray,
+           turns: FloatArray) -> FloatArray:
+    """Skinned `points` [m], shape (N, 3), with the joints at `places` (J, 3) and turned by `turns` (J, 3, 3)."""
+    moved = np.zeros_like(points)
+    for influence in range(joints.shape[1]):
+        joint = joints[:, influence]
+        offset = np.einsum("nij,nj->ni", turns[joint], points - rig.positions[joint])
+        moved += weights[:, influence, None] * (places[joint] + offset)
+    return moved
