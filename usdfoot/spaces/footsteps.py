@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdfoot.maths.types import FloatArray, IntArray
-from usdfoot.spaces.locate import TriangleGrid, build_grid, find_triangles, project_on_segments
-from usdfoot.spaces.triangulation import boundary_edges, merge_points, polyline, triangulate
+from usdfoot.spaces.locate import TriangleGrid, build_grid, find_triangles
+from usdfoot.spaces.segments import project_on_segments
+from usdfoot.spaces.triangulation import boundary_edges, drop_slivers, merge_points, polyline, triangulate
 
 __all__ = ["FootstepSpace", "FootstepWeights", "build_footstep_space", "solve_footsteps"]
 
@@ -56,7 +57,7 @@ def build_footstep_space(
     Args:
         landings: Where each example's swing ball lands, (x, z) [m], shape (E, 2), E >= 1.
         merge_distance: Landings at most this far apart [m] become one vertex.
-        minimal_altitude: Hull triangles lower than this [m] are dropped; a whole set no wider is a polyline.
+        minimal_altitude: Slivers along the hull lower than this [m] are dropped; a whole set no wider is a polyline.
 
     Returns:
         The space, the same whatever the order of the examples.
@@ -68,7 +69,7 @@ def build_footstep_space(
     if edges is not None:
         none = np.empty((0, 3), dtype=np.intp)
         return FootstepSpace(vertices=vertices, members=members, triangles=none, edges=edges, grid=None)
-    triangles = triangulate(vertices, minimal_altitude)
+    triangles = drop_slivers(vertices, triangulate(vertices), minimal_altitude)
     return FootstepSpace(
         vertices=vertices,
         members=members,

@@ -103,7 +103,7 @@ def build_spaces(
     Args:
         examples: The library's steps.
         merge_distance: Landings at most this far apart [m] become one vertex.
-        minimal_altitude: Hull triangles lower than this [m] are dropped.
+        minimal_altitude: Slivers along the hull lower than this [m] are dropped.
         scales: Differences between steps that count the same when neighbours are chosen.
     """
     scales = scales or FeatureScales()

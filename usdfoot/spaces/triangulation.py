@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import Delaunay, cKDTree
 
-from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.spaces.segments import project_on_segments
 
-__all__ = ["boundary_edges", "merge_points", "polyline", "signed_areas", "triangulate"]
+__all__ = ["boundary_edges", "drop_slivers", "merge_points", "polyline", "signed_areas", "triangulate"]
 
 FLATTEST_ALTITUDE = 1e-6
 """Triangles lower than this [m] have no usable inside: weights would lose more than 1e-9 to rounding."""
+FATTEST_SLIVER = 0.25
+"""Altitude of a sliver relative to its longest edge, at most."""
 
 
 def merge_points(points: FloatArray, distance: float) -> tuple[IntArray, IntArray]:
@@ -59,14 +62,11 @@ def polyline(vertices: FloatArray, width: float) -> IntArray | None:
     return np.stack([order[:-1], order[1:]], axis=1)
 
 
-def triangulate(vertices: FloatArray, minimal_altitude: float) -> IntArray:
-    """Delaunay triangles of vertices (V, 2) that are not collinear, without slivers along the hull.
-
-    A sliver's longest edge is its only one on the hull and it is lower than `minimal_altitude` [m]. Leaving it out
-    moves the hull by less than that, and no vertex is lost.
+def triangulate(vertices: FloatArray) -> IntArray:
+    """Delaunay triangles of vertices (V, 2) that are not collinear.
 
     Returns:
-        Vertex indices, counter-clockwise in (x, z), in lexicographic order, shape (T, 3).
+        Vertex indices, counter-clockwise in (x, z), in lexicographic order, shape (T, 3). No triangle is flat.
     """
     triangles = Delaunay(vertices - vertices.mean(axis=0)).simplices.astype(np.intp)
     corners = vertices[triangles]
@@ -75,17 +75,31 @@ def triangulate(vertices: FloatArray, minimal_altitude: float) -> IntArray:
     first = np.argmin(triangles, axis=1)
     triangles = np.take_along_axis(triangles, (first[:, None] + np.arange(3)) % 3, axis=1)
     triangles = triangles[np.lexsort(triangles.T[::-1])]
+    _, altitudes = _edge_lengths_and_altitudes(vertices, triangles)
+    return triangles[altitudes >= FLATTEST_ALTITUDE]
+
+
+def drop_slivers(vertices: FloatArray, triangles: IntArray, minimal_altitude: float) -> IntArray:
+    """Triangles without the slivers along the hull, thinnest first; no vertex is lost.
+
+    A sliver's longest edge is its only one on the hull; its altitude is less than `minimal_altitude` [m] and than a
+    quarter of that edge; and the vertex it would lay bare is no deeper than that, so the hull moves by less.
+    """
+    hull = vertices[boundary_edges(triangles)]
+    _, _, nearest = project_on_segments(hull, vertices)
+    shallow = np.linalg.norm(vertices - nearest, axis=1) < minimal_altitude
     lengths, altitudes = _edge_lengths_and_altitudes(vertices, triangles)
-    kept = altitudes >= FLATTEST_ALTITUDE
-    triangles, lengths, altitudes = triangles[kept], lengths[kept], altitudes[kept]
+    longest = np.argmax(lengths, axis=1)
+    rows = np.arange(len(triangles))
+    thin = (altitudes < minimal_altitude) & (altitudes < FATTEST_SLIVER * lengths[rows, longest])
+    thin &= shallow[triangles[rows, longest]]
+    kept = rows
     while True:
-        outer = _is_outer(triangles)
-        longest_outer = outer[np.arange(len(triangles)), np.argmax(lengths, axis=1)]
-        slivers = (altitudes < minimal_altitude) & longest_outer & (outer.sum(axis=1) == 1)
+        outer = _is_outer(triangles[kept])
+        slivers = thin[kept] & outer[np.arange(len(kept)), longest[kept]] & (outer.sum(axis=1) == 1)
         if not slivers.any():
-            return triangles
-        kept = np.arange(len(triangles)) != np.argmin(np.where(slivers, altitudes, np.inf))
-        triangles, lengths, altitudes = triangles[kept], lengths[kept], altitudes[kept]
+            return triangles[kept]
+        kept = np.delete(kept, np.argmin(np.where(slivers, altitudes[kept], np.inf)))
 
 
 def boundary_edges(triangles: IntArray) -> IntArray:
@@ -119,7 +133,7 @@ def _edges(triangles: IntArray) -> IntArray:
     return np.stack([np.roll(triangles, -1, axis=1), np.roll(triangles, -2, axis=1)], axis=-1)
 
 
-def _is_outer(triangles: IntArray) -> IntArray:
+def _is_outer(triangles: IntArray) -> BoolArray:
     """Whether the edge opposite each corner belongs to no other triangle, shape (T, 3)."""
     edges = np.sort(_edges(triangles), axis=-1).reshape(-1, 2)
     _, which, counts = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
