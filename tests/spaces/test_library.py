@@ -1,0 +1,228 @@
+"""Spaces of a library: styles, gaits, sides, mirror images, neighbours."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from numpy.testing import assert_allclose, assert_array_equal
+
+from tests.strategies import seeds
+from usdfoot.errors import ClipError
+from usdfoot.model.examples import Examples
+from usdfoot.spaces.features import FeatureScales, StepFeatures
+from usdfoot.spaces.library import StepWeights, build_spaces, has_flight, solve_steps
+from usdfoot.spaces.mirror import mirror_partners
+
+FLIPPED = ("landings", "departures")
+NEGATED = ("landing_yaws", "support_yaws", "departure_yaws", "turns")
+
+
+def random_examples(
+    generator: np.random.Generator, count: int, *, style: str = "default", flight: bool = False
+) -> Examples:
+    """Examples of one clip with landings of a walk or a run; joints are left out."""
+    sides = generator.integers(0, 2, count)
+    across = np.where(sides == 0, 1.0, -1.0) * generator.uniform(0.05, 0.3, count)
+    durations = generator.uniform(0.4, 0.7, count)
+    none = np.zeros((count, 4, 3), dtype=np.float32)
+    return Examples(
+        clip_names=("/Clip",),
+        clip_indices=np.zeros(count, dtype=int),
+        mirrored=np.zeros(count, dtype=bool),
+        styles=(style,) * count,
+        swing_sides=sides,
+        start_times=np.cumsum(durations),
+        durations=durations,
+        flat_times=0.05 * np.ones(count),
+        swing_liftoffs=generator.uniform(-0.1, -0.05, count) if flight else generator.uniform(0.05, 0.2, count),
+        support_liftoffs=durations * (0.8 if flight else 1.2),
+        landings=np.stack([across, generator.uniform(-0.3, 0.9, count)], axis=1),
+        landing_heights=generator.uniform(-0.1, 0.1, count),
+        landing_yaws=generator.uniform(-0.3, 0.3, count),
+        departures=np.stack([across, generator.uniform(-0.9, 0.3, count)], axis=1),
+        support_yaws=generator.uniform(-0.3, 0.3, count),
+        departure_yaws=generator.uniform(-0.3, 0.3, count),
+        turns=generator.uniform(-0.3, 0.3, count),
+        rotations=np.zeros((count, 4, 1, 4), dtype=np.float32),
+        pelvis_positions=none,
+        support_balls=none,
+        swing_balls=none,
+    )
+
+
+def mirror_image(examples: Examples) -> Examples:
+    changed = {name: getattr(examples, name) * np.array([-1.0, 1.0]) for name in FLIPPED}
+    changed |= {name: -getattr(examples, name) for name in NEGATED}
+    return replace(examples, mirrored=~examples.mirrored, swing_sides=1 - examples.swing_sides, **changed)
+
+
+def joined(*parts: Examples) -> Examples:
+    """Libraries one after the other, clips renumbered unless they are mirror images of the first."""
+    names = [field.name for field in fields(Examples) if field.name != "clip_names"]
+    values = {name: [getattr(part, name) for part in parts] for name in names}
+    joint = {name: sum(value, ()) if name == "styles" else np.concatenate(value) for name, value in values.items()}
+    return Examples(clip_names=parts[0].clip_names, **joint)
+
+
+def shuffled(examples: Examples, generator: np.random.Generator) -> Examples:
+    order = generator.permutation(len(examples))
+    names = [field.name for field in fields(Examples) if field.name not in ("clip_names", "styles")]
+    changed = {name: getattr(examples, name)[order] for name in names}
+    return replace(examples, styles=tuple(examples.styles[i] for i in order), **changed)
+
+
+def random_steps(generator: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray, StepFeatures]:
+    sides = generator.integers(0, 2, count)
+    across = np.where(sides == 0, 1.0, -1.0) * generator.uniform(0.0, 0.35, count)
+    features = StepFeatures(
+        durations=generator.uniform(0.4, 0.7, count),
+        swing_liftoffs=generator.uniform(0.05, 0.2, count),
+        turns=generator.uniform(-0.3, 0.3, count),
+        landing_heights=generator.uniform(-0.1, 0.1, count),
+    )
+    return np.stack([across, generator.uniform(-0.4, 1.0, count)], axis=1), sides, features
+
+
+def solve(examples: Examples, landings, sides, *, features=None, flight=False, style="default") -> StepWeights:
+    count = len(landings)
+    return solve_steps(
+        build_spaces(examples),
+        landings,
+        swing_sides=sides,
+        flights=np.full(count, flight),
+        styles=[style] * count,
+        features=features,
+    )
+
+
+@pytest.mark.parametrize("with_features", [False, True])
+def test_mirrored_steps_get_mirrored_examples_with_the_same_weights(
+    with_features: bool, generator: np.random.Generator
+) -> None:
+    originals = random_examples(generator, 40)
+    library = shuffled(joined(originals, mirror_image(originals)), generator)
+    partners = mirror_partners(library)
+    landings, sides, features = random_steps(generator, 300)
+    mirrored_features = replace(features, turns=-features.turns)
+    given_features = (features, mirrored_features) if with_features else (None, None)
+    straight = solve(library, landings, sides, features=given_features[0])
+    mirrored = solve(library, landings * [-1.0, 1.0], 1 - sides, features=given_features[1])
+    assert_array_equal(mirrored.examples, partners[straight.examples])
+    assert_array_equal(mirrored.weights, straight.weights)
+    assert_array_equal(mirrored.hull_distances, straight.hull_distances)
+    assert_array_equal(mirrored.projections, straight.projections * [-1.0, 1.0])
+
+
+@pytest.mark.parametrize("with_features", [False, True])
+@pytest.mark.parametrize("mirror", [False, True])
+def test_weights_reproduce_landings_with_examples_of_the_side(
+    with_features: bool, mirror: bool, generator: np.random.Generator
+) -> None:
+    library = random_examples(generator, 60)
+    library = joined(library, mirror_image(library)) if mirror else library
+    landings, sides, features = random_steps(generator, 300)
+    solved = solve(library, landings, sides, features=features if with_features else None)
+    assert_array_equal(library.swing_sides[solved.examples], np.repeat(sides[:, None], 3, axis=1))
+    assert_allclose(solved.weights.sum(axis=1), 1.0, rtol=0, atol=1e-12)
+    assert np.all(np.diff(solved.weights, axis=1) <= 0.0) and solved.weights.min() >= 0.0
+    blended = np.einsum("nk,nkd->nd", solved.weights, library.landings[solved.examples])
+    assert_allclose(blended, solved.projections, rtol=0, atol=1e-9)
+    inside = solved.hull_distances == 0.0
+    assert 100 < inside.sum() < 300
+    assert_array_equal(solved.projections[inside], landings[inside])
+
+
+@given(seeds)
+def test_neighbours_are_the_best_triple_of_all(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    library = replace(random_examples(generator, 9), swing_sides=np.zeros(9, dtype=int))
+    landings, _, features = random_steps(generator, 20)
+    solved = solve(library, landings, np.zeros(20, dtype=int), features=features)
+    plain = solve(library, landings, np.zeros(20, dtype=int))
+    scales = FeatureScales()
+    known, wanted = naive_coordinates(library, library.landings, scales), naive_coordinates(features, landings, scales)
+    for i in range(20):
+        best = min(naive_costs(library.landings, known, landings[i], wanted[i]), default=None)
+        if best is None:
+            assert_array_equal(solved.examples[i], plain.examples[i])
+        else:
+            squares = np.sum((known[solved.examples[i]] - wanted[i]) ** 2, axis=1)
+            assert solved.weights[i] @ squares == pytest.approx(best, rel=1e-9)
+
+
+def naive_coordinates(source: Examples | StepFeatures, landings: np.ndarray, scales: FeatureScales) -> np.ndarray:
+    rows = []
+    for i, (x, z) in enumerate(landings):
+        timing = [source.durations[i] / scales.duration, source.swing_liftoffs[i] / scales.swing_liftoff]
+        shape = [source.turns[i] / scales.turn, source.landing_heights[i] / scales.landing_height]
+        rows.append([x / scales.landing, z / scales.landing, *timing, *shape])
+    return np.array(rows)
+
+
+def naive_costs(points: np.ndarray, known: np.ndarray, query: np.ndarray, wanted: np.ndarray) -> list[float]:
+    """Cost of every triple of all examples that contains the query."""
+    costs = []
+    for a in range(len(points)):
+        for b in range(a):
+            for c in range(b):
+                matrix = np.vstack([points[[a, b, c]].T, np.ones(3)])
+                if abs(np.linalg.det(matrix)) > 1e-5:
+                    weights = np.linalg.solve(matrix, [*query, 1.0])
+                    if weights.min() >= 0.0:
+                        costs.append(float(weights @ np.sum((known[[a, b, c]] - wanted) ** 2, axis=1)))
+    return costs
+
+
+def test_neighbours_tell_a_quick_step_from_a_slow_one_to_the_same_spot(generator: np.random.Generator) -> None:
+    slow = replace(random_examples(generator, 12), swing_sides=np.zeros(12, dtype=int), durations=np.full(12, 0.9))
+    slow = replace(slow, support_liftoffs=np.full(12, 1.1), swing_liftoffs=np.full(12, 0.2))
+    quick = replace(slow, durations=np.full(12, 0.4), landings=slow.landings + 0.001)
+    library = joined(slow, quick)
+    _, _, features = random_steps(generator, 50)
+    wanted = replace(features, durations=np.full(50, 0.4), swing_liftoffs=np.full(50, 0.2))
+    landings = generator.normal(slow.landings.mean(axis=0), 0.02, (50, 2))
+    solved = solve(library, landings, np.zeros(50, dtype=int), features=wanted)
+    durations = np.sum(solved.weights * library.durations[solved.examples], axis=1)
+    assert_allclose(durations, 0.4, atol=0.05)
+
+
+def test_gaits_do_not_mix_and_a_missing_one_falls_back(generator: np.random.Generator) -> None:
+    walk, run = random_examples(generator, 30), random_examples(generator, 30, flight=True)
+    library = joined(walk, run)
+    assert_array_equal(has_flight(library), np.arange(60) >= 30)
+    landings, sides, _ = random_steps(generator, 50)
+    for flight in (False, True):
+        solved = solve(library, landings, sides, flight=flight)
+        assert np.all((solved.examples >= 30) == flight)
+        assert_array_equal(solved.flights, flight)
+    alone = solve(walk, landings, sides, flight=True)
+    assert_array_equal(alone.examples, solve(walk, landings, sides).examples)
+    assert not alone.flights.any()
+
+
+def test_styles_do_not_mix(generator: np.random.Generator) -> None:
+    library = joined(random_examples(generator, 30), random_examples(generator, 30, style="tired"))
+    landings, sides, _ = random_steps(generator, 50)
+    assert solve(library, landings, sides, style="tired").examples.min() >= 30
+
+
+def test_unknown_style_is_named_with_those_there_are(generator: np.random.Generator) -> None:
+    landings, sides, _ = random_steps(generator, 3)
+    with pytest.raises(ClipError, match=r"'angry': no clip shows a step of the (left|right) foot: default"):
+        solve(random_examples(generator, 30), landings, sides, style="angry")
+
+
+def test_no_steps_give_empty_weights(generator: np.random.Generator) -> None:
+    solved = solve(random_examples(generator, 5), np.empty((0, 2)), np.empty(0, dtype=int))
+    assert solved.examples.shape == (0, 3)
+
+
+def test_two_examples_are_enough(generator: np.random.Generator) -> None:
+    library = replace(random_examples(generator, 2), swing_sides=np.array([0, 1]))
+    landings, sides, features = random_steps(generator, 10)
+    solved = solve(library, landings, sides, features=features)
+    assert_array_equal(solved.examples, np.repeat(sides[:, None], 3, axis=1))
+    assert_array_equal(solved.weights[:, 0], 1.0)
