@@ -1,1 +1,1 @@
-"""USD in: stages become arrays; the stage is never edited."""
+"""Stage in, arrays out: scenes, clips, bipeds, plans and terrain in canonical space."""

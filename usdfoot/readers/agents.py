@@ -1,0 +1,184 @@
+"""Agents: who walks which plan with which character and clips."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+
+from pxr import Sdf, Usd
+
+from usdfoot.bridge.tokens import Agent as Token
+from usdfoot.bridge.tokens import Motion, Schema
+from usdfoot.bridge.units import StageUnits
+from usdfoot.errors import PlanError, SceneError
+from usdfoot.model.report import Problem
+from usdfoot.readers.plans import is_plan
+from usdfoot.readers.stage import StagePrims, authored, targets
+
+__all__ = ["AgentOptions", "AgentSource", "list_agents", "read_agent_options", "select_agents"]
+
+IK_REACH = 0.3
+"""Largest IK correction where none is authored [m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AgentSource:
+    """Where an agent's parts are on the stage."""
+
+    name: str
+    """Name of the agent prim, unique."""
+    prim: Usd.Prim
+    """The agent prim; without UsdfootAgentAPI on the stage, the plan."""
+    plan: Usd.Prim
+    character: Usd.Prim | None
+    """Prim that holds the character; None = the agent prim, or the only character of the stage."""
+    clips: tuple[Sdf.Path, ...]
+    """Scopes of clips; empty = every clip that fits."""
+    is_authored: bool
+    """Whether the prim has UsdfootAgentAPI."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AgentOptions:
+    """Numbers and tokens of UsdfootAgentAPI."""
+
+    motion: str = Motion.CLIPS
+    root_weight: float = 0.0
+    replace_distance: float = 0.0
+    """[m]"""
+    ik_reach: float = IK_REACH
+    """[m]"""
+
+
+def list_agents(stage: Usd.Stage, prims: StagePrims) -> tuple[tuple[AgentSource, ...], tuple[Problem, ...]]:
+    """All agents of a stage, and those that cannot be used with the reason.
+
+    Without any UsdfootAgentAPI every plan is walked by an agent of its own, named as the plan.
+    """
+    plans = [prim for prim in prims.instancers if is_plan(prim)]
+    marked = prims.with_apis.get(Schema.AGENT, ())
+    if not marked:
+        names = _unique_names([plan.GetName() for plan in plans])
+        return tuple(
+            AgentSource(name=name, prim=plan, plan=plan, character=None, clips=(), is_authored=False)
+            for name, plan in zip(names, plans, strict=True)
+        ), ()
+    claimed = {path for prim in marked for path in targets(prim, Token.PLAN)}
+    unclaimed = [plan for plan in plans if plan.GetPath() not in claimed]
+    default = unclaimed[0] if len(unclaimed) == len(marked) == 1 else None
+    sources, problems = [], []
+    for name, prim in zip(_unique_names([prim.GetName() for prim in marked]), marked, strict=True):
+        try:
+            sources.append(_source(stage, prim, name, default))
+        except (PlanError, SceneError) as error:
+            problems.append(Problem(severity="error", where=str(prim.GetPath()), message=str(error)))
+    if default is None:
+        problems += [_nobody_walks(plan) for plan in unclaimed]
+    return tuple(sources), tuple(problems)
+
+
+def select_agents(sources: Sequence[AgentSource], pattern: str) -> tuple[AgentSource, ...]:
+    """Agents whose name or prim path matches a glob pattern.
+
+    Raises:
+        SceneError: If there are agents but none matches.
+    """
+    chosen = tuple(s for s in sources if fnmatchcase(s.name, pattern) or fnmatchcase(str(s.prim.GetPath()), pattern))
+    if sources and not chosen:
+        raise SceneError(
+            f"agents {pattern}", "match none of the scene's agents", "use a name or glob of", [s.name for s in sources]
+        )
+    return chosen
+
+
+def read_agent_options(source: AgentSource, units: StageUnits) -> AgentOptions:
+    """Options authored on the agent prim.
+
+    Raises:
+        SceneError: If a value is outside its range.
+    """
+    motion = str(authored(source.prim, Token.MOTION) or Motion.CLIPS)
+    if motion not in Motion.ALL:
+        raise SceneError(source.prim.GetPath(), f"{Token.MOTION} is {motion}", f"author one of {', '.join(Motion.ALL)}")
+    return AgentOptions(
+        motion=motion,
+        root_weight=_number(source.prim, Token.ROOT_WEIGHT, 0.0, upper=1.0),
+        replace_distance=_number(source.prim, Token.REPLACE_DISTANCE, 0.0) * units.meters_per_unit,
+        ik_reach=_number(source.prim, Token.IK_REACH, IK_REACH / units.meters_per_unit) * units.meters_per_unit,
+    )
+
+
+def _source(stage: Usd.Stage, prim: Usd.Prim, name: str, default_plan: Usd.Prim | None) -> AgentSource:
+    """Raises PlanError or SceneError if a relationship is missing or points nowhere."""
+    return AgentSource(
+        name=name,
+        prim=prim,
+        plan=_plan_of(stage, prim, default_plan),
+        character=_target(stage, prim, Token.CHARACTER),
+        clips=tuple(_existing(stage, prim, Token.CLIPS)),
+        is_authored=True,
+    )
+
+
+def _plan_of(stage: Usd.Stage, prim: Usd.Prim, default: Usd.Prim | None) -> Usd.Prim:
+    plan = _target(stage, prim, Token.PLAN)
+    if plan is not None:
+        return plan
+    for name, what in ((Token.PATH, "a path"), (Token.TRAJECTORY, "a trajectory")):
+        if targets(prim, name):
+            raise PlanError(
+                prim.GetPath(),
+                f"follows {what} but has no footsteps",
+                f"this needs a footstep plan for now: point {Token.PLAN} at a PointInstancer with UsdfootPlanAPI",
+            )
+    if default is None:
+        raise PlanError(
+            prim.GetPath(), "has no footstep plan", f"point {Token.PLAN} at a PointInstancer with UsdfootPlanAPI"
+        )
+    return default
+
+
+def _target(stage: Usd.Stage, prim: Usd.Prim, name: str) -> Usd.Prim | None:
+    existing = _existing(stage, prim, name)
+    return stage.GetPrimAtPath(existing[0]) if existing else None
+
+
+def _existing(stage: Usd.Stage, prim: Usd.Prim, name: str) -> list[Sdf.Path]:
+    """Targets of a relationship, all of which must exist."""
+    found = targets(prim, name)
+    absent = [path for path in found if not stage.GetPrimAtPath(path)]
+    if absent:
+        raise SceneError(prim.GetPath(), f"{name} points at what does not exist", "correct the target", absent)
+    return found
+
+
+def _number(prim: Usd.Prim, name: str, default: float, *, upper: float = math.inf) -> float:
+    value = authored(prim, name)
+    if value is None:
+        return default
+    if not (math.isfinite(value) and 0.0 <= value <= upper):
+        limits = f"between 0 and {upper:g}" if math.isfinite(upper) else "of at least 0"
+        raise SceneError(prim.GetPath(), f"{name} is {value:g}", f"author a number {limits}")
+    return float(value)
+
+
+def _nobody_walks(plan: Usd.Prim) -> Problem:
+    message = f"{plan.GetPath()}: no agent walks this plan. Point an agent's {Token.PLAN} at it"
+    return Problem(severity="warning", where=str(plan.GetPath()), message=message)
+
+
+def _unique_names(names: Sequence[str]) -> list[str]:
+    """Names with _1, _2 and so on added to those that occurred before."""
+    taken = set(names)
+    seen: set[str] = set()
+    unique = []
+    for name in names:
+        candidate, count = name, 0
+        while candidate in seen or (count > 0 and candidate in taken):
+            count += 1
+            candidate = f"{name}_{count}"
+        seen.add(candidate)
+        unique.append(candidate)
+    return unique

@@ -1,0 +1,215 @@
+"""Characters: the skinned assets that agents reference, in the agent's space."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+
+import numpy as np
+from pxr import Usd, UsdGeom, UsdSkel
+
+from usdfoot.bridge.scene import BlendShapes, Character
+from usdfoot.bridge.similarity import Similarity, similarity_of_matrices
+from usdfoot.bridge.units import StageUnits
+from usdfoot.errors import SkeletonError
+from usdfoot.maths import quaternion
+from usdfoot.maths.types import FloatArray
+from usdfoot.readers.assets import asset_of, character_prim_of
+from usdfoot.readers.biped import read_biped
+from usdfoot.readers.skeleton import is_moving, matrices_of, read_skeleton, skeleton_in
+from usdfoot.readers.skins import inherited_target, joint_reaches, read_skin
+from usdfoot.readers.stage import StagePrims, start_code
+
+__all__ = ["character_key", "find_skeleton", "only_character", "read_character"]
+
+_logger = logging.getLogger(__name__)
+
+_LEVEL = 1e-6
+
+
+def find_skeleton(prim: Usd.Prim) -> Usd.Prim:
+    """The Skeleton at or below a prim: the first that skins a mesh, else the first with joints.
+
+    Raises:
+        SkeletonError: If there is none.
+    """
+    below = list(Usd.PrimRange(prim, Usd.TraverseInstanceProxies()))
+    skeletons = [candidate for candidate in below if candidate.IsA(UsdSkel.Skeleton)]
+    bound = {inherited_target(mesh, "skel:skeleton") for mesh in below if mesh.IsA(UsdGeom.Mesh)}
+    ranked = [s for s in skeletons if s.GetPath() in bound] + [s for s in skeletons if _has_joints(s)] + skeletons
+    if not ranked:
+        raise SkeletonError(
+            prim.GetPath(),
+            "has no Skeleton at or below it",
+            "point usdfoot:agent:character at the prim that holds the character's SkelRoot",
+        )
+    return ranked[0]
+
+
+def only_character(prims: StagePrims) -> Usd.Prim:
+    """The character of a stage that names none: the one with skin, or the only one.
+
+    Raises:
+        SkeletonError: If there is none, or several different ones.
+    """
+    skeletons = [prim for prim in prims.skeletons if _has_joints(prim)]
+    bound = {inherited_target(mesh, "skel:skeleton") for mesh in prims.meshes}
+    candidates = [prim for prim in skeletons if prim.GetPath() in bound] or skeletons
+    visible = [prim for prim in candidates if UsdGeom.Imageable(prim).ComputeVisibility() != UsdGeom.Tokens.invisible]
+    candidates = visible or candidates
+    if not candidates:
+        raise SkeletonError("stage", "has no Skeleton with joints", "add a character: a SkelRoot with a Skeleton")
+    joints = {tuple(UsdSkel.Skeleton(prim).GetJointsAttr().Get()) for prim in candidates}
+    if len(joints) > 1:
+        raise SkeletonError(
+            "stage",
+            "has several characters",
+            "apply UsdfootAgentAPI to an agent prim and point usdfoot:agent:character at one of them",
+            [prim.GetPath() for prim in candidates],
+        )
+    if len(candidates) > 1:
+        _logger.info("%d characters with the same joints, %s is used", len(candidates), candidates[0].GetPath())
+    return character_prim_of(candidates[0])
+
+
+def read_character(prim: Usd.Prim, units: StageUnits, frame_codes: FloatArray) -> Character:
+    """The character at or below a prim.
+
+    Args:
+        prim: The agent prim itself, or the prim its usdfoot:agent:character points at.
+        units: Of the stage.
+        frame_codes: Time codes of the crowd's frames, for transforms above the Skeleton that move.
+
+    Raises:
+        SkeletonError: If there is no usable Skeleton or a transform above it is no similarity.
+        BipedError: If its legs are not found.
+    """
+    skeleton_prim = find_skeleton(prim)
+    raw = read_skeleton(skeleton_prim)
+    tilt, scale = _upright(prim, units)
+    skeleton_to_agent = _skeleton_to_agent(prim, skeleton_prim, units, frame_codes, tilt, scale)
+    skeleton = skeleton_in(raw, skeleton_to_agent)
+    meshes = [mesh for mesh in Usd.PrimRange(prim, Usd.TraverseInstanceProxies()) if mesh.IsA(UsdGeom.PointBased)]
+    skin = read_skin(meshes, skeleton_prim, raw)
+    asset, asset_prim = asset_of(prim)
+    _warn_of_size(prim, skeleton.rest_translations, asset)
+    return Character(
+        path=str(prim.GetPath()),
+        asset=asset,
+        asset_prim=asset_prim,
+        skeleton_path=_relative(skeleton_prim, prim),
+        has_skel_root=_has_skel_root(skeleton_prim),
+        agent_rotation=_snapped(units.frames_to_stage(tilt)),
+        agent_scale=scale,
+        skeleton_to_agent=skeleton_to_agent,
+        skeleton=skeleton,
+        biped=read_biped(skeleton_prim, raw, skeleton, skeleton_to_agent, skin),
+        rest_scales=raw.scales,
+        inherited_scales=raw.inherited_scales,
+        joint_radii=joint_reaches(skin, raw) * skeleton_to_agent.scale,
+        still_extent=_still_extent(prim, meshes, units, tilt, scale),
+        blend_shapes=_blend_shapes(skeleton_prim),
+    )
+
+
+def character_key(prim: Usd.Prim, units: StageUnits) -> tuple[object, ...]:
+    """What two prims have in common if they are the same character: asset, tilt and scale."""
+    tilt, scale = _upright(prim, units)
+    return (*asset_of(prim), tuple(np.round(_snapped(tilt), 5)), float(f"{scale:.6g}"))
+
+
+def _upright(prim: Usd.Prim, units: StageUnits) -> tuple[FloatArray, float]:
+    """Rotation without yaw from the prim's space to canonical axes, shape (4,), and the prim's scale in the world.
+
+    The prim's rotation is cut into yaw after tilt (swing and twist about the up axis). The yaw only places the prim.
+    """
+    start = start_code(prim.GetStage()).GetValue()
+    to_world = similarity_of_matrices(matrices_of(prim, np.array([start])), prim.GetPath())
+    rotation = units.frames_to_canonical(to_world.rotation)[0]
+    yaw = np.array([0.0, rotation[1], 0.0, rotation[3]])
+    if np.linalg.norm(yaw) < _LEVEL:
+        return rotation, to_world.scale
+    return quaternion.compose(quaternion.inverse(quaternion.normalised(yaw)), rotation), to_world.scale
+
+
+def _skeleton_to_agent(
+    prim: Usd.Prim, skeleton: Usd.Prim, units: StageUnits, codes: FloatArray, tilt: FloatArray, scale: float
+) -> Similarity:
+    """From the Skeleton's space to the agent's, at every code if a transform between the two moves."""
+    if not is_moving(skeleton, below=prim):
+        codes = np.array([start_code(prim.GetStage()).GetValue()])
+    to_prim = matrices_of(skeleton, codes) @ np.linalg.inv(matrices_of(prim, codes))
+    upright = Similarity(scale=scale * units.meters_per_unit, rotation=tilt[None], translation=np.zeros((1, 3)))
+    return upright.after(similarity_of_matrices(to_prim, skeleton.GetPath()))
+
+
+def _still_extent(
+    prim: Usd.Prim, skinned: Sequence[Usd.Prim], units: StageUnits, tilt: FloatArray, scale: float
+) -> FloatArray | None:
+    """Bounds of the geometry below the prim that no joint moves, in the agent's space [m], shape (2, 3)."""
+    upright = Similarity(scale=scale * units.meters_per_unit, rotation=tilt[None], translation=np.zeros((1, 3)))
+    start = start_code(prim.GetStage())
+    cache = UsdGeom.BBoxCache(start, [UsdGeom.Tokens.default_, UsdGeom.Tokens.render, UsdGeom.Tokens.proxy])
+    to_prim = np.linalg.inv(matrices_of(prim, np.array([start.GetValue()]))[0])
+    corners = []
+    for gprim in Usd.PrimRange(prim, Usd.TraverseInstanceProxies()):
+        if not gprim.IsA(UsdGeom.Gprim) or inherited_target(gprim, "skel:skeleton") is not None:
+            continue
+        box = cache.ComputeWorldBound(gprim).ComputeAlignedRange()
+        if not box.IsEmpty():
+            world = np.array([box.GetCorner(i) for i in range(8)])
+            corners.append(upright.apply(world @ to_prim[:3, :3] + to_prim[3, :3]))
+    if not corners:
+        return None
+    points = np.concatenate(corners)
+    return np.stack([points.min(axis=0), points.max(axis=0)])
+
+
+def _blend_shapes(skeleton: Usd.Prim) -> BlendShapes | None:
+    """Blend shape weights of the animation the Skeleton is bound to."""
+    source = inherited_target(skeleton, "skel:animationSource")
+    animation = UsdSkel.Animation(skeleton.GetStage().GetPrimAtPath(source)) if source else None
+    names = tuple(str(name) for name in (animation.GetBlendShapesAttr().Get() or ())) if animation else ()
+    if not animation or not names:
+        return None
+    attribute = animation.GetBlendShapeWeightsAttr()
+    codes = list(attribute.GetTimeSamples()) or [0.0]
+    values = [attribute.Get(code) for code in codes]
+    kept = [(code, value) for code, value in zip(codes, values, strict=True) if value is not None and len(value) == len(names)]
+    if not kept:
+        return None
+    return BlendShapes(
+        names=names,
+        codes=np.array([code for code, _ in kept]),
+        weights=np.array([np.array(value, dtype=float) for _, value in kept]),
+    )
+
+
+def _warn_of_size(prim: Usd.Prim, rest_translations: FloatArray, asset: str) -> None:
+    reach = float(np.linalg.norm(rest_translations, axis=-1).max())
+    if not 0.02 < reach < 20.0:
+        _logger.warning(
+            "%s: bones of %.3g m; %s seems to be in other units than the scene, scale the prim to fit",
+            prim.GetPath(),
+            reach,
+            asset,
+        )
+
+
+def _has_joints(prim: Usd.Prim) -> bool:
+    return bool(UsdSkel.Skeleton(prim).GetJointsAttr().Get())
+
+
+def _has_skel_root(prim: Usd.Prim) -> bool:
+    return bool(UsdSkel.Root.Find(prim))
+
+
+def _relative(prim: Usd.Prim, ancestor: Usd.Prim) -> str:
+    path = str(prim.GetPath().MakeRelativePath(ancestor.GetPath()))
+    return "" if path == "." else path
+
+
+def _snapped(rotation: FloatArray) -> FloatArray:
+    """The rotation, or the exact identity where it differs from it by rounding only."""
+    rotation = rotation if rotation[3] >= 0.0 else -rotation
+    return np.array([0.0, 0.0, 0.0, 1.0]) if np.abs(rotation[:3]).max() < _LEVEL else rotation

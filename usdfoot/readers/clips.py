@@ -1,0 +1,248 @@
+"""Clips: SkelAnimations of any exporter as samples on a character's joints, in canonical space."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass, replace
+
+import numpy as np
+from pxr import Usd, UsdGeom, UsdSkel
+
+from usdfoot.bridge.similarity import Similarity, fold_into_joints, similarity_of_matrices
+from usdfoot.bridge.tokens import Clip as Token
+from usdfoot.bridge.tokens import RootMotion
+from usdfoot.bridge.units import StageUnits
+from usdfoot.errors import ClipError
+from usdfoot.maths import quaternion
+from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.biped import Biped
+from usdfoot.model.clip import AuthoredEvents, Clip
+from usdfoot.model.skeleton import Skeleton, forward_kinematics
+from usdfoot.readers.joints import leaf_name, match_joints
+from usdfoot.readers.samples import SampledArray, interpolate_linear, interpolate_rotations, read_samples, regular_codes
+from usdfoot.readers.skeleton import RawSkeleton, fold_scales, is_moving, matrices_of, skeleton_in
+from usdfoot.readers.stage import authored
+
+__all__ = ["ClipSource", "missing_leg_joints", "read_clip"]
+
+_logger = logging.getLogger(__name__)
+
+_UNIT_MISMATCH = 5.0
+"""Legs so many times longer or shorter than the character's are in other units, not of other proportions."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClipSource:
+    """A SkelAnimation with the skeleton it was made on."""
+
+    prim: Usd.Prim
+    skeleton_prim: Usd.Prim
+    skeleton: RawSkeleton
+
+
+def read_clip(source: ClipSource, skeleton: Skeleton, biped: Biped, units: StageUnits) -> Clip:
+    """The clip on the joints of a character.
+
+    Transforms above the clip's own skeleton are applied, moving ones too. Joints that the clip lacks keep the rest
+    pose of its skeleton, or of the character's where that lacks them as well.
+
+    Args:
+        source: Animation and its skeleton.
+        skeleton: The character's, canonical.
+        biped: The character's.
+        units: Of the stage.
+
+    Raises:
+        ClipError: If leg joints are missing, nothing moves, or values are not finite.
+        SkeletonError: If a transform above the clip's skeleton is no similarity.
+    """
+    where = str(source.prim.GetPath())
+    missing = missing_leg_joints(source, skeleton, biped)
+    if missing:
+        raise ClipError(
+            where,
+            f"does not move the leg joints of {skeleton.name}",
+            "use a clip of a skeleton with the same joint names, or point usdfoot:clip:skeleton at its own",
+            missing,
+        )
+    codes, translations, rotations = _sample(source, units)
+    similarity = _skeleton_to_world(source, codes, units)
+    own = skeleton_in(source.skeleton, similarity)
+    similarity = _without_unit_mismatch(source, similarity, own, skeleton, biped)
+    translations, rotations = fold_into_joints(similarity, own.parents, translations, rotations)
+    translations, rotations = _on_joints_of(skeleton, own, translations, rotations)
+    return Clip(
+        name=where,
+        rate=units.time_codes_per_second * (len(codes) - 1) / float(codes[-1] - codes[0]),
+        start_time=float(units.codes_to_times(codes[0])),
+        translations=translations,
+        rotations=quaternion.continuous(rotations),
+        style=str(authored(source.prim, Token.STYLE) or "default"),
+        root_motion=_root_motion(source.prim),
+        cyclic=_optional_bool(source.prim, Token.CYCLIC),
+        range_start=_time(source.prim, Token.START, units),
+        range_end=_time(source.prim, Token.END, units),
+        mirror=_optional_bool(source.prim, Token.MIRROR) is not False,
+        events=(_events(source.prim, 0, units), _events(source.prim, 1, units)),
+        synthetic=bool(source.prim.GetCustomDataByKey("synthetic")),
+    )
+
+
+def missing_leg_joints(source: ClipSource, skeleton: Skeleton, biped: Biped) -> list[str]:
+    """Names of the character's pelvis, hips, knees and ankles that the animation does not move."""
+    animated = [str(joint) for joint in UsdSkel.Animation(source.prim).GetJointsAttr().Get() or ()]
+    legs = (*biped.hips, *biped.knees, *biped.ankles)
+    matches = match_joints(animated, skeleton.joints)
+    return [leaf_name(skeleton.joints[joint]) for joint in legs if matches[joint] < 0]
+
+
+def _sample(source: ClipSource, units: StageUnits) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Regular time codes (T,) and joint-local translations and rotations of all joints of the clip's skeleton."""
+    animation, raw = UsdSkel.Animation(source.prim), source.skeleton
+    where = source.prim.GetPath()
+    joints = [str(joint) for joint in animation.GetJointsAttr().Get() or ()]
+    rotations = read_samples(animation.GetRotationsAttr(), len(joints))
+    translations = read_samples(animation.GetTranslationsAttr(), len(joints))
+    scales = read_samples(animation.GetScalesAttr(), len(joints))
+    if rotations is None:
+        raise ClipError(where, f"has no rotations for its {len(joints)} joints", "author one quaternion a joint")
+    _check_finite(where, rotations, translations)
+    sampled = [rotations.codes, *([translations.codes] if translations else []), _transform_codes(source)]
+    codes = regular_codes(sampled, units.time_codes_per_second)
+    if len(codes) < 2:
+        raise ClipError(where, "has fewer than two time samples", "a clip needs at least two, a pose is no clip")
+    order = match_joints(joints, raw.joints)
+    all_rotations = _spread(raw.rotations, interpolate_rotations(rotations, codes), order)
+    all_scales = _spread(raw.scales, scales.values, order) if scales else raw.scales[None]
+    rest = raw.translations / raw.inherited_scales[:, None]
+    local = interpolate_linear(translations, codes) if translations else None
+    all_translations = _spread(rest, local, order) if local is not None else np.repeat(rest[None], len(codes), axis=0)
+    folded, _ = fold_scales(raw.parents, all_translations, all_scales, where)
+    return codes, folded, all_rotations
+
+
+def _spread(rest: FloatArray, values: FloatArray, order: IntArray) -> FloatArray:
+    """Animated values (T, A, C) in the skeleton's order, the rest (J, C) where a joint is not animated."""
+    result = np.repeat(np.asarray(rest, dtype=float)[None], len(values), axis=0)
+    found = order >= 0
+    result[:, found] = values[:, order[found]]
+    return result
+
+
+def _check_finite(where: object, rotations: SampledArray, translations: SampledArray | None) -> None:
+    for label, samples in (("rotations", rotations), ("translations", translations)):
+        if samples is None:
+            continue
+        bad = ~np.isfinite(samples.values).all(axis=(1, 2))
+        if label == "rotations":
+            bad |= np.any(np.linalg.norm(samples.values, axis=-1) < 1e-6, axis=1)
+        if bad.any():
+            code = samples.codes[np.flatnonzero(bad)[0]]
+            raise ClipError(where, f"{label} at time code {code:g} are not finite or zero", "remove or repair the sample")
+
+
+def _transform_codes(source: ClipSource) -> FloatArray:
+    """Time codes at which transforms above the clip's skeleton have samples."""
+    codes: set[float] = set()
+    prim = source.skeleton_prim
+    while prim and not prim.IsPseudoRoot():
+        if UsdGeom.Xformable(prim):
+            codes.update(UsdGeom.Xformable(prim).GetTimeSamples())
+        prim = prim.GetParent()
+    return np.array(sorted(codes), dtype=float)
+
+
+def _skeleton_to_world(source: ClipSource, codes: FloatArray, units: StageUnits) -> Similarity:
+    """From the space of the clip's skeleton to the canonical world, at every code if it moves."""
+    moving = is_moving(source.skeleton_prim)
+    matrices = matrices_of(source.skeleton_prim, codes if moving else codes[:1])
+    to_stage = similarity_of_matrices(matrices, source.skeleton_prim.GetPath())
+    return Similarity(
+        scale=to_stage.scale * units.meters_per_unit,
+        rotation=units.frames_to_canonical(to_stage.rotation),
+        translation=units.points_to_canonical(to_stage.translation),
+    )
+
+
+def _without_unit_mismatch(
+    source: ClipSource, similarity: Similarity, own: Skeleton, skeleton: Skeleton, biped: Biped
+) -> Similarity:
+    """The similarity, rescaled where the clip is evidently in other units than the character."""
+    ratio = _leg_length(own, match_joints(own.joints, skeleton.joints), biped) / _leg_length(
+        skeleton, np.arange(len(skeleton.joints)), biped
+    )
+    if 1.0 / _UNIT_MISMATCH < ratio < _UNIT_MISMATCH or not np.isfinite(ratio) or ratio <= 0.0:
+        return similarity
+    _logger.warning(
+        "%s: legs are %.3g times as long as those of %s, the clip is scaled to fit; a scale for other units is missing",
+        source.prim.GetPath(),
+        ratio,
+        skeleton.name,
+    )
+    return replace(similarity, scale=similarity.scale / ratio, translation=similarity.translation / ratio)
+
+
+def _leg_length(skeleton: Skeleton, order: IntArray, biped: Biped) -> float:
+    """Mean length of thigh and shin together at rest; the order leads from the biped's joints to the skeleton's."""
+    positions, _ = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
+    legs = positions[order[[biped.hips, biped.knees, biped.ankles]]]  # (3, 2, 3)
+    return float(np.linalg.norm(np.diff(legs, axis=0), axis=-1).sum(axis=0).mean())
+
+
+def _on_joints_of(
+    skeleton: Skeleton, own: Skeleton, translations: FloatArray, rotations: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Joint-local samples on the character's joints.
+
+    A joint whose parents correspond is copied. Others, below joints that only one of the two skeletons has, keep
+    their place in skeleton space. Joints that only the character has keep its rest pose.
+    """
+    order = match_joints(own.joints, skeleton.joints)
+    clip_positions, clip_rotations = forward_kinematics(own.parents, translations, rotations)
+    count = len(skeleton.joints)
+    new_translations = np.repeat(skeleton.rest_translations[None], len(rotations), axis=0)
+    new_rotations = np.repeat(skeleton.rest_rotations[None], len(rotations), axis=0)
+    positions = np.zeros((len(rotations), count, 3))
+    turns = np.tile([0.0, 0.0, 0.0, 1.0], (len(rotations), count, 1))
+    for joint, parent in enumerate(skeleton.parents):
+        source = order[joint]
+        origin = (positions[:, parent], turns[:, parent]) if parent >= 0 else (np.zeros(3), np.array([0.0, 0, 0, 1.0]))
+        if source >= 0:
+            expected = order[parent] if parent >= 0 else -1
+            if own.parents[source] == expected and (parent < 0 or expected >= 0):
+                new_translations[:, joint], new_rotations[:, joint] = translations[:, source], rotations[:, source]
+            else:
+                back = quaternion.inverse(origin[1])
+                new_translations[:, joint] = quaternion.rotate(back, clip_positions[:, source] - origin[0])
+                new_rotations[:, joint] = quaternion.compose(back, clip_rotations[:, source])
+        positions[:, joint] = origin[0] + quaternion.rotate(origin[1], new_translations[:, joint])
+        turns[:, joint] = quaternion.compose(origin[1], new_rotations[:, joint])
+    return new_translations, new_rotations
+
+
+def _root_motion(prim: Usd.Prim) -> str:
+    value = str(authored(prim, Token.ROOT_MOTION) or RootMotion.AUTO)
+    if value not in RootMotion.ALL:
+        raise ClipError(prim.GetPath(), f"{Token.ROOT_MOTION} is {value}", f"author one of {', '.join(RootMotion.ALL)}")
+    return value
+
+
+def _optional_bool(prim: Usd.Prim, name: str) -> bool | None:
+    value = authored(prim, name)
+    return None if value is None else bool(value)
+
+
+def _time(prim: Usd.Prim, name: str, units: StageUnits) -> float | None:
+    value = authored(prim, name)
+    return None if value is None else float(units.codes_to_times(np.array(value, dtype=float)))
+
+
+def _events(prim: Usd.Prim, side: int, units: StageUnits) -> AuthoredEvents:
+    """Contact events an artist authored for one foot."""
+    times = []
+    for names in (Token.STRIKE_TIMES, Token.FLAT_TIMES, Token.LIFTOFF_TIMES):
+        value = authored(prim, names[side])
+        times.append(None if value is None else units.codes_to_times(np.array(value, dtype=float)))
+        if value is not None and np.any(np.diff(times[-1]) <= 0.0):
+            raise ClipError(prim.GetPath(), f"{names[side]} do not increase", "author event times in order")
+    return AuthoredEvents(strike_times=times[0], flat_times=times[1], liftoff_times=times[2])

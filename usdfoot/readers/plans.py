@@ -1,0 +1,141 @@
+"""Footstep plans: PointInstancers of prints with times."""
+
+from __future__ import annotations
+
+import logging
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from usdfoot.bridge.schema import has_api
+from usdfoot.bridge.tokens import Plan as Token
+from usdfoot.bridge.tokens import Schema
+from usdfoot.bridge.units import StageUnits
+from usdfoot.errors import PlanError
+from usdfoot.maths import quaternion
+from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.report import Problem
+from usdfoot.readers.skeleton import matrices_of
+from usdfoot.readers.stage import authored, start_code
+
+__all__ = ["is_plan", "path_orientations", "read_plan"]
+
+_logger = logging.getLogger(__name__)
+
+_IN_PLACE = 0.1
+"""Shorter than this [m] the way past a footstep does not tell where it faces."""
+
+
+def is_plan(prim: Usd.Prim) -> bool:
+    """Whether a prim is a footstep plan: it has UsdfootPlanAPI, or is a PointInstancer with a plan's times."""
+    if has_api(prim, Schema.PLAN):
+        return True
+    has_times = any(authored(prim, name) is not None for name in (Token.STRIKE_TIMES, Token.LIFTOFF_TIMES))
+    return prim.IsA(UsdGeom.PointInstancer) and has_times
+
+
+def read_plan(prim: Usd.Prim, units: StageUnits) -> tuple[FootstepPlan, tuple[Problem, ...]]:
+    """The plan in the canonical world, and warnings about it.
+
+    Args:
+        prim: PointInstancer, with or without UsdfootPlanAPI.
+        units: Of the stage.
+
+    Raises:
+        PlanError: If the prim is no PointInstancer, lacks an array, or the plan is inconsistent.
+    """
+    where = str(prim.GetPath())
+    if not prim.IsA(UsdGeom.PointInstancer):
+        kind = prim.GetTypeName() or "an untyped prim"
+        raise PlanError(where, f"is {kind}", "a footstep plan is a PointInstancer with UsdfootPlanAPI")
+    sides = _array(prim, UsdGeom.Tokens.protoIndices, (), int)
+    local = _array(prim, UsdGeom.Tokens.positions, (3,), float)
+    matrix = matrices_of(prim, np.array([start_code(prim.GetStage()).GetValue()]))[0]
+    positions = units.points_to_canonical(local @ matrix[:3, :3] + matrix[3, :3])
+    orientations, problems = _orientations(prim, units, matrix, sides, positions)
+    weights = authored(prim, Token.ROOT_WEIGHTS)
+    plan = FootstepPlan(
+        name=where,
+        sides=sides,
+        positions=positions,
+        orientations=orientations,
+        strike_times=units.codes_to_times(_array(prim, Token.STRIKE_TIMES, (), float)),
+        liftoff_times=units.codes_to_times(_array(prim, Token.LIFTOFF_TIMES, (), float)),
+        root_weights=np.zeros(len(sides)) if weights is None else np.array(weights, dtype=float),
+    )
+    return plan, problems
+
+
+def path_orientations(sides: IntArray, positions: FloatArray) -> FloatArray:
+    """Level orientations that face along the path, for plans without any, xyzw, shape (N, 4).
+
+    Each footstep faces from the one before to the one after it; where these two lie together, at right angles to the
+    line from the right to the left foot.
+
+    Args:
+        sides: 0 = left, 1 = right, shape (N,).
+        positions: Canonical [m], shape (N, 3).
+    """
+    count = len(positions)
+    middle = np.clip(np.arange(count), 1, max(1, count - 2))
+    along = positions[np.minimum(middle + 1, count - 1)] - positions[np.maximum(middle - 1, 0)]
+    nearest = np.maximum(np.arange(count) - 1, 0)
+    other = np.where(np.arange(count) > 0, nearest, min(1, count - 1))
+    to_left = (positions - positions[other]) * np.where(sides == 0, 1.0, -1.0)[:, None]
+    across = np.cross(to_left, [0.0, 1.0, 0.0])
+    in_place = np.hypot(along[:, 0], along[:, 2]) < _IN_PLACE
+    if count < 3:
+        in_place[:] = True
+    forward = np.where(in_place[:, None], across, along)
+    return quaternion.yaw_quaternion(np.arctan2(forward[:, 0], forward[:, 2]))
+
+
+def _array(prim: Usd.Prim, name: str, shape: tuple[int, ...], kind: type) -> np.ndarray:
+    """An array attribute of the plan, shape (N, *shape)."""
+    value = authored(prim, name)
+    if value is None:
+        raise PlanError(prim.GetPath(), f"has no {name}", "author one entry a footstep")
+    array = np.array(value, dtype=kind)
+    return array if array.size else np.zeros((0, *shape), dtype=kind)
+
+
+def _orientations(
+    prim: Usd.Prim, units: StageUnits, matrix: FloatArray, sides: IntArray, positions: FloatArray
+) -> tuple[FloatArray, tuple[Problem, ...]]:
+    """Canonical orientations of the prints; without any they face along the path, with a warning."""
+    value = next((v for name in ("orientationsf", "orientations") if (v := authored(prim, name))), None)
+    if value is not None:
+        return _to_world(prim, units, matrix, np.array(value, dtype=float)), ()
+    if len(sides) != len(positions) or len(sides) < 2:
+        return np.tile([0.0, 0.0, 0.0, 1.0], (len(positions), 1)), ()
+    message = (
+        f"{prim.GetPath()}: has no orientations, the footsteps face along their path. Author orientations where the "
+        "character steps sideways or backward"
+    )
+    _logger.warning("%s", message)
+    problem = Problem(severity="warning", where=str(prim.GetPath()), message=message)
+    return path_orientations(sides, positions), (problem,)
+
+
+def _to_world(prim: Usd.Prim, units: StageUnits, matrix: FloatArray, orientations: FloatArray) -> FloatArray:
+    """Orientations with the plan's own transform applied, in the canonical world.
+
+    Forward goes with the surface the prints lie on and the normal stays at right angles to it, so that transforms
+    with different scales work too.
+    """
+    if np.linalg.det(matrix[:3, :3]) <= 0.0:
+        raise PlanError(prim.GetPath(), "is mirrored by its transform", "left would become right; bake the mirror into it")
+    lengths = np.linalg.norm(orientations, axis=-1, keepdims=True)
+    if not np.all(np.isfinite(lengths) & (lengths > 1e-3)):
+        return np.full_like(orientations, np.nan)  # the plan's own check names the footstep
+    own = orientations / lengths
+    forward_own, normal_own = units.directions_to_stage(np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]))
+    forward = quaternion.rotate(own, forward_own) @ matrix[:3, :3]
+    normal = quaternion.rotate(own, normal_own) @ np.linalg.inv(matrix[:3, :3]).T
+    forward, normal = units.directions_to_canonical(forward), units.directions_to_canonical(normal)
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    forward -= np.sum(forward * normal, axis=-1, keepdims=True) * normal
+    forward /= np.linalg.norm(forward, axis=-1, keepdims=True)
+    axes = np.stack([np.cross(normal, forward), normal, forward], axis=-1)  # columns are X, Y, Z
+    return quaternion.from_matrix(axes)

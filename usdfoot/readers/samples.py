@@ -1,0 +1,98 @@
+"""Time samples of animation attributes, brought onto one regular grid."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from pxr import Usd
+
+from usdfoot.maths import quaternion
+from usdfoot.maths.types import FloatArray
+
+__all__ = ["SampledArray", "interpolate_linear", "interpolate_rotations", "read_samples", "regular_codes"]
+
+_SLOWEST = 24.0
+"""Keys farther apart than this rate [Hz] are filled in between: contacts cannot be seen in fewer samples."""
+_SAME = 1e-4
+"""Difference in spacing, as a fraction of it, that still counts as regular."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SampledArray:
+    """Values of an array attribute at its own time codes."""
+
+    codes: FloatArray
+    """Increasing, shape (S,); one entry, 0, for a value that does not change."""
+    values: FloatArray
+    """Shape (S, N, C)."""
+
+
+def read_samples(attribute: Usd.Attribute, count: int) -> SampledArray | None:
+    """All time samples of an array attribute, or its default; None if there is neither.
+
+    Samples that are blocked or do not hold `count` elements are left out.
+    """
+    codes = list(attribute.GetTimeSamples())
+    values = [attribute.Get(code) for code in codes] if codes else [attribute.Get()]
+    codes = codes or [0.0]
+    kept = [(code, value) for code, value in zip(codes, values, strict=True) if value is not None and len(value) == count]
+    if not kept:
+        return None
+    return SampledArray(
+        codes=np.array([code for code, _ in kept], dtype=float),
+        values=np.stack([np.array(value, dtype=float) for _, value in kept]),
+    )
+
+
+def regular_codes(codes: Sequence[FloatArray], codes_per_second: float) -> FloatArray:
+    """A regular grid of time codes through the samples, as dense as they are.
+
+    The spacing is the median one, divided by a whole number where that is sparser than 24 Hz. Samples that are
+    regular already keep their own codes.
+
+    Args:
+        codes: Time codes of the sampled attributes.
+        codes_per_second: Time codes in one second.
+    """
+    merged = np.unique(np.concatenate([c for c in codes if len(c) > 1] or [codes[0]]))
+    if len(merged) < 2:
+        return merged
+    gaps = np.diff(merged)
+    merged = merged[np.concatenate([[True], gaps > _SAME * np.median(gaps)])]
+    spacing = float(np.median(np.diff(merged)))
+    spacing /= np.ceil(max(1.0, spacing / codes_per_second * _SLOWEST - _SAME))
+    intervals = max(1, round((merged[-1] - merged[0]) / spacing))
+    grid = merged[0] + spacing * np.arange(intervals + 1)
+    if abs(grid[-1] - merged[-1]) < _SAME * spacing * intervals:
+        return np.linspace(merged[0], merged[-1], intervals + 1)
+    return grid[grid <= merged[-1] + _SAME * spacing]
+
+
+def interpolate_linear(samples: SampledArray, codes: FloatArray) -> FloatArray:
+    """Values at time codes (T,), linear between samples and held outside, shape (T, N, C)."""
+    before, after, fraction = _brackets(samples.codes, codes)
+    weight = fraction[:, None, None]
+    return samples.values[before] * (1.0 - weight) + samples.values[after] * weight
+
+
+def interpolate_rotations(samples: SampledArray, codes: FloatArray) -> FloatArray:
+    """Unit quaternions xyzw at time codes (T,), spherical between samples, continuous in sign, shape (T, N, 4)."""
+    values = quaternion.continuous(quaternion.normalised(samples.values))
+    before, after, fraction = _brackets(samples.codes, codes)
+    exact = np.all((fraction == 0.0) | (before == after))
+    result = values[before] if exact else quaternion.slerp(values[before], values[after], fraction[:, None])
+    return quaternion.continuous(result)
+
+
+def _brackets(samples: FloatArray, codes: FloatArray) -> tuple[np.ndarray, np.ndarray, FloatArray]:
+    """Index of the sample before and after each code, and the fraction between the two."""
+    after = np.clip(np.searchsorted(samples, codes, side="right"), 1, len(samples) - 1) if len(samples) > 1 else None
+    if after is None:
+        zero = np.zeros(len(codes), dtype=int)
+        return zero, zero, np.zeros(len(codes))
+    before = after - 1
+    fraction = np.clip((codes - samples[before]) / (samples[after] - samples[before]), 0.0, 1.0)
+    at_end = fraction >= 1.0
+    return np.where(at_end, after, before), after, np.where(at_end, 0.0, fraction)

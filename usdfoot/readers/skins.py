@@ -1,0 +1,116 @@
+"""Skinned meshes of a character: their points in the bind pose and the joints that move them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom, UsdSkel
+
+from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.readers.joints import match_joints
+from usdfoot.readers.skeleton import RawSkeleton
+
+__all__ = ["Skin", "inherited_target", "joint_reaches", "points_moved_by", "read_skin"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Skin:
+    """Points of all meshes bound to one skeleton, in its bind pose."""
+
+    points: FloatArray
+    """In skeleton space [skeleton units], shape (P, 3)."""
+    joints: IntArray
+    """Joints that move each point, -1 for unused entries, shape (P, K)."""
+    weights: FloatArray
+    """How much, shape (P, K)."""
+
+
+def read_skin(meshes: Iterable[Usd.Prim], skeleton_prim: Usd.Prim, skeleton: RawSkeleton) -> Skin:
+    """Points and influences of the meshes that are bound to the skeleton; malformed ones are left out."""
+    parts = []
+    for mesh in meshes:
+        if inherited_target(mesh, "skel:skeleton") == skeleton_prim.GetPath():
+            part = _read_mesh(mesh, skeleton)
+            if part is not None:
+                parts.append(part)
+    width = max((part[1].shape[1] for part in parts), default=1)
+    return Skin(
+        points=np.concatenate([part[0] for part in parts] or [np.zeros((0, 3))]),
+        joints=np.concatenate([_widen(part[1], width, -1) for part in parts] or [np.zeros((0, 1), dtype=int)]),
+        weights=np.concatenate([_widen(part[2], width, 0.0) for part in parts] or [np.zeros((0, 1))]),
+    )
+
+
+def inherited_target(prim: Usd.Prim, name: str) -> Sdf.Path | None:
+    """First target of a relationship on the prim or the nearest ancestor that authors it; None if that has none."""
+    while prim and not prim.IsPseudoRoot():
+        relationship = prim.GetRelationship(name)
+        if relationship and relationship.HasAuthoredTargets():
+            targets = relationship.GetForwardedTargets()
+            return targets[0] if targets else None
+        prim = prim.GetParent()
+    return None
+
+
+def points_moved_by(skin: Skin, joints: Sequence[int]) -> FloatArray:
+    """Points that move more with the given joints than with all others [skeleton units], shape (P, 3)."""
+    shares = np.where(np.isin(skin.joints, joints), skin.weights, 0.0).sum(axis=1)
+    return skin.points[shares > 0.5 * skin.weights.sum(axis=1)]
+
+
+def joint_reaches(skin: Skin, skeleton: RawSkeleton) -> FloatArray:
+    """Largest distance from each joint to a point it moves [skeleton units], 0 if none, shape (J,).
+
+    A skinned point lies in the convex hull of what its joints alone would do with it, so the balls of these radii
+    about the joints of any pose contain the skin.
+    """
+    reaches = np.zeros(len(skeleton.joints))
+    if skeleton.bind_matrices is None:
+        return reaches
+    origins = skeleton.bind_matrices[:, 3, :3]
+    for joints, weights in zip(skin.joints.T, skin.weights.T, strict=True):
+        used = (joints >= 0) & (weights > 0.0)
+        distances = np.linalg.norm(skin.points[used] - origins[joints[used]], axis=-1)
+        np.maximum.at(reaches, joints[used], distances)
+    return reaches
+
+
+def _read_mesh(mesh: Usd.Prim, skeleton: RawSkeleton) -> tuple[FloatArray, IntArray, FloatArray] | None:
+    binding = UsdSkel.BindingAPI(mesh)
+    points = np.array(UsdGeom.PointBased(mesh).GetPointsAttr().Get(Usd.TimeCode.EarliestTime()) or (), dtype=float)
+    indices_primvar = UsdGeom.PrimvarsAPI(mesh).FindPrimvarWithInheritance("skel:jointIndices")
+    weights_primvar = UsdGeom.PrimvarsAPI(mesh).FindPrimvarWithInheritance("skel:jointWeights")
+    if not len(points) or not indices_primvar or not weights_primvar:
+        return None
+    width = max(1, indices_primvar.GetElementSize())
+    indices = np.array(indices_primvar.ComputeFlattened() or (), dtype=int)
+    weights = np.array(weights_primvar.ComputeFlattened() or (), dtype=float)
+    if indices.shape != weights.shape or not indices.size or indices.size % width:
+        return None
+    indices, weights = indices.reshape(-1, width), weights.reshape(-1, width)
+    if len(indices) == 1:
+        indices, weights = np.repeat(indices, len(points), axis=0), np.repeat(weights, len(points), axis=0)
+    if len(indices) != len(points):
+        return None
+    joints = _skeleton_joints(binding, mesh, skeleton)
+    valid = (indices >= 0) & (indices < len(joints))
+    matrix = np.array(binding.GetGeomBindTransformAttr().Get() or np.eye(4), dtype=float)
+    bound = points @ matrix[:3, :3] + matrix[3, :3]
+    return bound, np.where(valid, joints[np.where(valid, indices, 0)], -1), weights
+
+
+def _skeleton_joints(binding: UsdSkel.BindingAPI, mesh: Usd.Prim, skeleton: RawSkeleton) -> IntArray:
+    """Skeleton joint of each joint index of a mesh; a mesh may list joints of its own, itself or above it."""
+    prim = mesh
+    while prim and not prim.IsPseudoRoot():
+        attribute = UsdSkel.BindingAPI(prim).GetJointsAttr()
+        if attribute and attribute.HasAuthoredValue():
+            return match_joints(skeleton.joints, [str(joint) for joint in attribute.Get() or ()])
+        prim = prim.GetParent()
+    return np.arange(len(skeleton.joints))
+
+
+def _widen(values: np.ndarray, width: int, fill: float) -> np.ndarray:
+    return np.pad(values, ((0, 0), (0, width - values.shape[1])), constant_values=fill)

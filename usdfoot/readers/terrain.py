@@ -1,0 +1,157 @@
+"""Terrain: the meshes feet stand on, as triangles in the canonical world."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from usdfoot.bridge.schema import has_api
+from usdfoot.bridge.tokens import Schema
+from usdfoot.bridge.tokens import Terrain as Token
+from usdfoot.bridge.units import StageUnits
+from usdfoot.errors import TerrainError
+from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.report import Problem
+from usdfoot.model.terrain import Terrain
+from usdfoot.readers.skeleton import matrices_of
+from usdfoot.readers.skins import inherited_target
+from usdfoot.readers.stage import StagePrims, authored, start_code
+from usdfoot.readers.triangles import triangulate
+
+__all__ = ["read_terrain"]
+
+_logger = logging.getLogger(__name__)
+
+_NAMES = ("ground", "terrain")
+_THINNEST = 1e-12
+"""Triangles of a smaller area [m2] are dropped."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _MeshTriangles:
+    path: str
+    points: FloatArray
+    triangles: IntArray
+    walkable: bool
+
+
+def read_terrain(stage: Usd.Stage, prims: StagePrims, units: StageUnits) -> tuple[Terrain, tuple[Problem, ...]]:
+    """Triangles of the terrain at the stage's start, and what could not be used.
+
+    Terrain are the meshes with UsdfootTerrainAPI on them or on a prim above; without any, those whose own or parent's
+    name contains ground or terrain. Skinned meshes are characters. Subdivision is ignored: the control cage counts.
+    """
+    marked = prims.with_apis.get(Schema.TERRAIN, ())
+    meshes = [mesh for mesh in prims.meshes if not _is_skinned(mesh)]
+    chosen = [mesh for mesh in meshes if _nearest_marked(mesh)] if marked else _named(meshes)
+    if not marked and chosen:
+        _logger.info("no UsdfootTerrainAPI, terrain by name: %s", ", ".join(str(mesh.GetPath()) for mesh in chosen))
+    parts, problems = [], _without_meshes(marked, meshes)
+    for mesh in chosen:
+        try:
+            parts.append(_read_mesh(stage, mesh, units))
+        except TerrainError as error:
+            problems.append(Problem(severity="error", where=str(mesh.GetPath()), message=str(error)))
+    return _joined(parts), tuple(problems)
+
+
+def _joined(parts: Sequence[_MeshTriangles]) -> Terrain:
+    starts = np.cumsum([0, *(len(part.points) for part in parts)])
+    return Terrain(
+        meshes=tuple(part.path for part in parts),
+        points=np.concatenate([part.points for part in parts] or [np.zeros((0, 3))]),
+        triangles=np.concatenate(
+            [part.triangles + start for part, start in zip(parts, starts[:-1], strict=True)]
+            or [np.zeros((0, 3), dtype=int)]
+        ),
+        mesh_indices=np.repeat(np.arange(len(parts)), [len(part.triangles) for part in parts]),
+        walkable=np.array([part.walkable for part in parts], dtype=bool),
+    )
+
+
+def _read_mesh(stage: Usd.Stage, prim: Usd.Prim, units: StageUnits) -> _MeshTriangles:
+    """Raises TerrainError if the mesh is empty, inconsistent or not finite."""
+    mesh, where = UsdGeom.Mesh(prim), prim.GetPath()
+    points = np.array(_value(mesh.GetPointsAttr(), stage), dtype=float).reshape(-1, 3)
+    counts = np.array(_value(mesh.GetFaceVertexCountsAttr(), stage), dtype=int)
+    indices = np.array(_value(mesh.GetFaceVertexIndicesAttr(), stage), dtype=int)
+    holes = np.array(_value(mesh.GetHoleIndicesAttr(), stage), dtype=int)
+    remedy = "give the mesh points and faces, or remove UsdfootTerrainAPI from it"
+    if not len(points) or not len(counts):
+        raise TerrainError(where, f"is an empty mesh ({len(points)} points, {len(counts)} faces)", remedy)
+    if counts.sum() != len(indices) or indices.min(initial=0) < 0 or indices.max(initial=0) >= len(points):
+        raise TerrainError(where, "has faces that do not match its points", "repair faceVertexCounts and -Indices")
+    if not np.isfinite(points).all():
+        raise TerrainError(where, "has points that are not finite", "repair the mesh")
+    matrix = matrices_of(prim, np.array([start_code(stage).GetValue()]))[0]
+    world = units.points_to_canonical(points @ matrix[:3, :3] + matrix[3, :3])
+    triangles = triangulate(world, counts, indices, holes)
+    if _is_flipped(mesh) != (np.linalg.det(matrix[:3, :3]) < 0.0):
+        triangles = triangles[:, [0, 2, 1]]
+    triangles = triangles[_areas(world, triangles) > _THINNEST]
+    if not len(triangles):
+        raise TerrainError(where, "has only faces without area", remedy)
+    return _MeshTriangles(path=str(where), points=world, triangles=triangles, walkable=_is_walkable(prim))
+
+
+def _is_flipped(mesh: UsdGeom.Mesh) -> bool:
+    return mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded
+
+
+def _areas(points: FloatArray, triangles: IntArray) -> FloatArray:
+    a, b, c = (points[triangles[:, corner]] for corner in range(3))
+    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=-1)
+
+
+def _is_walkable(prim: Usd.Prim) -> bool:
+    """The value authored nearest to the mesh, on itself or a prim above with UsdfootTerrainAPI; true without any."""
+    while prim and not prim.IsPseudoRoot():
+        value = authored(prim, Token.WALKABLE)
+        if value is not None:
+            return bool(value)
+        prim = prim.GetParent()
+    return True
+
+
+def _nearest_marked(prim: Usd.Prim) -> Usd.Prim | None:
+    """The prim itself or the nearest above it with UsdfootTerrainAPI; None if there is none."""
+    while prim and not prim.IsPseudoRoot():
+        if has_api(prim, Schema.TERRAIN):
+            return prim
+        prim = prim.GetParent()
+    return None
+
+
+def _named(meshes: Sequence[Usd.Prim]) -> list[Usd.Prim]:
+    """Meshes named ground or terrain, themselves or by the transform above them, as Blender writes them."""
+
+    def is_named(prim: Usd.Prim) -> bool:
+        return any(name in prim.GetName().lower() for name in _NAMES)
+
+    return [mesh for mesh in meshes if is_named(mesh) or is_named(mesh.GetParent())]
+
+
+def _without_meshes(marked: Sequence[Usd.Prim], meshes: Sequence[Usd.Prim]) -> list[Problem]:
+    """A problem for each marked prim with no mesh at or below it."""
+    problems = []
+    for prim in marked:
+        if not any(mesh.GetPath().HasPrefix(prim.GetPath()) for mesh in meshes):
+            error = TerrainError(
+                prim.GetPath(), "has UsdfootTerrainAPI but no mesh at or below it", "convert the terrain to a Mesh"
+            )
+            problems.append(Problem(severity="error", where=error.where, message=str(error)))
+    return problems
+
+
+def _is_skinned(prim: Usd.Prim) -> bool:
+    return inherited_target(prim, "skel:skeleton") is not None
+
+
+def _value(attribute: Usd.Attribute, stage: Usd.Stage) -> object:
+    value = attribute.Get(start_code(stage))
+    return () if value is None else value
+

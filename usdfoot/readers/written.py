@@ -1,0 +1,235 @@
+"""Written crowds: what UsdSkel makes of the files, back in canonical space, to be measured."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom, UsdSkel
+
+from usdfoot.bridge import tokens
+from usdfoot.bridge.similarity import Similarity, similarity_of_matrices
+from usdfoot.bridge.units import StageUnits
+from usdfoot.errors import PlanError, SceneError
+from usdfoot.maths import quaternion
+from usdfoot.maths.types import FloatArray
+from usdfoot.model.biped import Biped
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.skeleton import Skeleton
+from usdfoot.model.terrain import Terrain
+from usdfoot.readers.biped import read_biped
+from usdfoot.readers.plans import read_plan
+from usdfoot.readers.skeleton import RawSkeleton, read_skeleton, skeleton_in, split_matrices
+from usdfoot.readers.skins import read_skin
+from usdfoot.readers.stage import authored, collect_prims, open_stage, read_stage_info, targets
+from usdfoot.readers.terrain import read_terrain
+
+__all__ = ["JointTracks", "WrittenAgent", "WrittenCrowd", "read_agents", "read_joint_tracks", "read_written_crowd"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class WrittenAgent:
+    """One agent of a written crowd."""
+
+    name: str
+    plan: FootstepPlan
+    """As executed."""
+    flat_times: FloatArray
+    """Time each footstep's foot is flat, NaN where no contact tells [s], shape (N,)."""
+    status: tuple[str, ...]
+    """Status of each footstep; empty if there are no results."""
+    blend_error: FloatArray
+    """Recorded blend error of each footstep [m], shape (N,) or (0,)."""
+    hull_distance: FloatArray
+    """Recorded distance to the hull [m], shape (N,) or (0,)."""
+    skeleton: Skeleton
+    """Rest pose in the agent's space."""
+    biped: Biped
+    frame_codes: FloatArray
+    """Time codes of the animation's samples, shape (F,)."""
+    skeleton_prim: Usd.Prim
+    """Instance proxy of the Skeleton."""
+    query: UsdSkel.SkeletonQuery
+
+
+@dataclass(frozen=True, kw_only=True)
+class WrittenCrowd:
+    """What a written crowd says of itself."""
+
+    stage: Usd.Stage
+    units: StageUnits
+    terrain: Terrain | None
+    """Terrain of the scene the crowd was made from; None if that cannot be found."""
+    scene: str
+    """Path of that scene, "" if not recorded."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointTracks:
+    """Joints of one agent as UsdSkel evaluates them, canonical."""
+
+    times: FloatArray
+    """[s], shape (F,)."""
+    positions: FloatArray
+    """In the world [m], shape (F, J, 3)."""
+    turns: FloatArray
+    """Rotations in the world, xyzw, shape (F, J, 4)."""
+    rotations: FloatArray
+    """Joint-local rotations, xyzw, shape (F, J, 4)."""
+
+
+def read_written_crowd(path: str | os.PathLike[str]) -> WrittenCrowd:
+    """The crowd's stage, and the terrain of the scene recorded in its provenance.
+
+    Raises:
+        SceneError: If the file cannot be opened or has no agents.
+    """
+    stage = open_stage(path)
+    agents = stage.GetPrimAtPath(tokens.Prim.AGENTS)
+    if not agents or not agents.GetChildren():
+        raise SceneError(
+            path, f"has no agents below {tokens.Prim.AGENTS}", "give a crowd.usd written by usdfoot animate"
+        )
+    provenance = stage.GetRootLayer().customLayerData.get(tokens.PROVENANCE, {})
+    recorded = str(provenance.get("scene", ""))
+    scene = str((Path(os.path.realpath(path)).parent / recorded).resolve()) if recorded else ""
+    return WrittenCrowd(
+        stage=stage, units=read_stage_info(stage).units, terrain=_terrain(scene) if scene else None, scene=scene
+    )
+
+
+def read_agents(crowd: WrittenCrowd) -> Iterator[WrittenAgent]:
+    """Agents of the crowd one after the other.
+
+    Raises:
+        SceneError: If an agent has no plan, Skeleton or animation.
+    """
+    for prim in crowd.stage.GetPrimAtPath(tokens.Prim.AGENTS).GetChildren():
+        yield _read_agent(prim, crowd.units)
+
+
+def read_joint_tracks(agent: WrittenAgent, units: StageUnits, codes: FloatArray) -> JointTracks:
+    """Joints at time codes (F,), whole or not, interpolated as any USD program does."""
+    local, skel, above = [], [], []
+    for code in codes.tolist():
+        time = Usd.TimeCode(code)
+        local.append(np.array(agent.query.ComputeJointLocalTransforms(time)))
+        skel.append(np.array(agent.query.ComputeJointSkelTransforms(time)))
+        above.append(np.array(UsdGeom.XformCache(time).GetLocalToWorldTransform(agent.skeleton_prim)))
+    world = np.stack(skel) @ np.stack(above)[:, None]  # row vectors, (F, J, 4, 4)
+    shape = world.shape[:2]
+    _, turns, _ = split_matrices(world.reshape(-1, 4, 4))
+    _, rotations, _ = split_matrices(np.stack(local).reshape(-1, 4, 4))
+    return JointTracks(
+        times=units.codes_to_times(codes),
+        positions=units.points_to_canonical(world[..., 3, :3]),
+        turns=units.frames_to_canonical(turns.reshape(*shape, 4)),
+        rotations=quaternion.continuous(rotations.reshape(*shape, 4)),
+    )
+
+
+def _read_agent(prim: Usd.Prim, units: StageUnits) -> WrittenAgent:
+    plans = [prim.GetStage().GetPrimAtPath(path) for path in targets(prim, tokens.Agent.PLAN)]
+    if not plans or not plans[0]:
+        raise SceneError(prim.GetPath(), "has no plan", f"{tokens.Agent.PLAN} must name one below {tokens.Prim.PLANS}")
+    try:
+        plan, _ = read_plan(plans[0], units)
+    except PlanError as error:
+        raise SceneError(prim.GetPath(), "its plan cannot be read", str(error)) from error
+    cache = UsdSkel.Cache()
+    cache.Populate(UsdSkel.Root(prim), Usd.TraverseInstanceProxies())
+    below = list(Usd.PrimRange(prim, Usd.TraverseInstanceProxies()))
+    skeleton_prim = next((child for child in below if child.IsA(UsdSkel.Skeleton)), None)
+    query = cache.GetSkelQuery(UsdSkel.Skeleton(skeleton_prim)) if skeleton_prim else None
+    animation = query.GetAnimQuery() if query else None
+    if skeleton_prim is None or not animation:
+        raise SceneError(prim.GetPath(), "has no animated Skeleton", "skel:animationSource must name a SkelAnimation")
+    codes = np.array(animation.GetJointTransformTimeSamples(), dtype=float)
+    raw = read_skeleton(skeleton_prim)
+    to_agent = _skeleton_to_agent(skeleton_prim, codes[0] if len(codes) else 0.0, units)
+    skeleton = skeleton_in(raw, to_agent)
+    biped = _read_biped(skeleton_prim, raw, skeleton, to_agent, below)
+    return WrittenAgent(
+        name=prim.GetName(),
+        plan=plan,
+        flat_times=_flat_times(animation.GetPrim(), plan, units),
+        status=tuple(str(value) for value in authored(plans[0], tokens.Result.STATUS) or ()),
+        blend_error=_floats(plans[0], tokens.Result.BLEND_ERROR) * units.meters_per_unit,
+        hull_distance=_floats(plans[0], tokens.Result.HULL_DISTANCE) * units.meters_per_unit,
+        skeleton=skeleton,
+        biped=biped,
+        frame_codes=codes,
+        skeleton_prim=skeleton_prim,
+        query=query,
+    )
+
+
+def _read_biped(
+    prim: Usd.Prim, raw: RawSkeleton, skeleton: Skeleton, to_agent: Similarity, below: list[Usd.Prim]
+) -> Biped:
+    """The biped found as the scene's reader finds it."""
+    meshes = [child for child in below if child.IsA(UsdGeom.Mesh)]
+    return read_biped(prim, raw, skeleton, to_agent, read_skin(meshes, prim, raw))
+
+
+def _skeleton_to_agent(prim: Usd.Prim, code: float, units: StageUnits) -> Similarity:
+    """From the Skeleton's space to the canonical world at a time code, without the agent's place and yaw."""
+    matrix = np.array(UsdGeom.XformCache(Usd.TimeCode(float(code))).GetLocalToWorldTransform(prim))
+    to_world = similarity_of_matrices(matrix[None], prim.GetPath())
+    place = _agent_matrix(prim, code)
+    rotation = units.frames_to_canonical(to_world.rotation)
+    origin = units.points_to_canonical(place[3:4, :3])
+    turn = units.frames_to_canonical(similarity_of_matrices(place[None], prim.GetPath()).rotation)
+    turn = quaternion.compose(turn, quaternion.inverse(units.axes_to_canonical))
+    undo = quaternion.inverse(quaternion.normalised(turn * (0.0, 1.0, 0.0, 1.0)))
+    shift = units.points_to_canonical(to_world.translation) - origin
+    return Similarity(
+        scale=to_world.scale * units.meters_per_unit,
+        rotation=quaternion.compose(undo, rotation),
+        translation=quaternion.rotate(undo, shift),
+    )
+
+
+def _agent_matrix(prim: Usd.Prim, code: float) -> FloatArray:
+    """Local-to-world matrix of the agent prim above a Skeleton."""
+    agents = Sdf.Path(tokens.Prim.AGENTS)
+    path = next(path for path in prim.GetPath().GetPrefixes() if path.GetParentPath() == agents)
+    cache = UsdGeom.XformCache(Usd.TimeCode(float(code)))
+    return np.array(cache.GetLocalToWorldTransform(prim.GetStage().GetPrimAtPath(path)))
+
+
+def _flat_times(animation: Usd.Prim, plan: FootstepPlan, units: StageUnits) -> FloatArray:
+    """Flat times of the plan's footsteps by the strike times of the contacts."""
+    flats = np.full(len(plan), np.nan)
+    for side in (0, 1):
+        strikes = _times(animation, tokens.Contact.STRIKE_TIMES[side], units)
+        found = _times(animation, tokens.Contact.FLAT_TIMES[side], units)
+        if not len(strikes) or len(strikes) != len(found):
+            continue
+        own = np.flatnonzero(plan.sides == side)
+        distances = np.abs(plan.strike_times[own, None] - strikes)
+        nearest = distances.argmin(axis=1)
+        known = distances.min(axis=1) < 1e-6
+        flats[own[known]] = found[nearest[known]]
+    return flats
+
+
+def _times(prim: Usd.Prim, name: str, units: StageUnits) -> FloatArray:
+    return units.codes_to_times(np.array([float(code) for code in authored(prim, name) or ()]))
+
+
+def _floats(prim: Usd.Prim, name: str) -> FloatArray:
+    return np.array(authored(prim, name) or (), dtype=float)
+
+
+def _terrain(scene: str) -> Terrain | None:
+    """Terrain of a scene, None if the scene cannot be opened."""
+    try:
+        stage = open_stage(scene)
+    except SceneError:
+        return None
+    terrain, _ = read_terrain(stage, collect_prims(stage), read_stage_info(stage).units)
+    return terrain
