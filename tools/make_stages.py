@@ -9,6 +9,8 @@ from pathlib import Path
 from stagecraft.clips_stage import write_clips
 from stagecraft.human_stage import write_human
 from stagecraft.rig import human_foot, human_rig
+from stagecraft.scene_stages import write_scenes
+from stagecraft.terrain_stages import write_terrains
 
 
 def make_stages(folder: Path) -> list[Path]:
@@ -17,6 +19,8 @@ def make_stages(folder: Path) -> list[Path]:
     rig, foot = human_rig(), human_foot()
     write_human(folder / "human.usdc", rig, foot)
     write_clips(folder / "clips.usdc", rig, foot, human="./human.usdc")
+    write_terrains(folder)
+    write_scenes(folder)
     return sorted(folder.glob("*.usd?"))
 
 
