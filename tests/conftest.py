@@ -5,13 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import warp
 from hypothesis import HealthCheck, settings
 
-REPOSITORY = Path(__file__).resolve().parents[1]
+from usdfoot.model.device import start_warp
 
-warp.config.quiet = True
-warp.config.verbose = False
+REPOSITORY = Path(__file__).resolve().parents[1]
 
 settings.register_profile(
     "usdfoot",
@@ -22,6 +20,12 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("usdfoot")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def quiet_warp() -> None:
+    """Warp started as usdfoot starts it, before a test that launches kernels itself does."""
+    start_warp()
 
 
 @pytest.fixture(scope="session")
