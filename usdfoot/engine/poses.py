@@ -8,6 +8,7 @@ import numpy as np
 import warp as wp
 
 from usdfoot.engine.contacts import ContactTable
+from usdfoot.engine.flight import flight_lifts, natural_flights
 from usdfoot.engine.kernels import LibraryArrays, SegmentArrays, blend_rotations, place_pelvis
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.plant import measure_legs
@@ -141,6 +142,8 @@ def pose_frames(
     samples = phases_at(segments, rows, times) * (setup.examples.rotations.shape[1] - 1)
     yaws = contacts.headings[segments.supports[rows]] + blend.twists[rows] * turn_fraction(segments, rows, times)
     ground = root_at(setup.path, rows, times)[:, 1] - setup.origins[segments.agents[rows], 1]
+    natural = natural_flights(setup.examples, blend.examples, blend.weights)
+    ground += flight_lifts(contacts, segments, natural, rows, times)
     joint_windows, position_windows = seam_windows(segments, rows, times, setup.options)
     poses = Poses(
         pelvis_positions=wp.empty(count, dtype=wp.vec3f),

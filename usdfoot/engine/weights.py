@@ -12,7 +12,7 @@ from usdfoot.engine.root import lay_root
 from usdfoot.engine.segments import cut_segments
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
-from usdfoot.spaces.library import FootstepSpaces, solve_steps
+from usdfoot.spaces.library import FootstepSpaces, has_flight, solve_steps
 
 __all__ = ["Landings", "weigh_steps"]
 
@@ -120,8 +120,7 @@ def _solve(setup: Setup, spaces: FootstepSpaces, stand: int) -> tuple[Setup, Ste
         best = np.where(better, distance, best)
         blend = _merge(blend, trial, steps[better])
         offsets[steps[better]] = missed[better]
-        heading = queries.headings + trial.twists[steps]
-        corrected = corrected + planar.rotate(-heading, missed)
+        corrected = corrected + planar.rotate(-(queries.headings + queries.turns), missed)
     setup = place_departures(setup, blend)
     blended = np.sum(blend.weights * examples.durations[blend.examples], axis=1)
     planned = segments.knot_times[:, -1] - segments.knot_times[:, 0]
@@ -146,11 +145,11 @@ class _Queries:
         headings = contacts.headings[supports]
         strides = (contacts.positions[supports + 1] - contacts.positions[supports])[:, GROUND_AXES]
         return _Queries(
-            landings=planar.rotate(-headings, strides),
+            landings=planar.rotate(-contacts.headings[supports + 1], strides),
             headings=headings,
             turns=contacts.headings[supports + 1] - headings,
             swing_sides=contacts.sides[supports + 1],
-            flights=contacts.liftoffs[supports] < contacts.strikes[supports + 1],
+            flights=has_flight(contacts.strikes[supports + 1], contacts.liftoffs[supports]),
             styles=(style,) * len(steps),
         )
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdfoot.errors import ClipError
+from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import LEFT, RIGHT, SIDES
 from usdfoot.model.examples import Examples
@@ -22,7 +23,10 @@ from usdfoot.spaces.footsteps import FootstepSpace, build_footstep_space, solve_
 from usdfoot.spaces.mirror import mirror_partners
 from usdfoot.spaces.neighbours import NeighbourSpace, build_neighbour_space, solve_neighbours
 
-__all__ = ["FootstepSpaces", "SideSpace", "StepWeights", "build_spaces", "has_flight", "left_landings", "solve_steps"]
+__all__ = ["FootstepSpaces", "SideSpace", "StepWeights", "build_spaces", "end_landings", "has_flight", "left_landings", "solve_steps"]
+
+FLIGHT_TIME = 0.04
+"""Shortest flight that tells a run from a walk [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,9 +84,21 @@ class StepWeights:
     """Whether the examples have a flight; not what was asked for where there are none of that gait, shape (N,)."""
 
 
-def has_flight(examples: Examples) -> BoolArray:
-    """Whether the support foot lifts off before the swing foot strikes, shape (E,)."""
-    return examples.support_liftoffs < examples.durations
+def has_flight(durations: FloatArray, support_liftoffs: FloatArray) -> BoolArray:
+    """Whether no foot is on the ground for at least FLIGHT_TIME before the swing foot strikes, shape (N,).
+
+    A fast walk's double support is so short that detected contacts may miss it; that is no flight yet.
+    """
+    return np.asarray(durations) - support_liftoffs > FLIGHT_TIME
+
+
+def end_landings(examples: Examples) -> FloatArray:
+    """Landings in the heading at the step's end, (x, z) [m], shape (E, 2).
+
+    A blended step is turned about the support ball until it ends in the planned heading. Seen from there a landing does
+    not depend on how much its own clip turned, so the barycentric weights stay exact whatever the turn.
+    """
+    return planar.rotate(-examples.turns, examples.landings)
 
 
 def left_landings(landings: FloatArray, swing_sides: IntArray) -> FloatArray:
@@ -107,7 +123,7 @@ def build_spaces(
         scales: Differences between steps that count the same when neighbours are chosen.
     """
     scales = scales or FeatureScales()
-    landings = left_landings(examples.landings, examples.swing_sides)
+    landings = left_landings(end_landings(examples), examples.swing_sides)
     features = example_features(examples).as_left(examples.swing_sides)
     coordinates = step_coordinates(landings, features, scales)
 
@@ -119,7 +135,7 @@ def build_spaces(
         return SideSpace(footsteps=footsteps, neighbours=neighbours, examples=members)
 
     partners = mirror_partners(examples)
-    styles, flights = np.array(examples.styles), has_flight(examples)
+    styles, flights = np.array(examples.styles), has_flight(examples.durations, examples.support_liftoffs)
     spaces: dict[tuple[str, bool, int], SideSpace] = {}
     for style in dict.fromkeys(examples.styles):
         for gait in (False, True):
