@@ -1,6 +1,6 @@
 """Hand-made characters, motions and scenes with known truth, for the writers' tests."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -41,7 +41,7 @@ OFFSETS = {
 class Rig:
     """How the asset stands in its file."""
 
-    units: StageUnits = StageUnits()
+    units: StageUnits = field(default_factory=StageUnits)
     scale_above: float = 1.0
     """Scale op between the character prim and the Skeleton."""
     bound: bool = False

@@ -10,8 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdfoot.maths import quaternion
+from usdfoot.analysis.feet import HEEL_REACH
+from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.biped import Biped
+from usdfoot.model.skeleton import Skeleton, forward_kinematics
 
 __all__ = [
     "FRAME_TOLERANCE",
@@ -19,16 +22,14 @@ __all__ = [
     "FrameRanges",
     "contact_figures",
     "frames_between",
-    "heel_points",
     "largest_distances",
     "smallest_in_ranges",
+    "sole_offsets",
     "timing_faults",
 ]
 
 FRAME_TOLERANCE = 1e-6
 """Times closer than this to a frame count as on it [s]."""
-HEEL_BACK = 0.4
-"""The heel lies this far behind the ankle, as a fraction of the distance from ankle to ball (design.md section 2)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -137,30 +138,19 @@ def smallest_in_ranges(values: FloatArray, ranges: FrameRanges) -> FloatArray:
     return np.where(ranges.counts == 0, np.nan, smallest)
 
 
-def heel_points(
-    ankles: FloatArray,
-    ankle_rotations: FloatArray,
-    *,
-    rest_ankle: FloatArray,
-    rest_ball: FloatArray,
-    ball_height: float,
-) -> FloatArray:
-    """Heels in the world [m], shape (..., 3).
+def sole_offsets(skeleton: Skeleton, biped: Biped) -> FloatArray:
+    """Heel points of both soles in the frames of the ankle joints [m], shape (2, 3).
 
-    The heel is the point of the sole under the ankle, moved back by 0.4 of the distance from ankle to ball, with the
-    foot flat as in the rest pose (design.md section 2). It moves rigidly with the ankle.
-
-    Args:
-        ankles: Ankle joints in the world [m], shape (..., 3).
-        ankle_rotations: Rotations from the rest pose's ankle (canonical axes) to the world, xyzw, shape (..., 4).
-        rest_ankle: Ankle in the rest pose, +Y up [m], shape (3,).
-        rest_ball: Ball in the rest pose [m], shape (3,).
-        ball_height: Ball joint above the sole [m].
+    The heel is the point of the sole under the ankle, moved back by 0.4 of the distance from ankle to ball
+    (design.md section 2), where the feet stand level in the rest pose.
     """
-    forward = rest_ball - rest_ankle
-    heel = np.array([0.0, rest_ball[1] - ball_height - rest_ankle[1], 0.0])
-    heel[[0, 2]] = -HEEL_BACK * forward[[0, 2]]
-    return ankles + quaternion.rotate(ankle_rotations, heel)
+    positions, rotations = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
+    ankles, balls = list(biped.ankles), list(biped.balls)
+    across = positions[balls] - positions[ankles]  # (2, 3)
+    reach = HEEL_REACH * np.linalg.norm(across, axis=1)
+    back = planar.direction(planar.yaw_of(across[:, [0, 2]])) * -reach[:, None]
+    heels = np.stack([back[:, 0], across[:, 1] - biped.ball_heights, back[:, 1]], axis=1)
+    return quaternion.rotate(quaternion.inverse(rotations[ankles]), heels)
 
 
 def timing_faults(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +12,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdSkel
 from usdfoot.bridge import tokens
 from usdfoot.bridge.similarity import Similarity, similarity_of_matrices
 from usdfoot.bridge.units import StageUnits
-from usdfoot.errors import PlanError, SceneError
+from usdfoot.errors import SceneError
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import Biped
@@ -27,7 +26,15 @@ from usdfoot.readers.skins import read_skin
 from usdfoot.readers.stage import authored, collect_prims, open_stage, read_stage_info, targets
 from usdfoot.readers.terrain import read_terrain
 
-__all__ = ["JointTracks", "WrittenAgent", "WrittenCrowd", "read_agents", "read_joint_tracks", "read_written_crowd"]
+__all__ = [
+    "JointTracks",
+    "WrittenAgent",
+    "WrittenCrowd",
+    "agent_names",
+    "read_agent",
+    "read_joint_tracks",
+    "read_written_crowd",
+]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,14 +108,18 @@ def read_written_crowd(path: str | os.PathLike[str]) -> WrittenCrowd:
     )
 
 
-def read_agents(crowd: WrittenCrowd) -> Iterator[WrittenAgent]:
-    """Agents of the crowd one after the other.
+def agent_names(crowd: WrittenCrowd) -> list[str]:
+    """Names of all agents."""
+    return [prim.GetName() for prim in crowd.stage.GetPrimAtPath(tokens.Prim.AGENTS).GetChildren()]
+
+
+def read_agent(crowd: WrittenCrowd, name: str) -> WrittenAgent:
+    """One agent of the crowd.
 
     Raises:
-        SceneError: If an agent has no plan, Skeleton or animation.
+        UsdfootError: If the agent has no plan, Skeleton, biped or animation.
     """
-    for prim in crowd.stage.GetPrimAtPath(tokens.Prim.AGENTS).GetChildren():
-        yield _read_agent(prim, crowd.units)
+    return _read_agent(crowd.stage.GetPrimAtPath(f"{tokens.Prim.AGENTS}/{name}"), crowd.units)
 
 
 def read_joint_tracks(agent: WrittenAgent, units: StageUnits, codes: FloatArray) -> JointTracks:
@@ -135,10 +146,7 @@ def _read_agent(prim: Usd.Prim, units: StageUnits) -> WrittenAgent:
     plans = [prim.GetStage().GetPrimAtPath(path) for path in targets(prim, tokens.Agent.PLAN)]
     if not plans or not plans[0]:
         raise SceneError(prim.GetPath(), "has no plan", f"{tokens.Agent.PLAN} must name one below {tokens.Prim.PLANS}")
-    try:
-        plan, _ = read_plan(plans[0], units)
-    except PlanError as error:
-        raise SceneError(prim.GetPath(), "its plan cannot be read", str(error)) from error
+    plan, _ = read_plan(plans[0], units)
     cache = UsdSkel.Cache()
     cache.Populate(UsdSkel.Root(prim), Usd.TraverseInstanceProxies())
     below = list(Usd.PrimRange(prim, Usd.TraverseInstanceProxies()))
@@ -183,7 +191,6 @@ def _skeleton_to_agent(prim: Usd.Prim, code: float, units: StageUnits) -> Simila
     rotation = units.frames_to_canonical(to_world.rotation)
     origin = units.points_to_canonical(place[3:4, :3])
     turn = units.frames_to_canonical(similarity_of_matrices(place[None], prim.GetPath()).rotation)
-    turn = quaternion.compose(turn, quaternion.inverse(units.axes_to_canonical))
     undo = quaternion.inverse(quaternion.normalised(turn * (0.0, 1.0, 0.0, 1.0)))
     shift = units.points_to_canonical(to_world.translation) - origin
     return Similarity(

@@ -22,7 +22,7 @@ from usdfoot.writers.poses import joint_poses
 from usdfoot.writers.root import expanded_layer, root_layer, stacked_layer
 from usdfoot.writers.staging import staged_files
 
-__all__ = ["write_crowd"]
+__all__ = ["check_output", "write_crowd"]
 
 
 def write_crowd(
@@ -32,6 +32,7 @@ def write_crowd(
     *,
     provenance: Mapping[str, Any],
     report: Mapping[str, Any],
+    collect: bool = False,
 ) -> tuple[Path, ...]:
     """Write crowd.usd and all that belongs to it into a folder.
 
@@ -41,6 +42,8 @@ def write_crowd(
         folder: Where to; made if it does not exist. Files of an earlier run are replaced, `overrides.usda` is kept.
         provenance: For `customLayerData["usdfoot"]` of crowd.usd.
         report: For report.json; content hashes of the written files are added as "files".
+
+        collect: Copy the characters' files into the folder instead of referencing them where they are.
 
     Returns:
         Paths of crowd.usd and report.json.

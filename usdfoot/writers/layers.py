@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -25,10 +24,6 @@ __all__ = [
     "quaternion_array",
     "rounded_codes",
 ]
-
-# Contacts and plans hold time codes, which .usdc knows from 0.9.0 on; without this USD upgrades every file aloud.
-os.environ.setdefault("USD_WRITE_NEW_USDC_FILES_AS_VERSION", "0.9.0")
-
 
 @dataclass(frozen=True, kw_only=True)
 class LayerFormat:

@@ -10,7 +10,7 @@ from usdfoot.bridge.scene import Character
 from usdfoot.bridge.similarity import unfold_from_joints
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths import quaternion
-from usdfoot.maths.types import FloatArray
+from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.motion import Motion
 from usdfoot.model.skeleton import forward_kinematics
 
@@ -79,7 +79,7 @@ def prim_extents(poses: JointPoses, character: Character, units: StageUnits) -> 
     return np.stack([lowest, highest], axis=1)
 
 
-def _root_of(parents: FloatArray, joint: int) -> int:
+def _root_of(parents: IntArray, joint: int) -> int:
     while parents[joint] >= 0:
         joint = int(parents[joint])
     return joint

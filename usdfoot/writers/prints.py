@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from usdfoot.maths import quaternion
-from usdfoot.maths.types import FloatArray
+from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.biped import LEFT, Biped
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
 
@@ -48,7 +48,7 @@ def print_outline(side: int, size: float) -> FloatArray:
     return np.insert(outline * size, 1, LIFT, axis=1)
 
 
-def print_extent(positions: FloatArray, orientations: FloatArray, sides: FloatArray, *, size: float) -> FloatArray:
+def print_extent(positions: FloatArray, orientations: FloatArray, sides: IntArray, *, size: float) -> FloatArray:
     """Lowest and highest corner [m] of all prints (N) laid out, shape (2, 3)."""
     outlines = np.stack([print_outline(side, size) for side in (0, 1)])[sides]  # (N, 13, 3)
     corners = quaternion.rotate(orientations[:, None], outlines) + positions[:, None]

@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import hashlib
+import logging
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from pxr import Sdf, Tf
+from pxr import Sdf, Tf, UsdUtils
 
 from usdfoot.errors import OutputError
 
 __all__ = ["StagedFiles", "staged_files"]
+
+_logger = logging.getLogger(__name__)
+
+_EXPECTED_WARNING = "Upgrading crate file"
+"""Time codes need a younger .usdc than USD starts with; it says so for every file."""
 
 
 class StagedFiles:
@@ -29,10 +35,14 @@ class StagedFiles:
     def add_layer(self, name: str, layer: Sdf.Layer) -> None:
         """Save a layer; the format of a file named .usd is usda."""
         arguments = {"format": "usda"} if name.endswith(".usd") else {}
+        delegate = UsdUtils.CoalescingDiagnosticDelegate()
         try:
             saved = layer.Export(str(self._reserve(name)), args=arguments)
         except Tf.ErrorException as error:
             raise OutputError(self.folder / name, "cannot be written", str(error).strip().splitlines()[-1]) from error
+        for diagnostic in delegate.TakeUncoalescedDiagnostics():
+            if _EXPECTED_WARNING not in diagnostic.commentary:
+                _logger.warning("%s: %s", name, diagnostic.commentary)
         if not saved:
             raise OutputError(self.folder / name, "cannot be written")
 

@@ -1,0 +1,72 @@
+"""Smoothness: how fast joints turn, and how abruptly that changes (design.md section 10)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from usdfoot.maths import quaternion
+from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.biped import Biped
+from usdfoot.model.clip import Clip
+from usdfoot.model.skeleton import Skeleton
+
+__all__ = ["angular_jerks", "angular_speeds", "body_joints", "clip_rotations"]
+
+
+def angular_speeds(rotations: FloatArray, rate: float) -> FloatArray:
+    """Angular speed from each sample to the next [rad/s], shape (F - 1, ...).
+
+    Args:
+        rotations: Unit quaternions xyzw, shape (F, ..., 4).
+        rate: Samples a second [Hz].
+    """
+    return np.linalg.norm(_angular_velocities(rotations, rate), axis=-1)
+
+
+def angular_jerks(rotations: FloatArray, rate: float) -> FloatArray:
+    """Size of the second difference of the angular velocity [rad/s3], shape (F - 3, ...); empty below four samples.
+
+    Args:
+        rotations: Unit quaternions xyzw, shape (F, ..., 4).
+        rate: Samples a second [Hz].
+    """
+    return np.linalg.norm(np.diff(_angular_velocities(rotations, rate), n=2, axis=0), axis=-1) * rate**2
+
+
+def body_joints(skeleton: Skeleton, biped: Biped) -> IntArray:
+    """All joints but those above the pelvis, which stay at rest."""
+    above = set()
+    joint = int(skeleton.parents[biped.pelvis])
+    while joint >= 0:
+        above.add(joint)
+        joint = int(skeleton.parents[joint])
+    return np.array([joint for joint in range(len(skeleton.joints)) if joint not in above])
+
+
+def clip_rotations(clip: Clip, skeleton: Skeleton, biped: Biped, *, rate: float) -> FloatArray:
+    """Joint-local rotations of a clip at another rate, the pelvis's in the clip's world, shape (F, J, 4).
+
+    Args:
+        clip: Clip; only its range is sampled.
+        skeleton: Its skeleton.
+        biped: Names the pelvis.
+        rate: Samples a second [Hz].
+    """
+    start = clip.times[0] if clip.range_start is None else max(clip.range_start, clip.times[0])
+    end = clip.times[-1] if clip.range_end is None else min(clip.range_end, clip.times[-1])
+    count = int(np.floor((end - start) * rate + 1e-6)) + 1
+    places = np.clip((start + np.arange(count) / rate - clip.start_time) * clip.rate, 0.0, len(clip.rotations) - 1)
+    below = np.minimum(places.astype(int), len(clip.rotations) - 2)
+    fraction = (places - below)[:, None]
+    rotations = quaternion.slerp(clip.rotations[below], clip.rotations[below + 1], fraction)
+    pelvis, joint = rotations[:, biped.pelvis], int(skeleton.parents[biped.pelvis])
+    while joint >= 0:
+        pelvis = quaternion.compose(rotations[:, joint], pelvis)
+        joint = int(skeleton.parents[joint])
+    rotations[:, biped.pelvis] = pelvis
+    return rotations
+
+
+def _angular_velocities(rotations: FloatArray, rate: float) -> FloatArray:
+    turns = quaternion.compose(quaternion.inverse(rotations[:-1]), rotations[1:])
+    return quaternion.to_rotation_vector(turns) * rate

@@ -1,0 +1,60 @@
+"""Where the command line talks: results on stdout, progress and complaints on stderr."""
+
+from __future__ import annotations
+
+import logging
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+from usdfoot.model.report import Problem
+
+__all__ = ["configure_logging", "print_error", "print_problems", "results_console", "shown_progress"]
+
+WIDTH_WITHOUT_TERMINAL = 160
+"""Columns of tables that go to a file or pipe."""
+
+
+def results_console() -> Console:
+    """The console results go to."""
+    console = Console(file=sys.stdout, highlight=False)
+    return console if console.is_terminal else Console(file=sys.stdout, highlight=False, width=WIDTH_WITHOUT_TERMINAL)
+
+
+def print_error(message: str) -> None:
+    """One line on stderr."""
+    print(f"usdfoot: {message}", file=sys.stderr)
+
+
+def print_problems(problems: Iterable[Problem], *, quiet: bool) -> None:
+    """Problems on stderr; only errors if quiet."""
+    for problem in problems:
+        if problem.severity == "error" or not quiet:
+            print_error(str(problem))
+
+
+def configure_logging(*, quiet: bool, verbose: bool) -> None:
+    """Messages of the package on stderr: warnings, with `verbose` everything, with `quiet` errors only."""
+    level = logging.INFO if verbose else logging.ERROR if quiet else logging.WARNING
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(logging.Formatter("usdfoot: %(levelname)s: %(message)s"))
+    logger = logging.getLogger("usdfoot")
+    logger.handlers = [handler]
+    logger.setLevel(level)
+    # The scene's reader logs the problems that the verbs print themselves.
+    logging.getLogger("usdfoot.readers.scene").setLevel(logging.CRITICAL)
+
+
+@contextmanager
+def shown_progress(*, quiet: bool) -> Iterator[Callable[[str], None]]:
+    """Something to call with what begins next; a spinner on stderr shows it while the block runs."""
+    if quiet:
+        yield lambda stage: None
+        return
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task("start", total=None)
+        yield lambda stage: progress.update(task, description=stage)

@@ -1,0 +1,66 @@
+"""The usdfoot command: parses, then lets one verb do its work."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+from usdfoot import __version__
+from usdfoot.cli import analyze, animate, validate
+from usdfoot.cli.console import configure_logging, print_error
+
+__all__ = ["main"]
+
+VERBS = (animate, analyze, validate)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one verb and give back the exit code: 0 = all well, 1 = some skipped or over target, 2 = nothing done.
+
+    Args:
+        argv: Arguments without the program's name; None = those of the process.
+    """
+    parser = build_parser()
+    try:
+        arguments = parser.parse_args(argv)
+    except SystemExit as stop:
+        return int(stop.code or 0)
+    configure_logging(quiet=arguments.quiet, verbose=arguments.verbose)
+    try:
+        return arguments.run(arguments)
+    except ValueError as error:  # UsdfootError is one; its message says where, what and what would be right
+        if arguments.verbose or not hasattr(error, "remedy"):
+            raise
+        print_error(str(error))
+        return 2
+    except KeyboardInterrupt:
+        print_error("interrupted; nothing was changed")
+        return 2
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The parser of all verbs."""
+    parser = argparse.ArgumentParser(
+        prog="usdfoot", description="Footsteps as scene description: planned footsteps become character animation."
+    )
+    parser.add_argument("--version", action="version", version=f"usdfoot {__version__}")
+    verbs = parser.add_subparsers(title="verbs", required=True, metavar="VERB")
+    for verb in VERBS:
+        sub = verbs.add_parser(
+            verb.NAME,
+            help=verb.HELP,
+            description=verb.DESCRIPTION,
+            epilog=verb.EPILOG,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        verb.add_arguments(sub)
+        talk = sub.add_mutually_exclusive_group()
+        talk.add_argument("-q", "--quiet", action="store_true", help="no progress, no warnings")
+        talk.add_argument("-v", "--verbose", action="store_true", help="say what is found and assumed")
+        sub.set_defaults(run=verb.run)
+    return parser
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,114 @@
+"""Tables of results."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from usdfoot.model.motion import StepResults
+    from usdfoot.pipeline.validate import AgentFigures, Figure
+
+__all__ = ["figure_table", "step_table", "target_table", "unpromised_table"]
+
+MOST_ROWS = 40
+"""Agents listed at most; the total covers all."""
+
+
+def step_table(results: Mapping[str, StepResults]) -> Table:
+    """Errors of the steps of every agent, and of all."""
+    import numpy as np
+
+    names = ("blend_error", "placement_error", "slide", "yaw_error", "hull_distance")
+    table = Table(title="steps")
+    table.add_column("agent")
+    headings = ("steps", "ok", "blend mean mm", "placement mean mm", "worst mm", "slide mm", "yaw deg", "outside hull mm")
+    for heading in headings:
+        table.add_column(heading, justify="right")
+
+    def row(label: str, parts: Sequence[StepResults]) -> None:
+        columns = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+        statuses = [status for part in parts for status in part.status]
+        kept = np.array([status in ("ok", "outsideHull") for status in statuses], dtype=bool)
+        placed = {name: values[kept & np.isfinite(values)] for name, values in columns.items()}
+
+        def show(values: np.ndarray, scale: float) -> str:
+            return f"{scale * float(values):.3f}" if np.isfinite(values) else "-"
+
+        def mean(name: str) -> np.ndarray:
+            return placed[name].mean() if placed[name].size else np.array(np.nan)
+
+        def worst(name: str) -> np.ndarray:
+            return placed[name].max() if placed[name].size else np.array(np.nan)
+
+        table.add_row(
+            label,
+            str(len(statuses)),
+            str(int(kept.sum())),
+            show(mean("blend_error"), 1e3),
+            show(mean("placement_error"), 1e3),
+            show(worst("placement_error"), 1e3),
+            show(worst("slide"), 1e3),
+            show(np.degrees(worst("yaw_error")), 1.0),
+            show(worst("hull_distance"), 1e3),
+        )
+
+    for name in list(results)[:MOST_ROWS]:
+        row(name, [results[name]])
+    if len(results) > MOST_ROWS:
+        table.add_row(f"and {len(results) - MOST_ROWS} more")
+    if len(results) > 1:
+        table.add_section()
+        row("all", list(results.values()))
+    return table
+
+
+def figure_table(agents: Sequence[AgentFigures]) -> Table:
+    """Every figure of every agent; those over their target are marked."""
+    table = Table(title="agents")
+    table.add_column("agent")
+    table.add_column("steps", justify="right")
+    for figure in agents[0].figures if agents else ():
+        table.add_column(f"{figure.name} {figure.unit}".strip(), justify="right")
+    ordered = sorted(agents, key=lambda agent: all(figure.passed for figure in agent.figures))
+    for agent in ordered[:MOST_ROWS]:
+        table.add_row(agent.name, str(agent.steps), *(_value(figure) for figure in agent.figures))
+    if len(agents) > MOST_ROWS:
+        table.add_row(f"and {len(agents) - MOST_ROWS} more")
+    return table
+
+
+def target_table(total: AgentFigures) -> Table:
+    """Figures of the whole crowd beside their targets."""
+    table = Table(title="total")
+    table.add_column("figure")
+    table.add_column("measured", justify="right")
+    table.add_column("target", justify="right")
+    table.add_column("")
+    for figure in total.figures:
+        sign = ">=" if figure.at_least else "<="
+        target = f"{sign} {figure.target:g} {figure.unit}".strip()
+        table.add_row(figure.name, _value(figure), target, "ok" if figure.passed else "OVER")
+    return table
+
+
+def unpromised_table(agents: Sequence[AgentFigures]) -> Table:
+    """Footsteps whose placement is not promised, with their distance."""
+    table = Table(title="footsteps without a promise")
+    for heading in ("agent", "footstep", "status", "placement error mm"):
+        table.add_column(heading, justify="left" if heading in ("agent", "status") else "right")
+    rows = [(agent.name, *step) for agent in agents for step in agent.unpromised]
+    for name, step, status, error in rows[:MOST_ROWS]:
+        table.add_row(name, str(step), status, f"{1e3 * error:.2f}")
+    if len(rows) > MOST_ROWS:
+        table.add_row(f"and {len(rows) - MOST_ROWS} more")
+    return table
+
+
+def _value(figure: Figure) -> str:
+    if figure.value != figure.value:
+        return "-"
+    text = f"{figure.value:.3g}"
+    return text if figure.passed else f"[bold red]{text} ![/]"

@@ -1,0 +1,187 @@
+"""Measures: what one agent of a written crowd does, step by step, recomputed from its joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from usdfoot.analysis.figures import (
+    FrameRanges,
+    contact_figures,
+    frames_between,
+    largest_distances,
+    smallest_in_ranges,
+    sole_offsets,
+    timing_faults,
+)
+from usdfoot.analysis.smoothness import angular_jerks, angular_speeds, body_joints
+from usdfoot.bridge.tokens import Status
+from usdfoot.bridge.units import StageUnits
+from usdfoot.maths import quaternion
+from usdfoot.maths.types import BoolArray, FloatArray
+from usdfoot.model.ground import Ground
+from usdfoot.model.terrain import Terrain
+from usdfoot.readers.written import JointTracks, WrittenAgent, read_joint_tracks
+
+__all__ = ["AgentMeasures", "measure_agent"]
+
+SUBFRAMES = (0.25, 0.5, 0.75)
+"""Where between two frames the slide is measured too."""
+LONGEST_ROLL = 0.12
+SHARE_OF_ROLL = 0.25
+"""The foot is flat at most this long [s], and this part of the contact, after the strike (design.md section 2)."""
+SWING_MIDDLE = (0.2, 0.8)
+"""Part of the swing's time over which the clearance counts."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AgentMeasures:
+    """Figures of one agent with N footsteps; NaN where there is nothing to measure."""
+
+    name: str
+    promised: BoolArray
+    """Whether the footstep's status promises its placement, shape (N,)."""
+    status: tuple[str, ...]
+    placement_error: FloatArray
+    """[m], shape (N,)."""
+    slide: FloatArray
+    """Of the ball over the planted whole frames [m], shape (N,)."""
+    subframe_slide: FloatArray
+    """Of the ball between the first and last planted frame, subframes included [m], shape (N,)."""
+    heel_slide: FloatArray
+    """Of the heel from strike to flat [m], shape (N,)."""
+    yaw_error: FloatArray
+    """[rad], shape (N,)."""
+    timing_faults: BoolArray
+    """Planted late, planted early, lifted late, shape (N, 3)."""
+    clearance: FloatArray
+    """Lowest sole over the terrain in the middle of the swing to the footstep [m], shape (N,)."""
+    blend_error: FloatArray
+    """As recorded when written [m], shape (N,)."""
+    inside_hull: BoolArray
+    """Whether the footstep was inside the hull when written, shape (N,)."""
+    lowest_sole: float
+    """Lowest height of ball or heel of a sole over the terrain at any frame [m]."""
+    knee_speed: float
+    """Largest angular speed of a knee [rad/s]."""
+    joint_jerk: float
+    """99th percentile of the joints' angular jerk [rad/s3]."""
+
+
+def measure_agent(agent: WrittenAgent, units: StageUnits, terrain: Terrain | None) -> AgentMeasures:
+    """Recompute all figures of one agent.
+
+    Args:
+        agent: As read from the written crowd.
+        units: Of its stage.
+        terrain: None leaves penetration and clearance unmeasured.
+    """
+    codes = agent.frame_codes
+    between = (codes[:-1, None] + np.diff(codes)[:, None] * np.array(SUBFRAMES)).ravel()
+    fine = read_joint_tracks(agent, units, np.sort(np.concatenate([codes, between])))
+    whole = _frames(fine, len(SUBFRAMES) + 1)
+    heels = _heels(agent, whole)
+    columns = _steps(agent, whole, fine, heels)
+    heights = np.full((len(whole.times), 2, 2), np.nan)
+    if terrain is not None:
+        heights = _sole_heights(agent, whole, heels, terrain)
+    rate = units.time_codes_per_second / float(np.min(np.diff(codes), initial=np.inf)) if len(codes) > 1 else 1.0
+    turning = whole.rotations.copy()
+    turning[:, agent.biped.pelvis] = whole.turns[:, agent.biped.pelvis]
+    speeds = angular_speeds(turning[:, list(agent.biped.knees)], rate)
+    jerks = angular_jerks(turning[:, body_joints(agent.skeleton, agent.biped)], rate)
+    recorded = len(agent.blend_error) == len(agent.plan)
+    return AgentMeasures(
+        name=agent.name,
+        status=agent.status or (Status.OK,) * len(agent.plan),
+        promised=np.array([status in Status.PLACED for status in agent.status or (Status.OK,) * len(agent.plan)]),
+        blend_error=agent.blend_error if recorded else np.full(len(agent.plan), np.nan),
+        inside_hull=agent.hull_distance <= 0.0 if recorded else np.zeros(len(agent.plan), dtype=bool),
+        clearance=_clearances(agent, whole, heights),
+        lowest_sole=float(np.nanmin(heights)) if np.isfinite(heights).any() else np.nan,
+        knee_speed=float(speeds.max(initial=0.0)),
+        joint_jerk=float(np.quantile(jerks, 0.99)) if jerks.size else np.nan,
+        **columns,
+    )
+
+
+def _frames(tracks: JointTracks, every: int) -> JointTracks:
+    """Every n-th sample of tracks."""
+    return JointTracks(
+        times=tracks.times[::every],
+        positions=tracks.positions[::every],
+        turns=tracks.turns[::every],
+        rotations=tracks.rotations[::every],
+    )
+
+
+def _flat_times(agent: WrittenAgent) -> FloatArray:
+    """Flat times, never later than design.md section 2 allows."""
+    plan = agent.plan
+    latest = plan.strike_times + np.minimum(LONGEST_ROLL, SHARE_OF_ROLL * (plan.liftoff_times - plan.strike_times))
+    return np.fmin(agent.flat_times, latest)
+
+
+def _heels(agent: WrittenAgent, tracks: JointTracks) -> FloatArray:
+    """Heel points of both feet in the world [m], shape (F, 2, 3)."""
+    ankles = list(agent.biped.ankles)
+    offsets = sole_offsets(agent.skeleton, agent.biped)
+    return tracks.positions[:, ankles] + quaternion.rotate(tracks.turns[:, ankles], offsets)
+
+
+def _steps(
+    agent: WrittenAgent, whole: JointTracks, fine: JointTracks, heels: FloatArray
+) -> dict[str, Any]:
+    """Columns of `AgentMeasures` that belong to contacts."""
+    plan, flats = agent.plan, _flat_times(agent)
+    names = ("placement_error", "slide", "subframe_slide", "heel_slide", "yaw_error")
+    columns: dict[str, Any] = {name: np.full(len(plan), np.nan) for name in names}
+    columns["timing_faults"] = np.zeros((len(plan), 3), dtype=bool)
+    for side in (0, 1):
+        own = np.flatnonzero(plan.sides == side)
+        balls = whole.positions[:, agent.biped.balls[side]]
+        forwards = balls - whole.positions[:, agent.biped.ankles[side]]
+        strikes, flat, liftoffs = plan.strike_times[own], flats[own], plan.liftoff_times[own]
+        planted = frames_between(whole.times, flat, liftoffs)
+        figures = contact_figures(
+            balls, forwards, planted, targets=plan.positions[own], orientations=plan.orientations[own]
+        )
+        columns["placement_error"][own] = figures.placement_error
+        columns["slide"][own] = figures.slide
+        columns["yaw_error"][own] = figures.yaw_error
+        every = len(SUBFRAMES) + 1
+        inner = FrameRanges(first=planted.first * every, counts=np.maximum((planted.counts - 1) * every + 1, 0))
+        columns["subframe_slide"][own] = largest_distances(fine.positions[:, agent.biped.balls[side]], inner)
+        columns["heel_slide"][own] = largest_distances(heels[:, side], frames_between(whole.times, strikes, flat))
+        columns["timing_faults"][own] = timing_faults(
+            whole.times, balls, strike_times=strikes, flat_times=flat, liftoff_times=liftoffs
+        )
+    return columns
+
+
+def _sole_heights(agent: WrittenAgent, tracks: JointTracks, heels: FloatArray, terrain: Terrain) -> FloatArray:
+    """Height over the terrain of the soles under ball and heel [m], NaN off the terrain, shape (F, 2 feet, 2)."""
+    soles = tracks.positions[:, list(agent.biped.balls)].copy()
+    soles[..., 1] -= agent.biped.ball_heights
+    points = np.stack([soles, heels], axis=2)  # (F, 2, 2, 3)
+    ground = Ground(terrain, fallback_height=float(agent.plan.positions[:, 1].min()))
+    flat = points.reshape(-1, 3)
+    sample = ground.heights(flat[:, [0, 2]], flat[:, 1])
+    heights = np.where(sample.hit, flat[:, 1] - sample.heights, np.nan)
+    return heights.reshape(points.shape[:3])
+
+
+def _clearances(agent: WrittenAgent, tracks: JointTracks, heights: FloatArray) -> FloatArray:
+    """Lowest sole in the middle of the swing that leads to each footstep [m], NaN for each foot's first, shape (N,)."""
+    plan = agent.plan
+    clearance = np.full(len(plan), np.nan)
+    for side in (0, 1):
+        own = np.flatnonzero(plan.sides == side)
+        liftoffs, strikes = plan.liftoff_times[own[:-1]], plan.strike_times[own[1:]]
+        begins, ends = (liftoffs + share * (strikes - liftoffs) for share in SWING_MIDDLE)
+        lowest = np.min(np.where(np.isnan(heights[:, side]), np.inf, heights[:, side]), axis=1)
+        smallest = smallest_in_ranges(lowest, frames_between(tracks.times, begins, ends))
+        clearance[own[1:]] = np.where(np.isfinite(smallest), smallest, np.nan)
+    return clearance
