@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import pairwise
 
 import numpy as np
 
@@ -50,8 +51,8 @@ def find_biped(skeleton: Skeleton, authored: Mapping[str, int]) -> dict[str, int
         pelvis = _common_ancestor(skeleton, roles["left hip"], roles["right hip"])
         if pelvis is not None:
             roles["pelvis"] = pelvis
-    if "pelvis" not in roles:
-        missing = ["pelvis", *missing] if not missing else missing
+    if "pelvis" not in roles and not missing:
+        missing = ["pelvis"]
     if missing:
         raise BipedError(skeleton.name, "no joint found for the role(s)", _remedy(missing), missing)
     _check_chains(skeleton, roles)
@@ -144,7 +145,7 @@ def _common_ancestor(skeleton: Skeleton, first: int, second: int) -> int | None:
 def _check_chains(skeleton: Skeleton, roles: Mapping[str, int]) -> None:
     for side in SIDES:
         way = [roles["pelvis"], *(roles[f"{side} {role}"] for role in LEG_ROLES)]
-        for above, below in zip(way[:-1], way[1:], strict=True):
+        for above, below in pairwise(way):
             try:
                 chained = above != below and bool(skeleton.chain(above, below))
             except SkeletonError:

@@ -31,9 +31,11 @@ _WORDS: dict[str, dict[str, float]] = {
 """Words for each role and how doubtful they are: 0 is certain."""
 
 _HELPERS = frozenset(
-    "twist roll ik fk control ctrl ctl pole target helper nub end tip mch org socket slot corrective footsteps "
-    "handle null aux driver offset weapon".split()
-)
+    {
+        "twist", "roll", "ik", "fk", "control", "ctrl", "ctl", "pole", "target", "helper", "nub", "end", "tip", "mch",
+        "org", "socket", "slot", "corrective", "footsteps", "handle", "null", "aux", "driver", "offset", "weapon",
+    }
+)  # fmt: skip
 """Words of joints that are not bones of the leg."""
 
 _SIDES = ({"left", "l", "lt", "lf"}, {"right", "r", "rt", "rg"})
@@ -107,9 +109,7 @@ def _best_below(
     return min(below, default=None)
 
 
-def _candidates(
-    joints: Sequence[str], role: str, side: int, fixed: Mapping[str, int]
-) -> list[tuple[float, int]]:
+def _candidates(joints: Sequence[str], role: str, side: int, fixed: Mapping[str, int]) -> list[tuple[float, int]]:
     """Joints whose name may mean the role, with the doubt of each."""
     if role in fixed:
         return [(0.0, fixed[role])]

@@ -10,11 +10,15 @@ from usdfoot.maths.types import FloatArray
 __all__ = ["ball_height_of_foot"]
 
 
+_STEEPEST = np.cos(np.radians(25.0))
+"""A facet steeper than this is no sole: the foot has no heel to stand on, and stands as it is posed."""
+
+
 def ball_height_of_foot(points: FloatArray, ankle: FloatArray, ball: FloatArray) -> float | None:
     """Distance from the ball joint to the plane on which the foot rests [m]; None if the points do not tell.
 
-    A body rests on the facet of its convex hull below its weight, so the pose of the foot does not matter: the facet
-    under the middle between ankle and ball is the sole, be it level or not.
+    A body rests on the facet of its convex hull below its weight, so a tilted foot does not matter: the facet under the
+    middle between ankle and ball is the sole.
 
     Args:
         points: Points of foot and toes [m], +Y roughly up, shape (P, 3).
@@ -33,5 +37,6 @@ def ball_height_of_foot(points: FloatArray, ankle: FloatArray, ball: FloatArray)
     middle = 0.5 * (ankle + ball)
     floors = -(downward[:, 0] * middle[0] + downward[:, 2] * middle[2] + downward[:, 3]) / downward[:, 1]
     sole = downward[np.argmax(floors)]
-    height = -float(sole[:3] @ ball + sole[3])
+    is_sole = -sole[1] > _STEEPEST
+    height = -float(sole[:3] @ ball + sole[3]) if is_sole else float(ball[1] - points[:, 1].min())
     return height if 0.0 < height < float(np.linalg.norm(ball - ankle)) else None

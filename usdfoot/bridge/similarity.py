@@ -73,7 +73,7 @@ def similarity_of_matrices(matrices: FloatArray, where: object) -> Similarity:
     if np.abs(cosines).max() > _TOLERANCE or np.abs(lengths / scale - 1.0).max() > _TOLERANCE:
         raise SkeletonError(
             where,
-            f"has a transform between it and the world with shear or different scales (first {np.round(lengths[0], 6)})",
+            f"has a transform above it with shear or different scales (first {np.round(lengths[0], 6)})",
             "scale all axes alike, or bake the transform into the asset",
         )
     if np.any(np.linalg.det(axes) < 0.0):

@@ -21,7 +21,7 @@ def asset_of(prim: Usd.Prim) -> tuple[str, str]:
         root = stage.GetRootLayer()
         return root.realPath or root.identifier, str(prim.GetPath())
     layer, path = arc.GetTargetLayer(), arc.GetTargetPrimPath()
-    if layer in stage.GetLayerStack():
+    if layer in stage.GetLayerStack(includeSessionLayers=False):
         inner = stage.GetPrimAtPath(path)
         if inner:
             return asset_of(inner)
@@ -58,7 +58,7 @@ def _local_arcs(prim: Usd.Prim) -> list[Usd.CompositionArc]:
     kinds.arcTypeFilter = Usd.PrimCompositionQuery.ArcTypeFilter.ReferenceOrPayload
     kinds.dependencyTypeFilter = Usd.PrimCompositionQuery.DependencyTypeFilter.Direct
     query.filter = kinds
-    layers = prim.GetStage().GetLayerStack()
+    layers = prim.GetStage().GetLayerStack(includeSessionLayers=False)
     return [arc for arc in query.GetCompositionArcs() if arc.GetIntroducingLayer() in layers]
 
 
@@ -69,10 +69,11 @@ def _single_arc(prim: Usd.Prim) -> Usd.CompositionArc | None:
 
 def _is_changed(prim: Usd.Prim) -> bool:
     """Whether the scene's own layers say more about the prim than where it stands and what it does."""
-    layers = prim.GetStage().GetLayerStack()
+    layers = prim.GetStage().GetLayerStack(includeSessionLayers=False)
     return any(_changes(spec) for spec in prim.GetPrimStack() if spec.layer in layers and spec.path == prim.GetPath())
 
 
 def _changes(spec: Sdf.PrimSpec) -> bool:
     own = [prop.name for prop in spec.properties if not prop.name.startswith(_HARMLESS_PROPERTIES)]
-    return bool(spec.nameChildren) or bool(own) or bool(spec.variantSelections) or bool(spec.variantSets)
+    # These views are truthy even when they are empty.
+    return any(len(part) > 0 for part in (own, spec.nameChildren, spec.variantSelections, spec.variantSets))

@@ -65,9 +65,13 @@ def _joint_index(prim: Usd.Prim, attribute: str, token: str, raw: RawSkeleton) -
     found = [i for i, joint in enumerate(raw.joints) if leaf_name(joint) == leaf_name(token)]
     if len(found) == 1 and leaf_name(token) == token:
         return found[0]
-    what = f"{attribute} = {token} is the name of {len(found)} joints" if found else f"{attribute} = {token} is no joint"
-    candidates = [raw.joints[i] for i in found] or [leaf_name(joint) for joint in raw.joints]
-    raise BipedError(prim.GetPath(), what, "author a joint path of this Skeleton or a leaf name that is unique", candidates)
+    names = f"is the name of {len(found)} joints" if found else "is none of the joints"
+    raise BipedError(
+        prim.GetPath(),
+        f"{attribute} = {token} {names}",
+        "author a joint path of this Skeleton or a leaf name that is unique",
+        [raw.joints[i] for i in found] or [leaf_name(joint) for joint in raw.joints],
+    )
 
 
 def _authored_measures(prim: Usd.Prim, skeleton_to_agent: Similarity) -> dict[str, float | FloatArray]:

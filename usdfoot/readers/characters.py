@@ -16,6 +16,7 @@ from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
 from usdfoot.readers.assets import asset_of, character_prim_of
 from usdfoot.readers.biped import read_biped
+from usdfoot.readers.samples import read_samples
 from usdfoot.readers.skeleton import is_moving, matrices_of, read_skeleton, skeleton_in
 from usdfoot.readers.skins import inherited_target, joint_reaches, read_skin
 from usdfoot.readers.stage import StagePrims, start_code
@@ -172,17 +173,8 @@ def _blend_shapes(skeleton: Usd.Prim) -> BlendShapes | None:
     names = tuple(str(name) for name in (animation.GetBlendShapesAttr().Get() or ())) if animation else ()
     if not animation or not names:
         return None
-    attribute = animation.GetBlendShapeWeightsAttr()
-    codes = list(attribute.GetTimeSamples()) or [0.0]
-    values = [attribute.Get(code) for code in codes]
-    kept = [(code, value) for code, value in zip(codes, values, strict=True) if value is not None and len(value) == len(names)]
-    if not kept:
-        return None
-    return BlendShapes(
-        names=names,
-        codes=np.array([code for code, _ in kept]),
-        weights=np.array([np.array(value, dtype=float) for _, value in kept]),
-    )
+    weights = read_samples(animation.GetBlendShapeWeightsAttr(), len(names))
+    return BlendShapes(names=names, codes=weights.codes, weights=weights.values) if weights else None
 
 
 def _warn_of_size(prim: Usd.Prim, rest_translations: FloatArray, asset: str) -> None:

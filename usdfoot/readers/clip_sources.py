@@ -60,10 +60,10 @@ class ClipFinder:
         Raises:
             SkeletonError: If usdfoot:clip:skeleton names no usable Skeleton.
         """
-        prim = self._named(animation) or self._above(animation) or self._bound.get(animation.GetPath())
-        prim = prim or self._nearest(animation, character) or character
+        player = self._named(animation) or self._above(animation) or self._bound.get(animation.GetPath())
+        prim = player or self._nearest(animation, character) or character
         raw = self._skeletons.get(prim.GetPath()) or read_skeleton(prim)
-        return ClipSource(prim=animation, skeleton_prim=prim, skeleton=raw)
+        return ClipSource(prim=animation, skeleton_prim=prim, skeleton=raw, is_bound=player is not None)
 
     def _named(self, animation: Usd.Prim) -> Usd.Prim | None:
         named = targets(animation, Token.SKELETON)

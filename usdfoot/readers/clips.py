@@ -38,6 +38,8 @@ class ClipSource:
     prim: Usd.Prim
     skeleton_prim: Usd.Prim
     skeleton: RawSkeleton
+    is_bound: bool
+    """Whether the skeleton plays the animation; only then do moving transforms above it belong to the clip."""
 
 
 def read_clip(source: ClipSource, skeleton: Skeleton, biped: Biped, units: StageUnits) -> Clip:
@@ -66,6 +68,8 @@ def read_clip(source: ClipSource, skeleton: Skeleton, biped: Biped, units: Stage
             missing,
         )
     codes, translations, rotations = _sample(source, units)
+    times = units.codes_to_times(codes)
+    start, end = _range(source.prim, times, units)
     similarity = _skeleton_to_world(source, codes, units)
     own = skeleton_in(source.skeleton, similarity)
     similarity = _without_unit_mismatch(source, similarity, own, skeleton, biped)
@@ -73,15 +77,15 @@ def read_clip(source: ClipSource, skeleton: Skeleton, biped: Biped, units: Stage
     translations, rotations = _on_joints_of(skeleton, own, translations, rotations)
     return Clip(
         name=where,
-        rate=units.time_codes_per_second * (len(codes) - 1) / float(codes[-1] - codes[0]),
-        start_time=float(units.codes_to_times(codes[0])),
+        rate=(len(times) - 1) / float(times[-1] - times[0]),
+        start_time=float(times[0]),
         translations=translations,
         rotations=quaternion.continuous(rotations),
         style=str(authored(source.prim, Token.STYLE) or "default"),
         root_motion=_root_motion(source.prim),
         cyclic=_optional_bool(source.prim, Token.CYCLIC),
-        range_start=_time(source.prim, Token.START, units),
-        range_end=_time(source.prim, Token.END, units),
+        range_start=start,
+        range_end=end,
         mirror=_optional_bool(source.prim, Token.MIRROR) is not False,
         events=(_events(source.prim, 0, units), _events(source.prim, 1, units)),
         synthetic=bool(source.prim.GetCustomDataByKey("synthetic")),
@@ -107,10 +111,7 @@ def _sample(source: ClipSource, units: StageUnits) -> tuple[FloatArray, FloatArr
     if rotations is None:
         raise ClipError(where, f"has no rotations for its {len(joints)} joints", "author one quaternion a joint")
     _check_finite(where, rotations, translations)
-    sampled = [rotations.codes, *([translations.codes] if translations else []), _transform_codes(source)]
-    codes = regular_codes(sampled, units.time_codes_per_second)
-    if len(codes) < 2:
-        raise ClipError(where, "has fewer than two time samples", "a clip needs at least two, a pose is no clip")
+    codes = _sample_codes(source, rotations, translations, units)
     order = match_joints(joints, raw.joints)
     all_rotations = _spread(raw.rotations, interpolate_rotations(rotations, codes), order)
     all_scales = _spread(raw.scales, scales.values, order) if scales else raw.scales[None]
@@ -119,6 +120,21 @@ def _sample(source: ClipSource, units: StageUnits) -> tuple[FloatArray, FloatArr
     all_translations = _spread(rest, local, order) if local is not None else np.repeat(rest[None], len(codes), axis=0)
     folded, _ = fold_scales(raw.parents, all_translations, all_scales, where)
     return codes, folded, all_rotations
+
+
+def _sample_codes(
+    source: ClipSource, rotations: SampledArray, translations: SampledArray | None, units: StageUnits
+) -> FloatArray:
+    """Regular time codes over the samples of the animation, shape (T,)."""
+    moving = [samples.codes for samples in (rotations, translations) if samples and len(samples.codes) > 1]
+    if not moving:
+        raise ClipError(
+            source.prim.GetPath(), "has fewer than two time samples", "a clip needs at least two, a pose is no clip"
+        )
+    codes = np.concatenate(moving)
+    above = _transform_codes(source) if source.is_bound else codes
+    within = above[(above >= codes.min()) & (above <= codes.max())]
+    return regular_codes([codes, within], units.time_codes_per_second)
 
 
 def _spread(rest: FloatArray, values: FloatArray, order: IntArray) -> FloatArray:
@@ -138,7 +154,7 @@ def _check_finite(where: object, rotations: SampledArray, translations: SampledA
             bad |= np.any(np.linalg.norm(samples.values, axis=-1) < 1e-6, axis=1)
         if bad.any():
             code = samples.codes[np.flatnonzero(bad)[0]]
-            raise ClipError(where, f"{label} at time code {code:g} are not finite or zero", "remove or repair the sample")
+            raise ClipError(where, f"{label} at time code {code:g} are not finite, or zero", "repair the sample")
 
 
 def _transform_codes(source: ClipSource) -> FloatArray:
@@ -154,7 +170,7 @@ def _transform_codes(source: ClipSource) -> FloatArray:
 
 def _skeleton_to_world(source: ClipSource, codes: FloatArray, units: StageUnits) -> Similarity:
     """From the space of the clip's skeleton to the canonical world, at every code if it moves."""
-    moving = is_moving(source.skeleton_prim)
+    moving = source.is_bound and is_moving(source.skeleton_prim)
     matrices = matrices_of(source.skeleton_prim, codes if moving else codes[:1])
     to_stage = similarity_of_matrices(matrices, source.skeleton_prim.GetPath())
     return Similarity(
@@ -168,11 +184,11 @@ def _without_unit_mismatch(
     source: ClipSource, similarity: Similarity, own: Skeleton, skeleton: Skeleton, biped: Biped
 ) -> Similarity:
     """The similarity, rescaled where the clip is evidently in other units than the character."""
-    ratio = _leg_length(own, match_joints(own.joints, skeleton.joints), biped) / _leg_length(
-        skeleton, np.arange(len(skeleton.joints)), biped
-    )
-    if 1.0 / _UNIT_MISMATCH < ratio < _UNIT_MISMATCH or not np.isfinite(ratio) or ratio <= 0.0:
+    clip_leg = _leg_length(own, match_joints(own.joints, skeleton.joints), biped)
+    leg = _leg_length(skeleton, np.arange(len(skeleton.joints)), biped)
+    if not (leg > 0.0 and clip_leg > 0.0) or 1.0 / _UNIT_MISMATCH < clip_leg / leg < _UNIT_MISMATCH:
         return similarity
+    ratio = clip_leg / leg
     _logger.warning(
         "%s: legs are %.3g times as long as those of %s, the clip is scaled to fit; a scale for other units is missing",
         source.prim.GetPath(),
@@ -232,6 +248,19 @@ def _optional_bool(prim: Usd.Prim, name: str) -> bool | None:
     return None if value is None else bool(value)
 
 
+def _range(prim: Usd.Prim, times: FloatArray, units: StageUnits) -> tuple[float | None, float | None]:
+    """Authored start and end of the range to use [s]."""
+    start, end = _time(prim, Token.START, units), _time(prim, Token.END, units)
+    first, last = times[0] if start is None else start, times[-1] if end is None else end
+    if not first < last or first >= times[-1] or last <= times[0]:
+        raise ClipError(
+            prim.GetPath(),
+            f"has the range {first:.4g} to {last:.4g} s but samples from {times[0]:.4g} to {times[-1]:.4g} s",
+            f"author {Token.START} before {Token.END}, both within the samples",
+        )
+    return start, end
+
+
 def _time(prim: Usd.Prim, name: str, units: StageUnits) -> float | None:
     value = authored(prim, name)
     return None if value is None else float(units.codes_to_times(np.array(value, dtype=float)))
@@ -239,10 +268,18 @@ def _time(prim: Usd.Prim, name: str, units: StageUnits) -> float | None:
 
 def _events(prim: Usd.Prim, side: int, units: StageUnits) -> AuthoredEvents:
     """Contact events an artist authored for one foot."""
-    times = []
-    for names in (Token.STRIKE_TIMES, Token.FLAT_TIMES, Token.LIFTOFF_TIMES):
-        value = authored(prim, names[side])
-        times.append(None if value is None else units.codes_to_times(np.array(value, dtype=float)))
-        if value is not None and np.any(np.diff(times[-1]) <= 0.0):
-            raise ClipError(prim.GetPath(), f"{names[side]} do not increase", "author event times in order")
-    return AuthoredEvents(strike_times=times[0], flat_times=times[1], liftoff_times=times[2])
+    return AuthoredEvents(
+        strike_times=_event_times(prim, Token.STRIKE_TIMES[side], units),
+        flat_times=_event_times(prim, Token.FLAT_TIMES[side], units),
+        liftoff_times=_event_times(prim, Token.LIFTOFF_TIMES[side], units),
+    )
+
+
+def _event_times(prim: Usd.Prim, name: str, units: StageUnits) -> FloatArray | None:
+    value = authored(prim, name)
+    if value is None:
+        return None
+    times = units.codes_to_times(np.array(value, dtype=float))
+    if not np.isfinite(times).all() or np.any(np.diff(times) <= 0.0):
+        raise ClipError(prim.GetPath(), f"{name} do not increase", "author event times in order")
+    return times

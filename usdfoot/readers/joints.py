@@ -52,7 +52,7 @@ def _match_unique(matches: IntArray, sources: Sequence[str], wanted: Sequence[st
     source_counts, wanted_counts = Counter(sources), Counter(wanted)
     taken = set(matches.tolist())
     index = {name: i for i, name in enumerate(sources) if source_counts[name] == 1 and i not in taken}
-    for i in np.flatnonzero(matches < 0):
+    for i in np.flatnonzero(matches < 0).tolist():
         if wanted_counts[wanted[i]] == 1:
             matches[i] = index.get(wanted[i], -1)
 

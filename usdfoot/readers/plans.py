@@ -96,7 +96,7 @@ def _array(prim: Usd.Prim, name: str, shape: tuple[int, ...], kind: type) -> np.
     value = authored(prim, name)
     if value is None:
         raise PlanError(prim.GetPath(), f"has no {name}", "author one entry a footstep")
-    array = np.array(value, dtype=kind)
+    array: np.ndarray = np.array(value, dtype=kind)
     return array if array.size else np.zeros((0, *shape), dtype=kind)
 
 
@@ -125,17 +125,17 @@ def _to_world(prim: Usd.Prim, units: StageUnits, matrix: FloatArray, orientation
     with different scales work too.
     """
     if np.linalg.det(matrix[:3, :3]) <= 0.0:
-        raise PlanError(prim.GetPath(), "is mirrored by its transform", "left would become right; bake the mirror into it")
+        raise PlanError(prim.GetPath(), "is mirrored by its transform", "left would be right; bake the mirror into it")
     lengths = np.linalg.norm(orientations, axis=-1, keepdims=True)
     if not np.all(np.isfinite(lengths) & (lengths > 1e-3)):
         return np.full_like(orientations, np.nan)  # the plan's own check names the footstep
     own = orientations / lengths
     forward_own, normal_own = units.directions_to_stage(np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]))
-    forward = quaternion.rotate(own, forward_own) @ matrix[:3, :3]
-    normal = quaternion.rotate(own, normal_own) @ np.linalg.inv(matrix[:3, :3]).T
-    forward, normal = units.directions_to_canonical(forward), units.directions_to_canonical(normal)
-    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-    forward -= np.sum(forward * normal, axis=-1, keepdims=True) * normal
-    forward /= np.linalg.norm(forward, axis=-1, keepdims=True)
+    linear = matrix[:3, :3]
+    forward = units.directions_to_canonical(quaternion.rotate(own, forward_own) @ linear)
+    normal = units.directions_to_canonical(quaternion.rotate(own, normal_own) @ np.linalg.inv(linear).T)
+    normal = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
+    forward = forward - np.sum(forward * normal, axis=-1, keepdims=True) * normal
+    forward = forward / np.linalg.norm(forward, axis=-1, keepdims=True)
     axes = np.stack([np.cross(normal, forward), normal, forward], axis=-1)  # columns are X, Y, Z
     return quaternion.from_matrix(axes)

@@ -26,7 +26,7 @@ class SampledArray:
     codes: FloatArray
     """Increasing, shape (S,); one entry, 0, for a value that does not change."""
     values: FloatArray
-    """Shape (S, N, C)."""
+    """Shape (S, N, C), or (S, N) for plain numbers."""
 
 
 def read_samples(attribute: Usd.Attribute, count: int) -> SampledArray | None:
@@ -37,12 +37,12 @@ def read_samples(attribute: Usd.Attribute, count: int) -> SampledArray | None:
     codes = list(attribute.GetTimeSamples())
     values = [attribute.Get(code) for code in codes] if codes else [attribute.Get()]
     codes = codes or [0.0]
-    kept = [(code, value) for code, value in zip(codes, values, strict=True) if value is not None and len(value) == count]
+    kept = [i for i, value in enumerate(values) if value is not None and len(value) == count]
     if not kept:
         return None
     return SampledArray(
-        codes=np.array([code for code, _ in kept], dtype=float),
-        values=np.stack([np.array(value, dtype=float) for _, value in kept]),
+        codes=np.array([codes[i] for i in kept], dtype=float),
+        values=np.stack([np.array(values[i], dtype=float) for i in kept]),
     )
 
 

@@ -59,7 +59,7 @@ def read_scene(
     terrain, terrain_problems = read_terrain(stage, prims, info.units)
     casting = _Casting(stage=stage, prims=prims, units=info.units, frame_codes=codes, finder=ClipFinder(stage, prims))
     cast = [agent for source in chosen if source.name in plans and (agent := casting.cast(source, plans[source.name]))]
-    problems = (*agent_problems, *plan_problems, *casting.problems, *terrain_problems)
+    problems = (*agent_problems, *plan_problems, *casting.problems, *casting.unfit_clips(), *terrain_problems)
     _require_agents(info, everyone, cast, problems)
     for problem in problems:
         _logger.log(logging.ERROR if problem.severity == "error" else logging.WARNING, "%s", problem.message)
@@ -86,6 +86,7 @@ class _Casting:
     characters: list[Character] = field(default_factory=list)
     libraries: list[ClipLibrary] = field(default_factory=list)
     problems: list[Problem] = field(default_factory=list)
+    _unfit: dict[str, str] = field(default_factory=dict)
     _character_of: dict[object, int | UsdfootError] = field(default_factory=dict)
     _library_of: dict[object, int | UsdfootError] = field(default_factory=dict)
 
@@ -137,34 +138,44 @@ class _Casting:
                 self._library_of[key] = error
         return _or_raise(self._library_of[key])
 
-    def _clips(
-        self, source: AgentSource, character: int, skeleton: Usd.Prim, *, required: bool
-    ) -> tuple[Clip, ...]:
+    def _clips(self, source: AgentSource, character: int, skeleton: Usd.Prim, *, required: bool) -> tuple[Clip, ...]:
         """Clips of the agent's scopes that can be used. Clips nobody asked for may be of other skeletons."""
         actor = self.characters[character]
         animations = self.finder.animations_below(source.clips)
         clips, reasons = [], []
         for animation in animations:
+            path = str(animation.GetPath())
             try:
                 clip_source = self.finder.source_of(animation, skeleton)
                 if not source.clips and missing_leg_joints(clip_source, actor.skeleton, actor.biped):
-                    _logger.info("%s: is of another skeleton than %s", animation.GetPath(), actor.skeleton.name)
-                    reasons.append(str(animation.GetPath()))
+                    self._unfit.setdefault(path, actor.skeleton.name)
+                    reasons.append(path)
                     continue
                 clips.append(read_clip(clip_source, actor.skeleton, actor.biped, self.units))
             except UsdfootError as error:
-                reasons.append(str(animation.GetPath()))
-                self.problems.append(Problem(severity="error", where=str(animation.GetPath()), message=str(error)))
+                reasons.append(path)
+                severity = "error" if source.clips else "warning"
+                self.problems.append(Problem(severity=severity, where=path, message=str(error)))
         if required and not clips:
             raise _no_clips(source, actor, len(animations), reasons)
         return tuple(clips)
+
+    def unfit_clips(self) -> tuple[Problem, ...]:
+        """A warning for each clip nobody asked for that fits none of the characters."""
+        used = {clip.name for library in self.libraries for clip in library.clips}
+        return tuple(
+            Problem(severity="warning", where=path, message=f"{path}: not used, lacks leg joints of {skeleton}")
+            for path, skeleton in self._unfit.items()
+            if path not in used
+        )
 
 
 def _read_plans(
     sources: Sequence[AgentSource], units: StageUnits
 ) -> tuple[dict[str, FootstepPlan], tuple[Problem, ...]]:
     """Plans by agent name, and problems with them."""
-    plans, problems = {}, []
+    plans: dict[str, FootstepPlan] = {}
+    problems: list[Problem] = []
     for source in sources:
         try:
             plans[source.name], warnings = read_plan(source.plan, units)

@@ -92,9 +92,7 @@ def read_skeleton(prim: Usd.Prim) -> RawSkeleton:
 
 def skeleton_in(raw: RawSkeleton, similarity: Similarity) -> Skeleton:
     """The skeleton seen in the target space of a similarity, at its first sample."""
-    first = Similarity(
-        scale=similarity.scale, rotation=similarity.rotation[:1], translation=similarity.translation[:1]
-    )
+    first = Similarity(scale=similarity.scale, rotation=similarity.rotation[:1], translation=similarity.translation[:1])
     translations, rotations = fold_into_joints(first, raw.parents, raw.translations[None], raw.rotations[None])
     return Skeleton(
         name=raw.path,
@@ -128,7 +126,7 @@ def fold_scales(
     uneven = has_child & (spread > _EVEN * np.abs(uniform))
     if uneven.any():
         _logger.warning(
-            "%s: scales of %d joint(s) differ between axes or over time; their mean is used, as bones keep their length",
+            "%s: scales of %d joint(s) differ between axes or over time; bones keep their length, the mean is used",
             where,
             int(uneven.sum()),
         )

@@ -10,8 +10,8 @@ from typing import Any
 
 from pxr import Sdf, Tf, Usd, UsdGeom, UsdSkel
 
-from usdfoot.bridge.schema import applied_apis
 from usdfoot.bridge.scene import StageInfo
+from usdfoot.bridge.schema import applied_apis
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import SceneError
 

@@ -154,4 +154,3 @@ def _is_skinned(prim: Usd.Prim) -> bool:
 def _value(attribute: Usd.Attribute, stage: Usd.Stage) -> object:
     value = attribute.Get(start_code(stage))
     return () if value is None else value
-
