@@ -24,7 +24,7 @@ FILES = {
 CENTIMETRES = StageUnits(time_codes_per_second=30.0)
 
 
-def write(tmp_path, *, rig=None, agents=2, frames=20, folder="out"):
+def write(tmp_path, *, rig=None, agents=2, frames=20, folder="out", collect=False):
     rig = rig or Rig(units=CENTIMETRES)
     path = tmp_path / "hero.usda"
     if not path.exists():
@@ -35,7 +35,9 @@ def write(tmp_path, *, rig=None, agents=2, frames=20, folder="out"):
         wandering_motion(f"A{i}", character, frames=frames, rate=rig.units.time_codes_per_second, seed=i)
         for i in range(agents)
     ]
-    crowd, _ = write_crowd(scene, motions, tmp_path / folder, provenance={"version": "1"}, report={"agents": []})
+    crowd, _ = write_crowd(
+        scene, motions, tmp_path / folder, provenance={"version": "1"}, report={"agents": []}, collect=collect
+    )
     return crowd, character, motions
 
 
@@ -75,6 +77,21 @@ def test_written_crowd_reads_back_as_the_motion(tmp_path, meters, up, rate, scal
         np.testing.assert_allclose(read, world_joints(motion, character), atol=1e-5)
 
 
+@pytest.mark.parametrize(("bound", "collect"), [(True, False), (False, True), (True, True)])
+def test_a_character_with_an_animation_of_its_own_is_copied_and_moves(tmp_path, bound, collect):
+    rig = Rig(units=CENTIMETRES, bound=bound)
+    crowd, character, motions = write(tmp_path, rig=rig, frames=4, collect=collect)
+    for motion in motions:
+        read = read_joints(crowd, motion.name, rig.units, motion.times * 30.0)
+        np.testing.assert_allclose(read, world_joints(motion, character), atol=1e-5)
+    stage = Usd.Stage.Open(str(crowd))
+    assert len(stage.GetPrototypes()) == 1
+    assert (crowd.parent / "characters" / "Hero.usdc").is_file()
+    used = {layer.identifier for layer in stage.GetUsedLayers()}
+    assert str(tmp_path / "hero.usda") not in used
+    assert not errors_of(stage)
+
+
 def test_layers_are_those_of_the_contract(tmp_path):
     crowd, _, _ = write(tmp_path)
     assert {path.name for path in crowd.parent.iterdir()} == FILES
@@ -96,12 +113,15 @@ def test_agents_of_one_character_share_a_prototype(tmp_path):
     assert not expanded.GetPrototypes() and expanded.GetPrimAtPath("/Crowd/Agents/A0/Group/Body")
 
 
+def errors_of(stage):
+    context = UsdValidation.ValidationContext(UsdValidation.ValidationRegistry().GetOrLoadAllValidators())
+    return [(error.GetName(), error.GetMessage()) for error in context.Validate(stage)]
+
+
 def test_validators_are_silent(tmp_path):
     crowd, _, _ = write(tmp_path)
-    context = UsdValidation.ValidationContext(UsdValidation.ValidationRegistry().GetOrLoadAllValidators())
     for name in ("crowd.usd", "crowd.expanded.usda"):
-        errors = context.Validate(Usd.Stage.Open(str(crowd.parent / name)))
-        assert not [(error.GetName(), error.GetMessage()) for error in errors]
+        assert not errors_of(Usd.Stage.Open(str(crowd.parent / name)))
 
 
 def test_source_is_untouched_and_two_runs_are_the_same(tmp_path):

@@ -12,7 +12,9 @@ __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
 
 NAME = "animate"
 HELP = "animate the agents of a scene along their footsteps"
-DESCRIPTION = "Reads a USD scene, animates every agent along its footstep plan, and writes a layered crowd into a folder."
+DESCRIPTION = (
+    "Reads a USD scene, animates every agent along its footstep plan, and writes a layered crowd into a folder."
+)
 EPILOG = """\
 example:
   usdfoot animate scenes/walk_flat.usda -o build/walk

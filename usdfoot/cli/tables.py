@@ -24,7 +24,16 @@ def step_table(results: Mapping[str, StepResults]) -> Table:
     names = ("blend_error", "placement_error", "slide", "yaw_error", "hull_distance")
     table = Table(title="steps")
     table.add_column("agent")
-    headings = ("steps", "ok", "blend mean mm", "placement mean mm", "worst mm", "slide mm", "yaw deg", "outside hull mm")
+    headings = (
+        "steps",
+        "ok",
+        "blend mean mm",
+        "placement mean mm",
+        "worst mm",
+        "slide mm",
+        "yaw deg",
+        "outside hull mm",
+    )
     for heading in headings:
         table.add_column(heading, justify="right")
 

@@ -12,7 +12,9 @@ __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
 
 NAME = "validate"
 HELP = "measure a written crowd against its targets"
-DESCRIPTION = "Recomputes every figure from the files of a written crowd, through UsdSkel, and compares it with its target."
+DESCRIPTION = (
+    "Recomputes every figure from the files of a written crowd, through UsdSkel, and compares it with its target."
+)
 EPILOG = """\
 example:
   usdfoot validate build/walk/crowd.usd

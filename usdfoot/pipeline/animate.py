@@ -63,9 +63,7 @@ def animate(
     progress("write")
     report = report_json(scene, motions, options=options, problems=problems, sources=sources, folder=target)
     provenance = provenance_of(scene, options, target)
-    crowd_file, report_file = write_crowd(
-        scene, motions, target, provenance=provenance, report=report, collect=collect
-    )
+    crowd_file, report_file = write_crowd(scene, motions, target, provenance=provenance, report=report, collect=collect)
     return AnimateReport(
         crowd_file=crowd_file,
         report_file=report_file,
@@ -74,9 +72,7 @@ def animate(
     )
 
 
-def _require_motions(
-    scene_file: str | os.PathLike[str], motions: list[Motion], problems: tuple[Problem, ...]
-) -> None:
+def _require_motions(scene_file: str | os.PathLike[str], motions: list[Motion], problems: tuple[Problem, ...]) -> None:
     """Raises OutputError if there is nothing to write."""
     if not motions:
         reasons = [problem.message for problem in problems if problem.severity == "error"]

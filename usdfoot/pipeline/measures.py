@@ -131,9 +131,7 @@ def _heels(agent: WrittenAgent, tracks: JointTracks) -> FloatArray:
     return tracks.positions[:, ankles] + quaternion.rotate(tracks.turns[:, ankles], offsets)
 
 
-def _steps(
-    agent: WrittenAgent, whole: JointTracks, fine: JointTracks, heels: FloatArray
-) -> dict[str, Any]:
+def _steps(agent: WrittenAgent, whole: JointTracks, fine: JointTracks, heels: FloatArray) -> dict[str, Any]:
     """Columns of `AgentMeasures` that belong to contacts."""
     plan, flats = agent.plan, _flat_times(agent)
     names = ("placement_error", "slide", "subframe_slide", "heel_slide", "yaw_error")

@@ -123,7 +123,9 @@ def _numbers(values: FloatArray) -> list[float | None]:
 def _input_hashes(scene: Scene, folder: Path) -> dict[str, str]:
     """SHA-256 of every file the scene consists of, by path relative to the folder."""
     files = [layer for layer in scene.stage.layers if os.path.isfile(layer)]
-    return dict(sorted((_relative(file, folder), hashlib.sha256(Path(file).read_bytes()).hexdigest()) for file in files))
+    return dict(
+        sorted((_relative(file, folder), hashlib.sha256(Path(file).read_bytes()).hexdigest()) for file in files)
+    )
 
 
 def _relative(path: str, folder: Path) -> str:

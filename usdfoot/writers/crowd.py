@@ -10,12 +10,13 @@ from typing import Any
 
 from pxr import Sdf
 
-from usdfoot.bridge.scene import Character, Scene
+from usdfoot.bridge.scene import Scene
 from usdfoot.bridge.tokens import File, Prim, anims_chunk
 from usdfoot.errors import OutputError
 from usdfoot.model.motion import Motion
 from usdfoot.writers.agents import write_agent
 from usdfoot.writers.animations import write_animation
+from usdfoot.writers.characters import place_characters
 from usdfoot.writers.footsteps import write_executed_plan
 from usdfoot.writers.layers import LayerFormat, define_prim, new_layer
 from usdfoot.writers.poses import joint_poses
@@ -54,8 +55,13 @@ def write_crowd(
     target = Path(os.path.realpath(folder))
     check_output(scene, target)
     layer_format = crowd_format(scene)
-    layers = _body_layers(scene, motions, target, layer_format)
+    placed = place_characters(scene.characters, target, layer_format=layer_format, collect=collect)
+    layers = _body_layers(scene, motions, [character.reference for character in placed], layer_format)
     with staged_files(target) as files:
+        for copied in (character.copy for character in placed if character.copy):
+            files.add_layer(copied.name, copied.layer)
+            for name, path in copied.files.items():
+                files.add_file(name, path)
         for name, layer in layers.items():
             files.add_layer(name, layer)
         files.add_layer(File.EXPANDED, expanded_layer(layer_format, [motion.name for motion in motions]))
@@ -88,12 +94,11 @@ def check_output(scene: Scene, folder: Path) -> None:
 
 
 def _body_layers(
-    scene: Scene, motions: Sequence[Motion], folder: Path, layer_format: LayerFormat
+    scene: Scene, motions: Sequence[Motion], references: Sequence[Sdf.Reference], layer_format: LayerFormat
 ) -> dict[str, Sdf.Layer]:
     """Layers of agents, footsteps and animations by file name."""
     agents, footsteps, chunk = (new_layer(layer_format) for _ in range(3))
     by_name = {agent.name: agent for agent in scene.crowd.agents}
-    references = [_reference(character, folder) for character in scene.characters]
     units = layer_format.units
     with Sdf.ChangeBlock():
         for layer, scope in ((agents, Prim.AGENTS), (footsteps, Prim.PLANS), (chunk, Prim.ANIMS)):
@@ -110,20 +115,3 @@ def _body_layers(
             )
     stack = stacked_layer(layer_format, [anims_chunk(0)])
     return {anims_chunk(0): chunk, File.ANIMS: stack, File.FOOTSTEPS: footsteps, File.AGENTS: agents}
-
-
-def _reference(character: Character, folder: Path) -> Sdf.Reference:
-    """Reference to a character's asset, relative to the folder."""
-    return Sdf.Reference(relative_asset(character.asset, folder), character.asset_prim)
-
-
-def relative_asset(asset: str, folder: Path) -> str:
-    """Asset path relative to the folder, with forward slashes, anchored by ./ or ../.
-
-    Raises:
-        OutputError: If the asset lives in memory only.
-    """
-    if Sdf.Layer.IsAnonymousLayerIdentifier(asset):
-        raise OutputError(asset, "the scene lives in memory only and cannot be referenced", "save it to a file first")
-    path = Path(os.path.relpath(os.path.realpath(asset), folder)).as_posix()
-    return path if path.startswith("../") else f"./{path}"

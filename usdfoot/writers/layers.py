@@ -25,6 +25,7 @@ __all__ = [
     "rounded_codes",
 ]
 
+
 @dataclass(frozen=True, kw_only=True)
 class LayerFormat:
     """Stage metadata that every written layer carries, so that each also opens alone and none is retimed."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import logging
 import os
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -50,6 +51,10 @@ class StagedFiles:
         """Save a text file."""
         self._reserve(name).write_text(text, encoding="utf-8", newline="\n")
 
+    def add_file(self, name: str, source: Path) -> None:
+        """Copy a file."""
+        shutil.copyfile(source, self._reserve(name))
+
     def content_hashes(self) -> dict[str, str]:
         """SHA-256 of every file so far, by name."""
         return {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in sorted(self._temporary.items())}
@@ -70,7 +75,9 @@ class StagedFiles:
         self._temporary.clear()
 
     def _reserve(self, name: str) -> Path:
-        path = self.folder / f".{os.getpid()}.{name}"
+        final = self.folder / name
+        final.parent.mkdir(parents=True, exist_ok=True)
+        path = final.with_name(f".{os.getpid()}.{final.name}")
         self._temporary[name] = path
         return path
 

@@ -1,0 +1,177 @@
+"""Characters: referenced where they are, or copied beside the crowd where that cannot be."""
+
+from __future__ import annotations
+
+import glob
+import hashlib
+import logging
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from pxr import Sdf, Usd, UsdUtils
+
+from usdfoot.bridge.scene import Character
+from usdfoot.bridge.tokens import Schema
+from usdfoot.writers.layers import LayerFormat, new_layer
+from usdfoot.writers.paths import relative_asset
+
+__all__ = ["CharacterCopy", "PlacedCharacter", "copy_character", "must_be_copied", "place_characters"]
+
+_logger = logging.getLogger(__name__)
+
+FOLDER = "characters"
+"""Folder of copies within the crowd's."""
+_PLACING = ("xformOp", "usdfoot:agent:", "skel:animationSource")
+"""Properties of a character prim that its agents author anew."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CharacterCopy:
+    """A character on its own, to be written into the crowd's folder."""
+
+    name: str
+    """File name relative to the crowd's folder."""
+    layer: Sdf.Layer
+    files: dict[str, Path] = field(default_factory=dict)
+    """Textures and other files to copy, by name relative to the crowd's folder."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlacedCharacter:
+    """How agents refer to a character."""
+
+    reference: Sdf.Reference
+    copy: CharacterCopy | None
+    """What must be written for that."""
+
+
+def place_characters(
+    characters: Sequence[Character], folder: Path, *, layer_format: LayerFormat, collect: bool
+) -> list[PlacedCharacter]:
+    """How a crowd in `folder` refers to its characters.
+
+    They are referenced where they are. Copies are made if asked for, and of assets whose Skeleton is bound to an
+    animation of its own: that binding is stronger than the agent's, and instances cannot override it.
+
+    Args:
+        characters: Of the scene.
+        folder: Real path of the crowd's folder.
+        layer_format: Stage metadata of the copies.
+        collect: Copy all, with their textures.
+    """
+    placed = []
+    names: set[str] = set()
+    for character in characters:
+        stage = open_asset(character)
+        if not collect and not must_be_copied(stage, character):
+            asset = relative_asset(character.asset, folder)
+            placed.append(PlacedCharacter(reference=Sdf.Reference(asset, character.asset_prim), copy=None))
+            continue
+        name = _unique(Sdf.Path(character.path).name, names)
+        copied = copy_character(stage, character, name, folder=folder, layer_format=layer_format, collect=collect)
+        placed.append(PlacedCharacter(reference=Sdf.Reference(f"./{copied.name}", f"/{name}"), copy=copied))
+        if not collect:
+            _logger.info("%s: copied to %s, as its Skeleton is bound to an animation", character.path, copied.name)
+    return placed
+
+
+def open_asset(character: Character) -> Usd.Stage:
+    """The character's asset, as little of it as there is to the character."""
+    mask = Usd.StagePopulationMask([character.asset_prim])
+    stage = Usd.Stage.OpenMasked(Sdf.Layer.FindOrOpen(character.asset), mask)
+    stage.ExpandPopulationMask()
+    return stage
+
+
+def must_be_copied(stage: Usd.Stage, character: Character) -> bool:
+    """Whether a reference would not do: the Skeleton is the prim itself, or bound to an animation below the prim."""
+    if not character.skeleton_path:
+        return True
+    top = Sdf.Path(character.asset_prim)
+    prim = stage.GetPrimAtPath(top.AppendPath(character.skeleton_path))
+    while prim and prim.GetPath() != top:
+        relationship = prim.GetRelationship("skel:animationSource")
+        if relationship and relationship.HasAuthoredTargets():
+            return True
+        prim = prim.GetParent()
+    return False
+
+
+def copy_character(
+    stage: Usd.Stage, character: Character, name: str, *, folder: Path, layer_format: LayerFormat, collect: bool
+) -> CharacterCopy:
+    """The character flattened into a layer of its own, without its place and animation.
+
+    Args:
+        stage: Of the asset.
+        character: What to copy.
+        name: Of the copy's root prim and file.
+        folder: Real path of the crowd's folder.
+        layer_format: Stage metadata of the copy.
+        collect: Copy its textures too, instead of pointing at them.
+    """
+    flat = stage.Flatten(addSourceFileComment=False)
+    layer = new_layer(layer_format)
+    layer.defaultPrim = name
+    for key in ("metersPerUnit", "upAxis", "timeCodesPerSecond", "framesPerSecond"):
+        if flat.pseudoRoot.HasInfo(key):
+            layer.pseudoRoot.SetInfo(key, flat.pseudoRoot.GetInfo(key))
+    target = Sdf.Path(f"/{name}")
+    if not character.skeleton_path:
+        root = Sdf.CreatePrimInLayer(layer, target)
+        root.specifier, root.typeName = Sdf.SpecifierDef, "SkelRoot"
+        target = target.AppendChild("Skeleton")
+    Sdf.CopySpec(flat, Sdf.Path(character.asset_prim), layer, target)
+    for prim in flat.rootPrims:
+        if prim.name.startswith("Flattened_Prototype"):
+            Sdf.CopySpec(flat, prim.path, layer, prim.path)
+    _release(layer.GetPrimAtPath(target))
+    copied = CharacterCopy(name=f"{FOLDER}/{name}.usdc", layer=layer)
+    UsdUtils.ModifyAssetPaths(layer, lambda path: _moved(path, copied, folder, name, collect))
+    return copied
+
+
+def _release(prim: Sdf.PrimSpec) -> None:
+    """Remove what places and animates a flattened character, here and below."""
+    for name in [prop.name for prop in prim.properties if prop.name.startswith(_PLACING)]:
+        del prim.properties[name]
+    schemas = prim.GetInfo("apiSchemas")
+    kept = [item for item in schemas.ApplyOperations([]) if item != Schema.AGENT]
+    if len(kept) != len(schemas.ApplyOperations([])):
+        prim.SetInfo("apiSchemas", Sdf.TokenListOp.CreateExplicit(kept))
+
+    def unbind(path: Sdf.Path) -> None:
+        spec = prim.layer.GetObjectAtPath(path)
+        if isinstance(spec, Sdf.RelationshipSpec) and spec.name == "skel:animationSource":
+            bindings.append(spec)
+
+    bindings: list[Sdf.RelationshipSpec] = []
+    prim.layer.Traverse(prim.path, unbind)
+    for spec in bindings:
+        owner = spec.owner
+        del owner.properties[spec.name]
+
+
+def _moved(path: str, copied: CharacterCopy, folder: Path, name: str, collect: bool) -> str:
+    """Asset path as it must stand in the copy; files to be collected are noted."""
+    if not path or not os.path.isabs(path):
+        return path
+    if not collect:
+        return relative_asset(path, folder / FOLDER)
+    digest = hashlib.sha256(os.path.dirname(path).encode()).hexdigest()[:8]
+    tiles = glob.glob(glob.escape(path).replace("<UDIM>", "[0-9][0-9][0-9][0-9]"))
+    for tile in tiles:
+        copied.files[f"{FOLDER}/{name}/{digest}/{os.path.basename(tile)}"] = Path(tile)
+    return f"./{name}/{digest}/{os.path.basename(path)}" if tiles else path
+
+
+def _unique(name: str, names: set[str]) -> str:
+    """The name, numbered if it has been used; noted as used."""
+    numbered, count = name, 1
+    while numbered in names:
+        count += 1
+        numbered = f"{name}_{count}"
+    names.add(numbered)
+    return numbered
