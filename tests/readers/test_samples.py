@@ -1,0 +1,50 @@
+"""Time samples come onto one regular grid without moving what they say."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+
+from usdfoot.maths import quaternion
+from usdfoot.readers.samples import SampledArray, interpolate_linear, interpolate_rotations, regular_codes
+
+
+@given(st.floats(-100, 100), st.floats(0.05, 1.0), st.integers(2, 200))
+def test_regular_samples_keep_their_codes(start, spacing, count):
+    codes = start + spacing * np.arange(count)
+    assert_allclose(regular_codes([codes], 24.0), codes, atol=1e-9)
+
+
+def test_samples_of_two_attributes_are_merged():
+    grid = regular_codes([np.array([1.0, 2.0, 3.0]), np.array([1.5, 2.5])], 24.0)
+    assert_allclose(grid, [1.0, 1.5, 2.0, 2.5, 3.0])
+
+
+def test_irregular_samples_get_the_median_spacing_and_keep_their_ends():
+    grid = regular_codes([np.array([0.0, 1.0, 2.0, 2.5, 3.0, 4.0, 5.0])], 24.0)
+    assert_allclose(grid, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0])
+
+
+def test_sparse_keys_are_filled_in_to_see_contacts():
+    grid = regular_codes([np.array([0.0, 12.0, 24.0])], 24.0)
+    assert_allclose(grid, np.arange(25.0))
+
+
+def test_a_single_default_gives_no_grid():
+    assert len(regular_codes([np.array([0.0])], 24.0)) == 1
+
+
+@pytest.mark.parametrize("code", [-1.0, 0.0, 0.25, 2.0, 3.5, 9.0])
+def test_values_are_linear_between_and_held_outside(code):
+    samples = SampledArray(codes=np.array([0.0, 2.0, 4.0]), values=np.array([[[0.0]], [[2.0]], [[10.0]]]))
+    expected = np.interp(code, [0.0, 2.0, 4.0], [0.0, 2.0, 10.0])
+    assert_allclose(interpolate_linear(samples, np.array([code])), [[[expected]]])
+
+
+def test_rotations_take_the_shorter_arc_and_keep_their_sign():
+    axis = np.array([0.0, 1.0, 0.0])
+    angles = np.array([0.0, 0.5, 1.0])
+    values = quaternion.from_axis_angle(axis, angles)[:, None] * np.array([1.0, -1.0, 2.0])[:, None, None]
+    result = interpolate_rotations(SampledArray(codes=angles, values=values), np.linspace(0.0, 1.0, 11))
+    assert_allclose(result[:, 0], quaternion.from_axis_angle(axis, np.linspace(0.0, 1.0, 11)), atol=1e-12)
