@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import median_filter
+from scipy.ndimage import maximum_filter1d, median_filter
 
 from usdfoot.analysis.motion import FootMotion
 from usdfoot.analysis.refine import still_end, still_start
@@ -27,7 +27,7 @@ class ContactOptions:
     """Standard deviation of the smoothing of positions [s]."""
     still_fraction: float = 0.08
     """A point is still below this fraction of the fastest it moves nearby."""
-    still_limits: tuple[float, float] = (0.1, 0.35)
+    still_limits: tuple[float, float] = (0.1, 0.8)
     """Least and greatest speed below which a point is still [m/s]."""
     neighbourhood: float = 0.5
     """How far to look for the fastest motion [s]."""
@@ -35,6 +35,8 @@ class ContactOptions:
     """A contact goes on until the speed exceeds this multiple of the threshold."""
     shortest_contact: float = 0.05
     """Shorter contacts are dropped [s]."""
+    touch_spacing: float = 0.15
+    """A shorter stillness of a foot at its lowest counts too where no contact is this near [s]."""
     shortest_swing: float = 0.07
     """Shorter gaps between contacts are closed [s]."""
     median_width: float = 0.03
@@ -110,17 +112,37 @@ def _still_intervals(signal: PointSignal, grid: FloatArray, options: ContactOpti
     step = grid[1] - grid[0]
     slow = signal.speeds < signal.thresholds
     loose = signal.speeds < options.hysteresis * signal.thresholds
-    starts, ends = intervals_of(loose)
-    counts = np.concatenate([[0], np.cumsum(slow)])
-    keep = counts[ends + 1] > counts[starts]
-    flags = flags_of(starts[keep], ends[keep], len(grid))
+    flags = _containing(loose, slow)
     width = 2 * int(0.5 * options.median_width / step) + 1
     flags = median_filter(flags.astype(np.uint8), size=width, mode="nearest").astype(bool)
     flags = _without_gaps(flags, signal, int(options.shortest_swing / step))
     starts, ends = intervals_of(flags)
     at_end = (starts == 0) | (ends == len(grid) - 1)
     long = (ends - starts) * step >= np.where(at_end, 0.4, 1.0) * options.shortest_contact
-    return flags_of(starts[long], ends[long], len(grid))
+    flags = flags_of(starts[long], ends[long], len(grid))
+    return flags | _touches(signal, loose, flags, step, options)
+
+
+def _touches(
+    signal: PointSignal, loose: BoolArray, flags: BoolArray, step: float, options: ContactOptions
+) -> BoolArray:
+    """Contacts of runs keyed or sampled so coarsely that the foot hardly stands still, shape (N,).
+
+    The point is slow for an instant, about as low as it ever comes, and stands nowhere near that time.
+    """
+    size = 2 * int(options.touch_spacing / step) + 1
+    apart = ~maximum_filter1d(flags.astype(np.uint8), size, mode="nearest").astype(bool)
+    heights = signal.positions[:, 1]
+    low = heights < np.quantile(heights, 0.02) + options.lift
+    return _containing(low, loose & apart)
+
+
+def _containing(flags: BoolArray, needed: BoolArray) -> BoolArray:
+    """The runs of flags (N,) in which `needed` (N,) is True somewhere."""
+    starts, ends = intervals_of(flags)
+    counts = np.concatenate([[0], np.cumsum(needed & flags)])
+    keep = counts[ends + 1] > counts[starts]
+    return flags_of(starts[keep], ends[keep], len(flags))
 
 
 def _without_gaps(flags: BoolArray, signal: PointSignal, shortest: int) -> BoolArray:
@@ -172,6 +194,8 @@ def _foot_contacts(
         liftoff = still_end(grid, ball, start, end, following, floor + scale * options.lift)
         first = _heel_down(heel, heel_still, start, end, previous, scale * options.heel_lift)
         heel_down = still_start(grid, heel, first, end, previous) if first < start else ball_down
+        if liftoff - ball_down < options.shortest_contact:
+            ball_down, liftoff = float(grid[start]), float(grid[end])
         if start == 0 or (first == 0 and heel_down < ball_down):
             ball_down = heel_down = -np.inf
         ball_first = heel_down >= ball_down - 0.008

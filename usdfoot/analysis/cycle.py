@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from usdfoot.analysis.motion import moved, partial_kinematics
 from usdfoot.maths import planar, quaternion
@@ -15,33 +16,36 @@ from usdfoot.model.skeleton import Skeleton
 
 __all__ = ["detect_period", "repeated"]
 
+WHOLE = 0.02
+"""A period this close to a whole number of samples counts as one [samples]."""
 
-def detect_period(clip: Clip, skeleton: Skeleton, biped: Biped, *, tolerance: float = 0.5) -> float | None:
+
+def detect_period(clip: Clip, skeleton: Skeleton, biped: Biped, *, tolerance: float = 0.4) -> float | None:
     """Duration of one cycle [s], or None where the clip is no loop.
 
-    The last pose is either the first one again (then the cycle is one sample shorter than the clip) or the one just
-    before it. Poses are compared by the joints below the pelvis, in the pelvis's heading.
+    Exporters repeat the first pose at the end, stop one sample short of it, or, where the cycle is no whole number of
+    their samples, anywhere in between. So the last pose, moved on at the velocity of the ends by a part of a sample, must
+    be the first. Poses are compared by the joints below the pelvis, in the pelvis's heading.
 
     Args:
         clip: The clip; `clip.cyclic` True or False overrules the comparison.
         skeleton: Its skeleton.
         biped: Its leg joints.
-        tolerance: Largest difference of poses and velocities at the seam, relative to the motion of one sample.
+        tolerance: Largest difference of the poses at the seam, relative to the motion of one sample.
     """
     if clip.cyclic is False or len(clip.rotations) < 4:
         return None
     first, second, before, last = _seam_poses(clip, skeleton, biped)
-    steps = second - first, last - before
-    step = min(_rms(steps[0]), _rms(steps[1]))
-    repeats = _rms(last - first) < tolerance * step
-    count = len(clip.rotations) - (1 if repeats else 0)
+    velocity = 0.5 * (second - first + last - before)  # a sample
+    gap, step = first - last, _rms(velocity)
+    part = float(np.sum(gap * velocity) / max(np.sum(velocity**2), 1e-12))
+    part = round(part) if abs(part - round(part)) < 5.0 * WHOLE else part
+    period = (len(clip.rotations) - 1 + min(max(part, 0.0), 1.0)) / clip.rate
     if clip.cyclic:
-        return count / clip.rate
-    moving = step * clip.rate > 0.1 * biped.maximal_leg_length
-    same_velocity = _rms(steps[0] - steps[1]) < tolerance * step
-    continues = _rms(first - last - 0.5 * (steps[0] + steps[1])) < tolerance * step
-    long_enough = count / clip.rate > 0.25
-    return count / clip.rate if moving and same_velocity and long_enough and (repeats or continues) else None
+        return period
+    closes = _rms(gap - part * velocity) < tolerance * step and 0.0 <= part <= 1.0
+    moves = step * clip.rate > 0.1 * biped.maximal_leg_length
+    return period if closes and moves and period > 0.25 else None
 
 
 def _seam_poses(clip: Clip, skeleton: Skeleton, biped: Biped) -> FloatArray:
@@ -71,30 +75,34 @@ def _rms(vectors: FloatArray) -> float:
 def repeated(clip: Clip, skeleton: Skeleton, biped: Biped, period: float) -> Clip:
     """Three cycles of a loop, one before and one after its own, each continuing where the last one arrived.
 
-    Sample times of the middle cycle are those of the clip.
+    Samples fall on the clip's own sample times, before and after them at the same rate.
     """
-    count = round(period * clip.rate)
+    samples = period * clip.rate
+    count = len(clip.rotations) - (1 if samples < len(clip.rotations) - 0.7 else 0)
     cycle = replace(clip, translations=clip.translations[:count], rotations=clip.rotations[:count])
-    turn, shift = _advance(clip, skeleton, biped, count)
-    back = planar.rotate(-turn, -shift)
-    parts = [moved(cycle, skeleton, back, -turn), cycle, moved(cycle, skeleton, shift, turn)]
+    turn, shift = _advance(clip, skeleton, biped, samples)
+    parts = [moved(cycle, skeleton, planar.rotate(-turn, -shift), -turn), cycle, moved(cycle, skeleton, shift, turn)]
+    translations = np.concatenate([part.translations for part in parts])
+    rotations = quaternion.continuous(np.concatenate([part.rotations for part in parts]))
+    before = round(samples)
+    if abs(samples - before) > WHOLE:
+        places = (np.arange(3)[:, None] * samples + np.arange(count)).ravel()
+        before = int(samples)
+        grid = samples + np.arange(-before, int(places[-1] - samples) + 1)
+        translations = CubicSpline(places, translations)(grid)
+        rotations = quaternion.normalised(CubicSpline(places, rotations)(grid))
     return replace(
-        clip,
-        start_time=clip.start_time - period,
-        translations=np.concatenate([part.translations for part in parts]),
-        rotations=quaternion.continuous(np.concatenate([part.rotations for part in parts])),
+        clip, start_time=clip.start_time - before / clip.rate, translations=translations, rotations=rotations
     )
 
 
-def _advance(clip: Clip, skeleton: Skeleton, biped: Biped, count: int) -> tuple[FloatArray, FloatArray]:
+def _advance(clip: Clip, skeleton: Skeleton, biped: Biped, samples: float) -> tuple[FloatArray, FloatArray]:
     """Turn [rad] and shift (x, z) [m] that carry the first cycle onto the next, from the pelvis."""
     positions, rotations = partial_kinematics(skeleton, clip, np.array([biped.pelvis]))
     ground, pelvis = positions[:, 0][:, [0, 2]], rotations[:, 0]
-    if count < len(clip.rotations):
-        turn = _turns(pelvis[0], pelvis[count])
-        return turn, ground[count] - planar.rotate(turn, ground[0])
-    # The sample after the last is missing: continue with the mean velocity of both ends.
+    # Where the cycle ends after the last sample, the pelvis goes on at the mean velocity of both ends.
+    part = samples - (len(clip.rotations) - 1)
     turn = _turns(pelvis[0], pelvis[-1])
-    turn = turn + 0.5 * (_turns(pelvis[0], pelvis[1]) + _turns(pelvis[-2], pelvis[-1]))
+    turn = turn + part * 0.5 * (_turns(pelvis[0], pelvis[1]) + _turns(pelvis[-2], pelvis[-1]))
     step = 0.5 * (planar.rotate(turn, ground[1] - ground[0]) + ground[-1] - ground[-2])
-    return turn, ground[-1] + step - planar.rotate(turn, ground[0])
+    return turn, ground[-1] + part * step - planar.rotate(turn, ground[0])

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import CubicSpline
+from scipy.ndimage import gaussian_filter1d
 
 from usdfoot.analysis.motion import FootMotion, foot_motion, moved
 from usdfoot.analysis.signals import fine_times
@@ -67,9 +68,7 @@ def detect_root_motion(clip: Clip, skeleton: Skeleton, biped: Biped) -> RootMoti
     slips = np.linalg.norm(slip) > max(0.1 * feet.fastest, 0.125 * biped.maximal_leg_length)
     if clip.root_motion == "auto" and not (slips and np.linalg.norm(drift) < 0.3 * np.linalg.norm(slip)):
         return none
-    near = np.exp(-np.sum((feet.velocities - slip) ** 2, axis=1) / (0.2 * feet.fastest + 1e-9) ** 2)
-    yaw_rate = -_weighted_median(feet.yaw_rates, feet.weights * near)
-    yaw_rate = yaw_rate if abs(yaw_rate) > 0.2 else 0.0
+    yaw_rate = _missing_yaw_rate(feet, slip)
     turning = yaw_rate * np.stack([feet.positions[:, 1], -feet.positions[:, 0]], axis=1)
     return RootMotion(in_place=True, velocity=-_commonest(feet.velocities + turning, feet), yaw_rate=yaw_rate)
 
@@ -82,7 +81,7 @@ def _low_feet(motion: FootMotion) -> _LowFeet:
     positions, velocities = spline(grid), spline(grid, 1)  # (N, 2, 3)
     forward = (motion.balls - motion.ankles)[..., [0, 2]]
     yaws = CubicSpline(motion.times, np.unwrap(planar.yaw_of(forward), axis=0))
-    fastest = float(np.quantile(np.linalg.norm(velocities, axis=-1), 0.95))
+    fastest = _fastest(velocities)
     low, high = np.quantile(positions[..., 1], [0.05, 0.95], axis=0)
     heights = (positions[..., 1] - low) / np.maximum(high - low, 1e-6)
     level = velocities[..., 1] / max(fastest, 1e-6)
@@ -94,6 +93,15 @@ def _low_feet(motion: FootMotion) -> _LowFeet:
         weights=weights.reshape(-1),
         fastest=fastest,
     )
+
+
+def _missing_yaw_rate(feet: _LowFeet, slip: FloatArray) -> float:
+    """Turning [rad/s] that both standing feet agree on, else 0."""
+    near = feet.weights * np.exp(-np.sum((feet.velocities - slip) ** 2, axis=1) / (0.2 * feet.fastest + 1e-9) ** 2)
+    left, right = (-_weighted_median(feet.yaw_rates[side::2], near[side::2]) for side in range(2))
+    agree = left * right > 0.0 and abs(left - right) < 0.5 * max(abs(left), abs(right))
+    mean = 0.5 * (left + right)
+    return mean if agree and 0.2 < abs(mean) < 4.0 else 0.0
 
 
 def _commonest(velocities: FloatArray, feet: _LowFeet) -> FloatArray:
@@ -123,20 +131,42 @@ def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
 
 
 def restored(
-    clip: Clip, skeleton: Skeleton, yaw_rate: float, velocities: FloatArray, *, origin_time: float
+    clip: Clip, skeleton: Skeleton, biped: Biped, root_motion: RootMotion, *, origin_time: float
 ) -> Clip:
-    """The clip with its travel given back; the pose at `origin_time` stays where it is.
+    """The clip with its travel given back so that what stands on the ground stays; unmoved at `origin_time`.
+
+    At every instant the root moves against whatever stands lowest, heels and balls weighted by how near they are to their
+    own floor and to the common velocity; where nothing stands, at the common velocity.
 
     Args:
-        clip: A clip that runs in place, T samples.
+        clip: A clip that runs in place.
         skeleton: Its skeleton.
-        yaw_rate: Turning to add [rad/s].
-        velocities: Root velocity in the frame of the clip's samples (x, z) [m/s], shape (T, 2) or (2,).
+        biped: Its leg joints.
+        root_motion: Its missing travel.
         origin_time: Time at which nothing is added [s].
     """
-    yaws = yaw_rate * (clip.times - origin_time)
-    ground = planar.rotate(yaws, np.broadcast_to(velocities, (len(yaws), 2)))
-    path = np.zeros_like(ground)
-    path[1:] = np.cumsum(0.5 * (ground[1:] + ground[:-1]), axis=0) / clip.rate
-    start = [np.interp(origin_time, clip.times, path[:, axis]) for axis in range(2)]
-    return moved(clip, skeleton, path - np.array(start), yaws)
+    motion = foot_motion(clip, skeleton, biped)
+    grid = fine_times(motion.times[0], len(motion.times), clip.rate, 240.0)
+    points = CubicSpline(motion.times, np.concatenate([motion.balls, motion.heels], axis=1))
+    positions, velocities = points(grid), points(grid, 1)  # (N, 4, 3)
+    ground, slips = positions[..., [0, 2]], velocities[..., [0, 2]]
+    slips = slips + root_motion.yaw_rate * np.stack([ground[..., 1], -ground[..., 0]], axis=-1)
+    clearance = positions[..., 1] - np.quantile(positions[..., 1], 0.02, axis=0)
+    stray = np.linalg.norm(slips + root_motion.velocity, axis=-1) / (0.6 * _fastest(velocities) + 1e-9)
+    height = np.maximum(clearance, 0.0) / (0.02 * biped.maximal_leg_length)
+    weights = np.exp(-(height**2) - stray**2)[..., None]  # (N, 4, 1)
+    prior = 0.005
+    standing = (np.sum(weights * slips, axis=1) - prior * root_motion.velocity) / (np.sum(weights, axis=1) + prior)
+    step = grid[1] - grid[0]
+    yaws = root_motion.yaw_rate * (grid - origin_time)
+    pace = planar.rotate(yaws, -gaussian_filter1d(standing, 0.02 / step, axis=0, mode="nearest"))
+    path = np.zeros_like(pace)
+    path[1:] = np.cumsum(0.5 * (pace[1:] + pace[:-1]), axis=0) * step
+    path = path - np.array([np.interp(origin_time, grid, path[:, axis]) for axis in range(2)])
+    parts = (len(grid) - 1) // (len(motion.times) - 1)
+    return moved(clip, skeleton, path[::parts], yaws[::parts])
+
+
+def _fastest(velocities: FloatArray) -> float:
+    """95th percentile of the speed of velocities (..., 3) [m/s]."""
+    return float(np.quantile(np.linalg.norm(velocities, axis=-1), 0.95))

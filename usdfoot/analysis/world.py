@@ -11,7 +11,6 @@ from usdfoot.analysis.contacts import ContactOptions, contacts_of
 from usdfoot.analysis.cycle import detect_period, repeated
 from usdfoot.analysis.motion import foot_motion
 from usdfoot.analysis.root import RootMotion, detect_root_motion, restored
-from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.clip import Clip
@@ -71,7 +70,7 @@ def world_clip(clip: Clip, skeleton: Skeleton, biped: Biped, *, options: Contact
     travelling = clip if period is None else repeated(clip, skeleton, biped, period)
     root_motion = detect_root_motion(travelling, skeleton, biped)
     if root_motion.in_place:
-        travelling = _with_travel(travelling, skeleton, biped, root_motion, clip.start_time, options)
+        travelling = restored(travelling, skeleton, biped, root_motion, origin_time=clip.start_time)
     motion = foot_motion(travelling, skeleton, biped)
     contacts = contacts_of(motion, ball_heights=ball_heights, leg_length=leg_length, options=options)
     contacts = with_authored_events(contacts, clip, motion, period, ball_heights=ball_heights, options=options)
@@ -92,36 +91,6 @@ def clip_leg_length(clip: Clip, biped: Biped) -> float:
     joints = [*biped.knees, *biped.ankles]
     lengths = np.linalg.norm(clip.translations[:, joints], axis=-1)  # (T, 4)
     return float(np.median(lengths, axis=0).sum() / 2.0)
-
-
-def _with_travel(
-    clip: Clip, skeleton: Skeleton, biped: Biped, root_motion: RootMotion, origin_time: float, options: ContactOptions
-) -> Clip:
-    """The clip with its travel given back: the constant part first, then what the planted balls still slip."""
-    velocities = np.broadcast_to(root_motion.velocity, (len(clip.rotations), 2))
-    leg_length = clip_leg_length(clip, biped)
-    for _ in range(2):
-        travelling = restored(clip, skeleton, root_motion.yaw_rate, velocities, origin_time=origin_time)
-        motion = foot_motion(travelling, skeleton, biped)
-        contacts = contacts_of(motion, ball_heights=biped.ball_heights, leg_length=leg_length, options=options)
-        times, slips = [], []
-        for side in range(2):
-            foot = contacts[side]
-            for start, end in zip(foot.flat_times, foot.liftoff_times, strict=True):
-                inside = np.flatnonzero((motion.times >= start) & (motion.times <= end))
-                if len(inside) >= 2 and np.isfinite(end - start):
-                    a, b = inside[0], inside[-1]
-                    slip = (motion.balls[b, side] - motion.balls[a, side])[[0, 2]] / (motion.times[b] - motion.times[a])
-                    middle = 0.5 * (start + end)
-                    times.append(middle)
-                    slips.append(planar.rotate(np.array(-root_motion.yaw_rate * (middle - origin_time)), slip))
-        if not times:
-            break
-        order = np.argsort(times)
-        knots, values = np.array(times)[order], np.array(slips)[order]
-        correction = np.stack([np.interp(clip.times, knots, values[:, axis]) for axis in range(2)], axis=1)
-        velocities = velocities - correction
-    return restored(clip, skeleton, root_motion.yaw_rate, velocities, origin_time=origin_time)
 
 
 def _begun_within(foot: FootContacts, start: float, end: float) -> FootContacts:
