@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import warp as wp
@@ -133,7 +133,9 @@ def _prepare_feet(setup: Setup, blend: StepBlend, arrays: SegmentArrays, ground:
     strikes = _feet_at(setup, blend, arrays, setup.contacts.strikes)
     liftoffs = _feet_at(setup, blend, arrays, setup.contacts.liftoffs)
     sides = setup.contacts.sides
-    feet = roll_contacts(setup, blend, strikes.raises[np.arange(len(sides)), sides], ground)
+    own = np.arange(len(sides)), sides
+    feet = roll_contacts(setup, strikes.raises[own], ground)
+    feet = replace(feet, flat_pitches=_feet_at(setup, blend, arrays, feet.flats).raises[own])
     return lead_swings(setup, feet, strikes, liftoffs)
 
 
@@ -180,6 +182,7 @@ def _motions(
     pelvis = quaternion.rotate(turn, poses.pelvis_positions.numpy() + (origins - root[:, :3]))
     turned = quaternion.compose(turn, poses.pelvis_rotations.numpy())
     rotations = poses.rotations.numpy()
+    rotations[:, setup.library.pelvis] = turned
     motions = []
     for index, agent in enumerate(agents):
         own = slice(frames.first[index], frames.first[index + 1])

@@ -8,7 +8,7 @@ import numpy as np
 import warp as wp
 
 from usdfoot.engine.plant import FootArrays, standing_foot
-from usdfoot.engine.poses import Feet, Setup, StepBlend
+from usdfoot.engine.poses import Feet, Setup
 from usdfoot.engine.rig import LegRig
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
@@ -34,8 +34,8 @@ class ContactFeet:
     """Ankle joint in the world, foot flat, shape (C, 4)."""
     flats: FloatArray
     """Times the ball is down [s], shape (C,)."""
-    strike_pitches: FloatArray
-    """Pitch at the strike, toes up < 0 [rad], shape (C,)."""
+    flat_pitches: FloatArray
+    """Pitch left in the blended foot when it has to be flat, toes up < 0 [rad], shape (C,)."""
     roll_times: FloatArray
     """From flat until the clip's pitch counts again [s], shape (C,)."""
     leave_offsets: FloatArray
@@ -83,12 +83,11 @@ def _heel_distance(setup: Setup, side: int) -> float:
     return float(quaternion.rotate(foot.flat_rotation, foot.ball_offset - foot.heel_offset)[2])
 
 
-def roll_contacts(setup: Setup, blend: StepBlend, raises: FloatArray, ground: Ground) -> ContactFeet:
+def roll_contacts(setup: Setup, raises: FloatArray, ground: Ground) -> ContactFeet:
     """How each contact rolls from heel to ball.
 
     Args:
         setup: Contacts as executed.
-        blend: Weights of the segments.
         raises: Pitch of the blended foot at each contact's strike [rad], shape (C,).
         ground: For the prints.
     """
@@ -103,7 +102,7 @@ def roll_contacts(setup: Setup, blend: StepBlend, raises: FloatArray, ground: Gr
         frames=frames,
         flat_rotations=quaternion.compose(frames, flat_feet[contacts.sides]),
         flats=flats,
-        strike_pitches=np.where(heel_first, np.maximum(raises, -0.7), 0.0),
+        flat_pitches=np.zeros(count),
         roll_times=np.maximum(0.3 * (contacts.liftoffs - flats), 1e-3),
         leave_offsets=np.zeros((count, 3)),
         land_offsets=np.zeros((count, 3)),
@@ -127,7 +126,7 @@ def device_feet(setup: Setup, feet: ContactFeet, detours: FloatArray) -> FootArr
         ("strikes", contacts.strikes - clock, wp.float32),
         ("flats", feet.flats - clock, wp.float32),
         ("liftoffs", liftoffs - clock, wp.float32),
-        ("strike_pitches", feet.strike_pitches, wp.float32),
+        ("flat_pitches", feet.flat_pitches, wp.float32),
         ("roll_times", feet.roll_times, wp.float32),
         ("leave_offsets", feet.leave_offsets, wp.vec3f),
         ("leave_rotations", feet.leave_rotations, wp.quatf),

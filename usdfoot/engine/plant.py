@@ -19,7 +19,7 @@ class FootArrays:
     strikes: wp.array(dtype=wp.float32)  # agent's clock [s]
     flats: wp.array(dtype=wp.float32)
     liftoffs: wp.array(dtype=wp.float32)
-    strike_pitches: wp.array(dtype=wp.float32)  # heel raised > 0 [rad]
+    flat_pitches: wp.array(dtype=wp.float32)  # pitch left in the blended foot when it has to be flat [rad]
     roll_times: wp.array(dtype=wp.float32)  # from flat until the clip's pitch counts again [s]
     leave_offsets: wp.array(dtype=wp.vec3f)  # planted minus blended ball at the liftoff
     leave_rotations: wp.array(dtype=wp.quatf)  # planted times inverse blended ankle at the liftoff
@@ -71,11 +71,11 @@ def standing_foot(rig: LegRig, feet: FootArrays, contact: int, side: int, time: 
     rolling = feet.flats[contact] - feet.strikes[contact]
     if time < feet.flats[contact] and rolling > 0.0:
         fraction = smootherstep((time - feet.strikes[contact]) / rolling)
-        turn = wp.quat_from_axis_angle(lateral, feet.strike_pitches[contact] * (1.0 - fraction))
+        turn = wp.quat_from_axis_angle(lateral, wp.min(pitch - fraction * feet.flat_pitches[contact], 0.0))
         pose.rotation = turn * flat
         heel = ball + wp.quat_rotate(flat, rig.heel_offsets[side] - rig.ball_offsets[side])
         pose.ankle = heel - wp.quat_rotate(pose.rotation, rig.heel_offsets[side])
-        pose.toes = fraction
+        pose.toes = 0.0
         return pose
     gain = float(1.0)
     if rolling > 0.0:
@@ -83,7 +83,7 @@ def standing_foot(rig: LegRig, feet: FootArrays, contact: int, side: int, time: 
     turn = wp.quat_from_axis_angle(lateral, gain * soft_positive(pitch, 0.02))
     pose.rotation = turn * flat
     pose.ankle = ball - wp.quat_rotate(pose.rotation, rig.ball_offsets[side])
-    pose.toes = 1.0
+    pose.toes = smootherstep((time - feet.flats[contact]) / feet.roll_times[contact])
     return pose
 
 
@@ -115,7 +115,7 @@ def swinging_foot(rig: LegRig, feet: FootArrays, contact: int, side: int, time: 
     pose = FootPose()
     pose.rotation = correction * leg.rotation_of_ankle
     pose.ankle = ball - wp.quat_rotate(pose.rotation, rig.ball_offsets[side])
-    pose.toes = 1.0 - smootherstep(fraction * 4.0)
+    pose.toes = 1.0 - smootherstep(2.0 * fraction)
     pose.planted = 0.0
     return pose
 

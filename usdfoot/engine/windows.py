@@ -39,18 +39,20 @@ def seam_windows(
     joint = np.minimum(np.stack([wanted[rows], wanted[rows + 1]]), durations[rows])
     whole = np.stack([durations[rows], durations[rows]])
     whole = np.where(segments.stands[rows], np.minimum(whole, options.stand_seam_time), whole)
-    return _factors(after, before, joint, options.seam), _factors(after, before, whole, options.seam)
+    return _factors(after, before, joint, options.seam), _factors(after, before, whole, options.seam, share=0.0)
 
 
-def _factors(after: FloatArray, before: FloatArray, lengths: FloatArray, seam: str) -> FloatArray:
+def _factors(
+    after: FloatArray, before: FloatArray, lengths: FloatArray, seam: str, *, share: float = 0.5
+) -> FloatArray:
     """Factors at times `after` the begin and `before` the end, decaying over `lengths` (2, F) [s]."""
     lengths = np.maximum(lengths, 1e-6)
     factors = np.zeros((len(after), 4), dtype=np.float32)
     if seam == "inertialise":
-        for column, (time, length, sign) in enumerate(((after, lengths[0], -1.0), (before, lengths[1], 1.0))):
+        for column, (time, length, sign) in enumerate(((after, lengths[0], -2.0 * (1.0 - share)), (before, lengths[1], 2.0 * share))):
             x = np.clip(time / length, 0.0, 1.0)
             factors[:, 2 * column] = sign * (1.0 - x**3 * (10.0 + x * (6.0 * x - 15.0)))
-            factors[:, 2 * column + 1] = -length * x * (1.0 - x) ** 3 * (1.0 + 3.0 * x)
+            factors[:, 2 * column + 1] = -abs(sign) * length * x * (1.0 - x) ** 3 * (1.0 + 3.0 * x)
     elif seam == "crossfade":
         factors[:, 0] = -2.0 * np.clip(1.0 - after / lengths[0], 0.0, 1.0)
     return factors

@@ -10,8 +10,11 @@ from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 
 __all__ = ["LIFTOFF_PHASES", "Examples", "event_knots"]
 
-LIFTOFF_PHASES = (0.2, 0.8)
+LIFTOFF_PHASES = (0.15, 0.85)
 """Phases at which the swing foot's liftoff (walk) and the support foot's liftoff (flight) are put."""
+
+LIFTOFF_WINDOW = (0.1, 0.45)
+"""Parts of a step's duration between which a liftoff is aligned, from either end of the step."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,27 +80,26 @@ def event_knots(
 ) -> tuple[FloatArray, FloatArray]:
     """Times and phases of the events inside each step, for the monotone warp between the two.
 
+    An event outside the step, such as the support foot's liftoff in a walk, stays at the edge of the window it may
+    move in. So the warp changes gradually from a walk to a run, and a late strike does not move it by much.
+
     Args:
         durations: Strike to strike [s], shape (N,).
         swing_liftoffs: Liftoff of the swing foot after the support strike [s], shape (N,).
         support_liftoffs: Liftoff of the support foot after its strike [s], shape (N,).
 
     Returns:
-        Times [s] and phases, shape (N, 4) each: start, swing liftoff, support liftoff, end. An event that falls
-        outside the step (or out of order) lies on the straight line between its neighbours.
+        Times [s] and phases, shape (N, 4) each: start, swing liftoff, support liftoff, end.
     """
-    first, second = LIFTOFF_PHASES
-    times = np.stack([np.zeros_like(durations), swing_liftoffs, support_liftoffs, durations], axis=1)
-    margin = 0.05 * durations
-    has_first = (swing_liftoffs > margin) & (swing_liftoffs < durations - margin)
-    has_second = (support_liftoffs > margin) & (support_liftoffs < durations - margin)
-    has_second &= ~has_first | (support_liftoffs > swing_liftoffs + margin)
-    end_of_first = np.where(has_second, support_liftoffs, durations)
-    phase_of_end = np.where(has_second, second, 1.0)
-    times[:, 1] = np.where(has_first, swing_liftoffs, end_of_first * first / phase_of_end)
-    start_of_second = np.where(has_first, times[:, 1], 0.0)
-    phase_of_start = np.where(has_first, first, 0.0)
-    fraction = (second - phase_of_start) / (1.0 - phase_of_start)
-    times[:, 2] = np.where(has_second, support_liftoffs, start_of_second + fraction * (durations - start_of_second))
-    phases = np.broadcast_to(np.array([0.0, first, second, 1.0]), times.shape)
-    return times, phases
+    edge, middle = LIFTOFF_WINDOW
+    shares = np.stack(
+        [
+            np.zeros_like(durations),
+            np.clip(swing_liftoffs / durations, edge, middle),
+            np.clip(support_liftoffs / durations, 1.0 - middle, 1.0 - edge),
+            np.ones_like(durations),
+        ],
+        axis=1,
+    )
+    phases = np.broadcast_to(np.array([0.0, *LIFTOFF_PHASES, 1.0]), shares.shape)
+    return shares * durations[:, None], phases

@@ -63,7 +63,7 @@ class Motion:
     pelvis_rotations: FloatArray
     """In the agent's space, xyzw, shape (F, 4)."""
     rotations: FloatArray
-    """Joint-local rotations xyzw (the pelvis's entry is not used), shape (F, J, 4)."""
+    """Joint-local rotations xyzw (the pelvis's entry repeats `pelvis_rotations`), shape (F, J, 4)."""
     contacts: Contacts
     """As executed, positions in the world."""
     results: StepResults
