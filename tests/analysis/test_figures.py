@@ -1,0 +1,149 @@
+"""Figures against truth laid by hand and slow, obvious loops."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from usdfoot.analysis.figures import (
+    FrameRanges,
+    contact_figures,
+    frames_between,
+    largest_distances,
+    smallest_in_ranges,
+    sole_offsets,
+    timing_faults,
+)
+from usdfoot.maths import quaternion
+from usdfoot.model.biped import Biped
+from usdfoot.model.skeleton import Skeleton
+
+RATE = 30.0
+TIMES = np.arange(61) / RATE
+
+
+def swinging_ball(*, strike=0.5, liftoff=1.5, ramp=0.3):
+    """A ball that comes down at `strike`, stands at x = 1 and leaves at `liftoff`, 0.3 m from and to either side."""
+    x = np.ones(len(TIMES))
+    before, after = strike > TIMES, liftoff < TIMES
+    x[before] -= ramp * np.minimum((strike - TIMES[before]) / 0.2, 1.0)
+    x[after] += ramp * np.minimum((TIMES[after] - liftoff) / 0.2, 1.0)
+    return np.stack([x, np.full_like(x, 0.04), np.zeros_like(x)], axis=1)
+
+
+def test_frames_between_takes_both_ends():
+    ranges = frames_between(TIMES, np.array([0.1, 0.11, 0.101]), np.array([0.2, 0.19, 0.102]), offset=100)
+    assert ranges.first.tolist() == [103, 104, 104] and ranges.counts.tolist() == [4, 2, 0]
+    frames, intervals = ranges.flattened()
+    assert frames.tolist() == [103, 104, 105, 106, 104, 105] and intervals.tolist() == [0, 0, 0, 0, 1, 1]
+
+
+@given(st.integers(0, 2**31), st.integers(1, 6))
+def test_largest_distances_and_smallest_values_agree_with_loops(seed, count):
+    generator = np.random.default_rng(seed)
+    points = generator.normal(size=(40, 3))
+    first = generator.integers(0, 30, count)
+    counts = np.minimum(generator.integers(0, 11, count), 40 - first)
+    ranges = FrameRanges(first=first, counts=counts)
+    largest, smallest = largest_distances(points, ranges), smallest_in_ranges(points[:, 0], ranges)
+    for i in range(count):
+        own = points[first[i] : first[i] + counts[i]]
+        pairs = [np.linalg.norm(a - b) for a in own for b in own]
+        assert largest[i] == pytest.approx(max(pairs, default=0.0), abs=1e-12)
+        if len(own):
+            assert smallest[i] == own[:, 0].min()
+        else:
+            assert np.isnan(smallest[i])
+
+
+def test_contact_figures_of_a_known_drift():
+    balls = np.tile([1.0, 0.04, 2.0], (len(TIMES), 1))
+    balls[:, 0] += np.linspace(0.0, 0.006, len(TIMES))  # 0.1 mm a frame
+    forwards = quaternion.rotate(quaternion.yaw_quaternion(np.full(len(TIMES), 0.31)), np.array([0.0, -0.07, 0.13]))
+    planted = frames_between(TIMES, np.array([0.0, 1.0, 1.001]), np.array([1.0, 2.0, 1.002]))
+    figures = contact_figures(
+        balls,
+        forwards,
+        planted,
+        targets=np.array([[1.0, 0.0, 2.0], [1.0, 0.5, 2.003], [0.0, 0.0, 0.0]]),
+        orientations=quaternion.yaw_quaternion(np.array([0.3, 0.3, 0.0])),
+    )
+    np.testing.assert_allclose(figures.slide[:2], 0.003, atol=1e-12)
+    second = np.hypot(np.linspace(0.003, 0.006, 31), 0.003).mean()
+    np.testing.assert_allclose(figures.placement_error[:2], [0.0015, second], atol=1e-12)
+    np.testing.assert_allclose(figures.yaw_error[:2], 0.01, atol=1e-12)
+    assert np.isnan([figures.slide[2], figures.placement_error[2], figures.yaw_error[2]]).all()
+
+
+def test_yaw_is_seen_along_the_normal_of_the_print():
+    slope = quaternion.from_axis_angle(np.array([1.0, 0.0, 0.0]), np.array(-0.4))
+    turned = quaternion.compose(slope, quaternion.yaw_quaternion(np.array(0.7)))
+    forward = quaternion.rotate(turned, np.array([0.0, -0.5, 1.0]))
+    figures = contact_figures(
+        np.zeros((2, 3)),
+        np.tile(forward, (2, 1)),
+        FrameRanges(first=np.array([0]), counts=np.array([2])),
+        targets=np.zeros((1, 3)),
+        orientations=turned[None],
+    )
+    assert figures.yaw_error[0] == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("strike", "liftoff", "faults"),
+    [
+        (0.5, 1.5, [False, False, False]),
+        (0.4, 1.5, [True, False, False]),  # comes down 0.1 s after flat
+        (0.6, 1.5, [False, True, False]),  # stands 0.1 s before the strike
+        (0.52, 1.5, [False, False, False]),  # within the frame allowed
+        (0.5, 1.35, [False, False, True]),  # still stands two frames after the liftoff
+    ],
+)
+def test_timing_rules(strike, liftoff, faults):
+    found = timing_faults(
+        TIMES,
+        swinging_ball(),
+        strike_times=np.array([strike]),
+        flat_times=np.array([strike + 0.01]),
+        liftoff_times=np.array([liftoff]),
+    )
+    assert found.tolist() == [faults]
+
+
+def test_stepping_on_the_spot_is_no_early_strike():
+    balls = np.tile([1.0, 0.04, 0.0], (len(TIMES), 1))
+    swing = (TIMES > 0.5) & (TIMES < 1.0)
+    balls[swing, 1] += 0.1 * np.sin((TIMES[swing] - 0.5) * 2.0 * np.pi)
+    found = timing_faults(
+        TIMES,
+        balls,
+        strike_times=np.array([0.0, 1.0]),
+        flat_times=np.array([0.05, 1.05]),
+        liftoff_times=np.array([0.5, 2.0]),
+    )
+    assert not found.any()
+
+
+def test_heel_lies_behind_the_ankle_on_the_sole():
+    skeleton = Skeleton(
+        name="feet",
+        joints=("p", "p/la", "p/la/lb", "p/ra", "p/ra/rb"),
+        parents=np.array([-1, 0, 1, 0, 3]),
+        rest_translations=np.array([[0, 1, 0], [0.1, -0.9, 0], [0, 0, 0.13], [-0.1, -0.9, 0], [0, -0.05, 0.12]], float),
+        rest_rotations=np.array([[0, 0, 0, 1]] + [[0.38268343, 0, 0, 0.92387953], [0, 0, 0, 1]] * 2, float),
+    )
+    biped = Biped(
+        pelvis=0,
+        hips=(1, 3),
+        knees=(1, 3),
+        ankles=(1, 3),
+        balls=(2, 4),
+        ball_heights=np.array([0.03, 0.04]),
+        com=np.zeros(3),
+        nominal_leg_length=0.8,
+        maximal_leg_length=0.9,
+    )
+    offsets = sole_offsets(skeleton, biped)
+    pitched = quaternion.rotate(skeleton.rest_rotations[[1, 3]], offsets)
+    np.testing.assert_allclose(pitched[0], [0.0, -0.13 * np.sqrt(0.5) - 0.03, -0.4 * 0.13], atol=1e-7)
+    np.testing.assert_allclose(pitched[1, 2], -0.4 * np.hypot(0.05, 0.12), atol=1e-7)

@@ -1,0 +1,70 @@
+"""Angular speed and jerk of rotations known in closed form."""
+
+import numpy as np
+import pytest
+
+from usdfoot.analysis.smoothness import angular_jerks, angular_speeds, body_joints, clip_rotations
+from usdfoot.maths import quaternion
+from usdfoot.model.biped import Biped
+from usdfoot.model.clip import Clip
+from usdfoot.model.skeleton import Skeleton
+
+AXIS = np.array([0.6, 0.0, 0.8])
+
+
+def turning(angles):
+    return quaternion.from_axis_angle(AXIS, np.asarray(angles))
+
+
+def test_speed_and_jerk_of_a_cubic_angle():
+    times = np.arange(20) / 50.0
+    rotations = turning(0.5 * times**3)[:, None]
+    np.testing.assert_allclose(angular_jerks(rotations, 50.0), 3.0, rtol=1e-6)
+    np.testing.assert_allclose(angular_speeds(turning(2.0 * times), 50.0), 2.0, rtol=1e-9)
+
+
+def test_sign_flips_do_not_count():
+    rotations = turning(np.linspace(0.0, 1.0, 10))
+    flipped = rotations * np.where(np.arange(10) % 2, -1.0, 1.0)[:, None]
+    np.testing.assert_allclose(angular_jerks(flipped, 30.0), angular_jerks(rotations, 30.0), atol=1e-7)
+
+
+def test_clips_are_resampled_within_their_range_and_the_pelvis_is_seen_in_the_world():
+    skeleton = Skeleton(
+        name="s",
+        joints=("root", "root/pelvis"),
+        parents=np.array([-1, 0]),
+        rest_translations=np.zeros((2, 3)),
+        rest_rotations=np.tile([0.0, 0.0, 0.0, 1.0], (2, 1)),
+    )
+    biped = Biped(
+        pelvis=1,
+        hips=(1, 1),
+        knees=(1, 1),
+        ankles=(1, 1),
+        balls=(1, 1),
+        ball_heights=np.zeros(2),
+        com=np.zeros(3),
+        nominal_leg_length=1.0,
+        maximal_leg_length=1.0,
+    )
+    angles = np.linspace(0.0, 1.0, 121)
+    clip = Clip(
+        name="c",
+        rate=120.0,
+        start_time=2.0,
+        translations=np.zeros((121, 2, 3)),
+        rotations=np.stack([turning(angles), turning(angles)], axis=1),
+        range_start=2.25,
+        range_end=2.75,
+    )
+    rotations = clip_rotations(clip, skeleton, biped, rate=24.0)
+    assert rotations.shape == (13, 2, 4)
+    expected = quaternion.align_signs(turning(2.0 * (0.25 + np.arange(13) / 24.0)), rotations[:, 1])
+    np.testing.assert_allclose(rotations[:, 1], expected, atol=1e-7)
+    assert body_joints(skeleton, biped).tolist() == [1]
+
+
+def test_too_few_samples_have_no_jerk():
+    assert angular_jerks(turning([0.0, 0.1, 0.2])[:, None], 30.0).shape == (0, 1)
+    assert angular_speeds(turning([0.0]), 30.0) == pytest.approx([])
