@@ -13,7 +13,7 @@ from tests.strategies import seeds
 from usdfoot.errors import ClipError
 from usdfoot.model.examples import Examples
 from usdfoot.spaces.features import FeatureScales, StepFeatures
-from usdfoot.spaces.library import StepWeights, build_spaces, has_flight, solve_steps
+from usdfoot.spaces.library import StepWeights, build_spaces, end_landings, has_flight, reweigh_steps, solve_steps
 from usdfoot.spaces.mirror import mirror_partners
 
 FLIPPED = ("landings", "departures")
@@ -128,7 +128,7 @@ def test_weights_reproduce_landings_with_examples_of_the_side(
     assert_array_equal(library.swing_sides[solved.examples], np.repeat(sides[:, None], 3, axis=1))
     assert_allclose(solved.weights.sum(axis=1), 1.0, rtol=0, atol=1e-12)
     assert np.all(np.diff(solved.weights, axis=1) <= 0.0) and solved.weights.min() >= 0.0
-    blended = np.einsum("nk,nkd->nd", solved.weights, library.landings[solved.examples])
+    blended = np.einsum("nk,nkd->nd", solved.weights, end_landings(library)[solved.examples])
     assert_allclose(blended, solved.projections, rtol=0, atol=1e-9)
     inside = solved.hull_distances == 0.0
     assert 100 < inside.sum() < 300
@@ -138,14 +138,15 @@ def test_weights_reproduce_landings_with_examples_of_the_side(
 @given(seeds)
 def test_neighbours_are_the_best_triple_of_all(seed: int) -> None:
     generator = np.random.default_rng(seed)
-    library = replace(random_examples(generator, 9), swing_sides=np.zeros(9, dtype=int))
-    landings, _, features = random_steps(generator, 20)
-    solved = solve(library, landings, np.zeros(20, dtype=int), features=features)
-    plain = solve(library, landings, np.zeros(20, dtype=int))
+    library = replace(random_examples(generator, 8), swing_sides=np.zeros(8, dtype=int))
+    landings, _, features = random_steps(generator, 10)
+    solved = solve(library, landings, np.zeros(10, dtype=int), features=features)
+    plain = solve(library, landings, np.zeros(10, dtype=int))
     scales = FeatureScales()
-    known, wanted = naive_coordinates(library, library.landings, scales), naive_coordinates(features, landings, scales)
-    for i in range(20):
-        best = min(naive_costs(library.landings, known, landings[i], wanted[i]), default=None)
+    ends = end_landings(library)
+    known, wanted = naive_coordinates(library, ends, scales), naive_coordinates(features, landings, scales)
+    for i in range(10):
+        best = min(naive_costs(ends, known, landings[i], wanted[i]), default=None)
         if best is None:
             assert_array_equal(solved.examples[i], plain.examples[i])
         else:
@@ -189,18 +190,54 @@ def test_neighbours_tell_a_quick_step_from_a_slow_one_to_the_same_spot(generator
     assert_allclose(durations, 0.4, atol=0.05)
 
 
+def forward(landings: np.ndarray) -> np.ndarray:
+    return np.stack([landings[:, 0], np.abs(landings[:, 1])], axis=1)
+
+
 def test_gaits_do_not_mix_and_a_missing_one_falls_back(generator: np.random.Generator) -> None:
     walk, run = random_examples(generator, 30), random_examples(generator, 30, flight=True)
+    run = replace(run, landings=forward(run.landings))
     library = joined(walk, run)
     assert_array_equal(has_flight(library.durations, library.support_liftoffs), np.arange(60) >= 30)
     landings, sides, _ = random_steps(generator, 50)
+    landings = forward(landings)
     for flight in (False, True):
         solved = solve(library, landings, sides, flight=flight)
         assert np.all((solved.examples >= 30) == flight)
-        assert_array_equal(solved.flights, flight)
     alone = solve(walk, landings, sides, flight=True)
     assert_array_equal(alone.examples, solve(walk, landings, sides).examples)
-    assert not alone.flights.any()
+
+
+def test_landings_are_seen_in_the_heading_at_the_end(generator: np.random.Generator) -> None:
+    library = replace(random_examples(generator, 1), turns=np.array([0.5 * np.pi]), landings=np.array([[0.4, 0.1]]))
+    assert_allclose(end_landings(library), [[-0.1, 0.4]], atol=1e-15)
+
+
+def test_backward_steps_are_walked_even_if_their_balls_show_a_flight(generator: np.random.Generator) -> None:
+    run, backward = random_examples(generator, 30, flight=True), random_examples(generator, 8, flight=True)
+    library = joined(random_examples(generator, 30), run, replace(backward, landings=backward.landings - [0.0, 1.5]))
+    landings, sides, _ = random_steps(generator, 50)
+    for flight in (False, True):
+        back = solve(library, landings * [1.0, 0.0] - [0.0, 1.2], sides, flight=flight)
+        assert np.all((back.examples >= 60) | (back.examples < 30))
+        assert np.all((back.examples >= 60).any(axis=1))
+    ahead = solve(library, forward(landings), sides, flight=True)
+    assert np.all((ahead.examples >= 30) & (ahead.examples < 60))
+
+
+def test_corrected_landings_keep_their_examples(generator: np.random.Generator) -> None:
+    library = random_examples(generator, 60)
+    landings, sides, features = random_steps(generator, 300)
+    solved = solve(library, landings, sides, features=features)
+    spaces = build_spaces(library)
+    again = reweigh_steps(spaces, landings, solved.examples, swing_sides=sides)
+    assert_allclose(again.weights, solved.weights, atol=1e-6)
+    assert_allclose(again.projections, solved.projections, atol=1e-12)
+    moved = reweigh_steps(spaces, landings + 0.01, solved.examples, swing_sides=sides)
+    assert_array_equal(np.sort(moved.examples, axis=1), np.sort(solved.examples, axis=1))
+    assert moved.hull_distances.max() <= 0.01 * np.sqrt(2.0) + solved.hull_distances.max()
+    blended = np.einsum("nk,nkd->nd", moved.weights, end_landings(library)[moved.examples])
+    assert_allclose(blended, moved.projections, atol=1e-12)
 
 
 def test_styles_do_not_mix(generator: np.random.Generator) -> None:

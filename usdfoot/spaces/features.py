@@ -43,13 +43,13 @@ class StepFeatures:
 class FeatureScales:
     """Differences between two steps that count the same."""
 
-    landing: float = 0.1
+    landing: float = 0.2
     """Landing [m]."""
-    duration: float = 0.1
+    duration: float = 0.05
     """Duration [s]."""
-    swing_liftoff: float = 0.05
+    swing_liftoff: float = 0.2
     """Double support [s]."""
-    turn: float = 0.25
+    turn: float = 1.0
     """Turn [rad]."""
     landing_height: float = 0.1
     """Rise of the ground [m]."""

@@ -22,11 +22,25 @@ from usdfoot.spaces.features import FeatureScales, StepFeatures, example_feature
 from usdfoot.spaces.footsteps import FootstepSpace, build_footstep_space, solve_footsteps
 from usdfoot.spaces.mirror import mirror_partners
 from usdfoot.spaces.neighbours import NeighbourSpace, build_neighbour_space, solve_neighbours
+from usdfoot.spaces.triples import weigh_triples
 
-__all__ = ["FootstepSpaces", "SideSpace", "StepWeights", "build_spaces", "end_landings", "has_flight", "left_landings", "solve_steps"]
+__all__ = [
+    "FootstepSpaces",
+    "SideSpace",
+    "StepWeights",
+    "build_spaces",
+    "end_landings",
+    "has_flight",
+    "left_landings",
+    "reweigh_steps",
+    "solve_steps",
+]
 
 FLIGHT_TIME = 0.04
 """Shortest flight that tells a run from a walk [s]."""
+BACKWARD = -0.1
+"""Landings further back than this [m] are walked whatever the flight: going backward the ball leaves the ground first
+and the heel still stands, so the ball's contacts show a flight that is none."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,18 +61,20 @@ class FootstepSpaces:
 
     spaces: Mapping[tuple[str, bool, int], SideSpace]
     """By style, flight and swing side; there is none for a combination without examples."""
+    landings: FloatArray
+    """Landings of all the library's examples in left-swing coordinates, (x, z) [m], shape (E, 2)."""
     scales: FeatureScales
     """What was used to build the neighbour spaces."""
 
-    def find(self, style: str, flight: bool, side: int) -> tuple[SideSpace, bool]:
-        """The space of a style, gait and swing side and its gait: the other one if there is no example of this.
+    def find(self, style: str, flight: bool, side: int) -> SideSpace:
+        """The space of a style, gait and swing side; that of the other gait if there is no example of this.
 
         Raises:
             ClipError: If the style has no step of that swing side in either gait.
         """
         for gait in (flight, not flight):
             if (style, gait, side) in self.spaces:
-                return self.spaces[style, gait, side], gait
+                return self.spaces[style, gait, side]
         known = sorted({name for name, _, other in self.spaces if other == side})
         raise ClipError(
             f"style {style!r}",
@@ -79,9 +95,7 @@ class StepWeights:
     hull_distances: FloatArray
     """Distance of the landing from the examples' hull [m], 0 inside, shape (N,)."""
     projections: FloatArray
-    """Landing the weights give, (x, z) in the support frame [m], shape (N, 2)."""
-    flights: BoolArray
-    """Whether the examples have a flight; not what was asked for where there are none of that gait, shape (N,)."""
+    """Landing the weights give, (x, z) in the heading at the step's end [m], shape (N, 2)."""
 
 
 def has_flight(durations: FloatArray, support_liftoffs: FloatArray) -> BoolArray:
@@ -135,7 +149,8 @@ def build_spaces(
         return SideSpace(footsteps=footsteps, neighbours=neighbours, examples=members)
 
     partners = mirror_partners(examples)
-    styles, flights = np.array(examples.styles), has_flight(examples.durations, examples.support_liftoffs)
+    styles = np.array(examples.styles)
+    flights = has_flight(examples.durations, examples.support_liftoffs) & (landings[:, 1] > BACKWARD)
     spaces: dict[tuple[str, bool, int], SideSpace] = {}
     for style in dict.fromkeys(examples.styles):
         for gait in (False, True):
@@ -149,7 +164,7 @@ def build_spaces(
                 spaces[style, gait, RIGHT] = replace(spaces[style, gait, LEFT], examples=partners[left])
             elif right.size:
                 spaces[style, gait, RIGHT] = build(right)
-    return FootstepSpaces(spaces=spaces, scales=scales)
+    return FootstepSpaces(spaces=spaces, landings=landings, scales=scales)
 
 
 def solve_steps(
@@ -165,7 +180,8 @@ def solve_steps(
 
     Args:
         spaces: From `build_spaces`.
-        landings: Where each swing ball shall land, (x, z) in the support frame [m], shape (N, 2).
+        landings: Where each swing ball shall land, (x, z) from the support ball in the heading at the step's end [m],
+            shape (N, 2).
         swing_sides: 0 = left, 1 = right, shape (N,).
         flights: Whether the support foot lifts off before the swing foot strikes, shape (N,).
         styles: Style of each step, N of them.
@@ -181,24 +197,49 @@ def solve_steps(
     if features is not None:
         coordinates = step_coordinates(queries, features.as_left(swing_sides), spaces.scales)
     examples, weights = np.zeros((count, 3), dtype=np.intp), np.zeros((count, 3))
-    distances, projections, found = np.zeros(count), np.zeros((count, 2)), np.zeros(count, dtype=bool)
+    distances, projections = np.zeros(count), np.zeros((count, 2))
     groups: dict[tuple[str, bool, int], list[int]] = defaultdict(list)
-    for step, key in enumerate(zip(styles, flights, swing_sides, strict=True)):
+    runs = np.asarray(flights) & (queries[:, 1] > BACKWARD)
+    for step, key in enumerate(zip(styles, runs, swing_sides, strict=True)):
         groups[key[0], bool(key[1]), int(key[2])].append(step)
     for (style, flight, side), steps in groups.items():
-        space, found[steps] = spaces.find(style, flight, side)
+        space = spaces.find(style, flight, side)
         if coordinates is None:
             solved = solve_footsteps(space.footsteps, queries[steps])
         else:
             solved = solve_neighbours(space.neighbours, queries[steps], coordinates[steps])
-        order = np.argsort(-solved.weights, axis=1, kind="stable")
-        examples[steps] = space.examples[np.take_along_axis(solved.examples, order, axis=1)]
-        weights[steps] = np.take_along_axis(solved.weights, order, axis=1)
+        examples[steps], weights[steps] = space.examples[solved.examples], solved.weights
         distances[steps], projections[steps] = solved.hull_distances, solved.projections
+    return _heaviest_first(examples, weights, distances, left_landings(projections, swing_sides))
+
+
+def reweigh_steps(
+    spaces: FootstepSpaces, landings: FloatArray, examples: IntArray, *, swing_sides: IntArray
+) -> StepWeights:
+    """Blend weights of chosen examples for other landings: what a correction of the landing needs ([B] Fig. 5).
+
+    Args:
+        spaces: From `build_spaces`.
+        landings: As for `solve_steps`, shape (N, 2).
+        examples: The three examples of each step, shape (N, 3).
+        swing_sides: 0 = left, 1 = right, shape (N,).
+
+    Returns:
+        The weights; hull_distances are from the triangle of the three.
+    """
+    queries = left_landings(landings, swing_sides)
+    weights, projections = weigh_triples(spaces.landings[examples], queries)
+    distances = np.linalg.norm(queries - projections, axis=1)
+    return _heaviest_first(examples, weights, distances, left_landings(projections, swing_sides))
+
+
+def _heaviest_first(
+    examples: IntArray, weights: FloatArray, distances: FloatArray, projections: FloatArray
+) -> StepWeights:
+    order = np.argsort(-weights, axis=1, kind="stable")
     return StepWeights(
-        examples=examples,
-        weights=weights,
+        examples=np.take_along_axis(examples, order, axis=1),
+        weights=np.take_along_axis(weights, order, axis=1),
         hull_distances=distances,
-        projections=left_landings(projections, swing_sides),
-        flights=found,
+        projections=projections,
     )
