@@ -17,7 +17,7 @@ from usdfoot.writers.layers import (
     define_prim,
     rounded_codes,
 )
-from usdfoot.writers.poses import JointPoses, prim_extents
+from usdfoot.writers.poses import RestingCharacter, prim_extents
 
 __all__ = ["write_agent"]
 
@@ -29,9 +29,8 @@ UPRIGHT_TOLERANCE = 1e-7
 def write_agent(
     layer: Sdf.Layer,
     motion: Motion,
-    poses: JointPoses,
     *,
-    character: Character,
+    resting: RestingCharacter,
     reference: Sdf.Reference,
     units: StageUnits,
 ) -> None:
@@ -40,8 +39,7 @@ def write_agent(
     Args:
         layer: Layer to author in.
         motion: The agent's motion.
-        poses: Its canonical joint poses.
-        character: The asset it references.
+        resting: The character it is.
         reference: How the layer refers to the asset.
         units: Of the written stage.
     """
@@ -52,9 +50,9 @@ def write_agent(
     author_targets(prim, "skel:animationSource", [f"{tokens.Prim.ANIMS}/{motion.name}"])
     author_targets(prim, tokens.Agent.PLAN, [f"{tokens.Prim.PLANS}/{motion.name}"])
     codes = rounded_codes(units.times_to_codes(motion.times)).tolist()
-    order = _write_root_path(prim, motion, codes, units) + _write_stance(prim, character)
+    order = _write_root_path(prim, motion, codes, units) + _write_stance(prim, resting.character)
     author(prim, "xformOpOrder", ValueTypes.TokenArray, Vt.TokenArray(order), uniform=True)
-    boxes = np.ascontiguousarray(prim_extents(poses, character, units).reshape(-1, 3), dtype=np.float32)
+    boxes = np.ascontiguousarray(prim_extents(motion, resting, units).reshape(-1, 3), dtype=np.float32)
     corners = Vt.Vec3fArray.FromNumpy(boxes)
     extents = [corners[2 * frame : 2 * frame + 2] for frame in range(len(codes))]
     author_samples(author(prim, "extent", ValueTypes.Float3Array), codes, extents)

@@ -11,30 +11,28 @@ from usdfoot.bridge.units import StageUnits
 from usdfoot.model.contacts import FootContacts
 from usdfoot.model.motion import Motion
 from usdfoot.writers.layers import apply_schemas, author, author_samples, define_prim, quaternion_array, rounded_codes
-from usdfoot.writers.poses import JointPoses, skeleton_poses
+from usdfoot.writers.poses import RestingCharacter, skeleton_poses
 
 __all__ = ["write_animation"]
 
 ValueTypes = Sdf.ValueTypeNames
 
 
-def write_animation(
-    layer: Sdf.Layer, motion: Motion, poses: JointPoses, *, character: Character, units: StageUnits
-) -> None:
+def write_animation(layer: Sdf.Layer, motion: Motion, *, resting: RestingCharacter, units: StageUnits) -> None:
     """Author /Crowd/Anims/<name> into a layer.
 
     Args:
         layer: Layer to author in.
         motion: The agent's motion.
-        poses: Its canonical joint poses.
-        character: The asset it animates.
+        resting: The character it animates.
         units: Of the written stage.
     """
+    character = resting.character
     prim = define_prim(layer, f"{tokens.Prim.ANIMS}/{motion.name}", "SkelAnimation")
     apply_schemas(prim, tokens.Schema.CONTACT_INSTANCES)
     author(prim, "joints", ValueTypes.TokenArray, Vt.TokenArray(character.skeleton.joints), uniform=True)
     codes = rounded_codes(units.times_to_codes(motion.times)).tolist()
-    local = skeleton_poses(poses, character)
+    local = skeleton_poses(motion, resting)
     frames, joints = local.rotations.shape[:2]
     slices = [slice(frame * joints, (frame + 1) * joints) for frame in range(frames)]
     translations = Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(local.translations.reshape(-1, 3), dtype=np.float32))

@@ -19,7 +19,7 @@ from usdfoot.writers.animations import write_animation
 from usdfoot.writers.characters import place_characters
 from usdfoot.writers.footsteps import write_executed_plan
 from usdfoot.writers.layers import LayerFormat, define_prim, new_layer
-from usdfoot.writers.poses import joint_poses
+from usdfoot.writers.poses import rest_character
 from usdfoot.writers.root import expanded_layer, root_layer, stacked_layer
 from usdfoot.writers.staging import staged_files
 
@@ -99,19 +99,19 @@ def _body_layers(
     """Layers of agents, footsteps and animations by file name."""
     agents, footsteps, chunk = (new_layer(layer_format) for _ in range(3))
     by_name = {agent.name: agent for agent in scene.crowd.agents}
+    cast = [rest_character(character) for character in scene.characters]
     units = layer_format.units
     with Sdf.ChangeBlock():
         for layer, scope in ((agents, Prim.AGENTS), (footsteps, Prim.PLANS), (chunk, Prim.ANIMS)):
             define_prim(layer, scope, "Scope")
     for motion in motions:
         agent = by_name[motion.name]
-        character = scene.characters[agent.character]
-        poses = joint_poses(motion, character)
+        resting, reference = cast[agent.character], references[agent.character]
         with Sdf.ChangeBlock():
-            write_agent(agents, motion, poses, character=character, reference=references[agent.character], units=units)
-            write_animation(chunk, motion, poses, character=character, units=units)
+            write_agent(agents, motion, resting=resting, reference=reference, units=units)
+            write_animation(chunk, motion, resting=resting, units=units)
             write_executed_plan(
-                footsteps, motion.name, agent.plan, results=motion.results, character=character, units=units
+                footsteps, motion.name, agent.plan, results=motion.results, size=resting.foot_length, units=units
             )
     stack = stacked_layer(layer_format, [anims_chunk(0)])
     return {anims_chunk(0): chunk, File.ANIMS: stack, File.FOOTSTEPS: footsteps, File.AGENTS: agents}

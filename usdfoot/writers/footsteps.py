@@ -8,13 +8,12 @@ import numpy as np
 from pxr import Gf, Sdf, Vt
 
 from usdfoot.bridge import tokens
-from usdfoot.bridge.scene import Character
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.motion import StepResults
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.writers.layers import apply_schemas, author, author_targets, define_prim, rounded_codes
-from usdfoot.writers.prints import PRINT_COLORS, print_extent, print_outline, print_size
+from usdfoot.writers.prints import PRINT_COLORS, print_extent, print_outline
 
 __all__ = ["write_executed_plan"]
 
@@ -22,7 +21,7 @@ ValueTypes = Sdf.ValueTypeNames
 
 
 def write_executed_plan(
-    layer: Sdf.Layer, name: str, plan: FootstepPlan, *, results: StepResults, character: Character, units: StageUnits
+    layer: Sdf.Layer, name: str, plan: FootstepPlan, *, results: StepResults, size: float, units: StageUnits
 ) -> None:
     """Author /Crowd/Plans/<name> into a layer.
 
@@ -31,7 +30,7 @@ def write_executed_plan(
         name: The agent's name.
         plan: Its plan, kept as given.
         results: What became of each footstep.
-        character: Whose feet they are; gives the prints' size.
+        size: Of the prints: distance from ankle to ball [m].
         units: Of the written stage.
     """
     path = f"{tokens.Prim.PLANS}/{name}"
@@ -43,7 +42,6 @@ def write_executed_plan(
     turns = units.rotations_to_stage(plan.orientations).tolist()
     orientations = Vt.QuathArray([Gf.Quath(w, x, y, z) for x, y, z, w in turns])
     author(prim, "orientations", ValueTypes.QuathArray, orientations)
-    size = print_size(character.skeleton, character.biped)
     box = print_extent(plan.positions, plan.orientations, plan.sides, size=size)
     author(prim, "extent", ValueTypes.Float3Array, _box(units.points_to_stage(box)))
     for attribute, times in (

@@ -5,16 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import warp as wp
 
 from usdfoot.bridge.scene import Character
 from usdfoot.bridge.similarity import unfold_from_joints
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths import quaternion
-from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.maths.types import FloatArray
+from usdfoot.model.device import start_warp
 from usdfoot.model.motion import Motion
 from usdfoot.model.skeleton import forward_kinematics
+from usdfoot.writers.extent_kernel import box_frames
 
-__all__ = ["JointPoses", "joint_poses", "prim_extents", "skeleton_poses"]
+__all__ = ["JointPoses", "RestingCharacter", "prim_extents", "rest_character", "skeleton_poses"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,59 +30,122 @@ class JointPoses:
     """Unit xyzw, shape (F, J, 4)."""
 
 
-def joint_poses(motion: Motion, character: Character) -> JointPoses:
-    """Canonical joint-local poses [m]: the pelvis below its ancestors, which rest; all else as the motion says."""
+@dataclass(frozen=True, kw_only=True)
+class RestingCharacter:
+    """A character and what all its agents share."""
+
+    character: Character
+    places: FloatArray
+    """Joints of the rest pose in the agent's space [m], shape (J, 3)."""
+    turns: FloatArray
+    """Their rotations, shape (J, 4)."""
+    above: tuple[int, ...]
+    """Joints above the pelvis."""
+    foot_length: float
+    """Mean distance from ankle to ball [m]."""
+
+
+def rest_character(character: Character) -> RestingCharacter:
+    """The character with its rest pose worked out."""
+    skeleton, biped = character.skeleton, character.biped
+    places, turns = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
+    above, joint = [], int(skeleton.parents[biped.pelvis])
+    while joint >= 0:
+        above.append(joint)
+        joint = int(skeleton.parents[joint])
+    across = places[list(biped.balls)] - places[list(biped.ankles)]
+    return RestingCharacter(
+        character=character,
+        places=places,
+        turns=turns,
+        above=tuple(above),
+        foot_length=float(np.linalg.norm(across, axis=1).mean()),
+    )
+
+
+def skeleton_poses(motion: Motion, resting: RestingCharacter) -> JointPoses:
+    """Poses in the units and axes of the character's Skeleton, as its SkelAnimation holds them, float32.
+
+    The pelvis goes below its ancestors, which rest, all else is as the motion says. Only the pelvis and the roots
+    differ between the agent's space and the Skeleton's by more than a scale.
+    """
+    character, above = resting.character, list(resting.above)
     skeleton, pelvis = character.skeleton, character.biped.pelvis
     frames = len(motion.times)
-    translations = np.tile(skeleton.rest_translations, (frames, 1, 1))
-    rotations = np.array(motion.rotations, dtype=float)
-    positions, turns = motion.pelvis_positions, motion.pelvis_rotations
-    parent = int(skeleton.parents[pelvis])
-    if parent >= 0:
-        above = skeleton.chain(_root_of(skeleton.parents, parent), parent)
-        rotations[:, above] = skeleton.rest_rotations[list(above)]
-        rest_positions, rest_turns = forward_kinematics(
-            skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations
-        )
-        undo = quaternion.inverse(rest_turns[parent])
-        positions = quaternion.rotate(undo, positions - rest_positions[parent])
-        turns = quaternion.compose(undo, turns)
-    translations[:, pelvis] = positions
-    rotations[:, pelvis] = turns
+    rotations = motion.rotations.astype(np.float32)
+    rotations[:, above] = skeleton.rest_rotations[above]
+    joints = np.unique(np.append(np.flatnonzero(skeleton.parents < 0), pelvis))
+    own = int(np.searchsorted(joints, pelvis))
+    moved = np.tile(skeleton.rest_translations[joints], (frames, 1, 1))
+    turned = rotations[:, joints].astype(float)
+    moved[:, own], turned[:, own] = _pelvis_local(motion, resting)
+    parents = np.where(skeleton.parents[joints] < 0, -1, 0)
+    moved, turned = unfold_from_joints(character.skeleton_to_agent, parents, moved, turned)
+    rotations[:, joints] = turned
+    translations = np.empty((frames, len(skeleton.joints), 3), dtype=np.float32)
+    scale = character.skeleton_to_agent.scale * character.inherited_scales[:, None]
+    translations[:] = skeleton.rest_translations / scale
+    translations[:, joints] = moved / character.inherited_scales[joints, None]
     return JointPoses(translations=translations, rotations=rotations)
 
 
-def skeleton_poses(poses: JointPoses, character: Character) -> JointPoses:
-    """Canonical poses in the units and axes of the character's Skeleton, as its SkelAnimation holds them."""
-    translations, rotations = unfold_from_joints(
-        character.skeleton_to_agent, character.skeleton.parents, poses.translations, poses.rotations
-    )
-    return JointPoses(translations=translations / character.inherited_scales[:, None], rotations=rotations)
-
-
-def prim_extents(poses: JointPoses, character: Character, units: StageUnits) -> FloatArray:
-    """Box around the character in the space of the agent prim, whatever its joints do, shape (F, 2, 3).
+def prim_extents(motion: Motion, resting: RestingCharacter, units: StageUnits) -> FloatArray:
+    """Box around the character in the space of the agent prim, whatever its joints do, float32, shape (F, 2, 3).
 
     Every joint stands for a ball as large as the skin it moves; geometry that is not skinned keeps its own box.
     """
-    positions, _ = forward_kinematics(character.skeleton.parents, poses.translations, poses.rotations)
-    skinned = np.flatnonzero(character.joint_radii > 0.0)
-    if not skinned.size:
-        skinned = np.arange(positions.shape[1])
-    prim_to_agent_rotation = quaternion.compose(units.axes_to_canonical, character.agent_rotation)
-    agent_to_prim_rotation = quaternion.inverse(prim_to_agent_rotation)
-    agent_to_prim_scale = 1.0 / (units.meters_per_unit * character.agent_scale)
-    places = quaternion.rotate(agent_to_prim_rotation, positions[:, skinned]) * agent_to_prim_scale
-    reach = character.joint_radii[skinned, None] * agent_to_prim_scale
-    lowest, highest = (places - reach).min(axis=1), (places + reach).max(axis=1)
+    start_warp()
+    character, skeleton = resting.character, resting.character.skeleton
+    frames, joints = motion.rotations.shape[:2]
+    parents = skeleton.parents.astype(np.int32)
+    parents[list(resting.above)] = -1
+    to_agent = quaternion.compose(units.axes_to_canonical, character.agent_rotation)
+    to_prim, scale = quaternion.inverse(to_agent), 1.0 / (units.meters_per_unit * character.agent_scale)
+    boxes = wp.empty((frames, 2), dtype=wp.vec3f)
+    wp.launch(
+        box_frames,
+        dim=frames,
+        inputs=[
+            wp.array(parents, dtype=wp.int32),
+            _array(skeleton.rest_translations, wp.vec3f),
+            _array(resting.places, wp.vec3f),
+            _array(resting.turns, wp.quatf),
+            _array(_radii(character), wp.float32),
+            character.biped.pelvis,
+            _array(motion.pelvis_positions, wp.vec3f),
+            _array(motion.pelvis_rotations, wp.quatf),
+            _array(motion.rotations, wp.quatf),
+            wp.quatf(*to_prim.tolist()),
+            wp.empty((frames, joints), dtype=wp.vec3f),
+            wp.empty((frames, joints), dtype=wp.quatf),
+        ],
+        outputs=[boxes],
+    )
+    extents = boxes.numpy() * np.float32(scale)
     if character.still_extent is not None:
         corners = np.stack(np.meshgrid(*character.still_extent.T, indexing="ij"), axis=-1).reshape(-1, 3)
-        corners = quaternion.rotate(agent_to_prim_rotation, corners) * agent_to_prim_scale
-        lowest, highest = np.minimum(lowest, corners.min(axis=0)), np.maximum(highest, corners.max(axis=0))
-    return np.stack([lowest, highest], axis=1)
+        corners = quaternion.rotate(to_prim, corners) * scale
+        extents[:, 0] = np.minimum(extents[:, 0], corners.min(axis=0))
+        extents[:, 1] = np.maximum(extents[:, 1], corners.max(axis=0))
+    return extents
 
 
-def _root_of(parents: IntArray, joint: int) -> int:
-    while parents[joint] >= 0:
-        joint = int(parents[joint])
-    return joint
+def _radii(character: Character) -> FloatArray:
+    """Radius of the ball around each joint [m], -1 = none; without any skin all joints below the roots count."""
+    if (character.joint_radii > 0.0).any():
+        return np.where(character.joint_radii > 0.0, character.joint_radii, -1.0)
+    return np.where(character.skeleton.parents < 0, -1.0, 0.0)
+
+
+def _pelvis_local(motion: Motion, resting: RestingCharacter) -> tuple[FloatArray, FloatArray]:
+    """Pelvis below its parent at rest, translations [m] (F, 3) and rotations (F, 4)."""
+    positions, turns = np.asarray(motion.pelvis_positions, float), np.asarray(motion.pelvis_rotations, float)
+    if not resting.above:
+        return positions, turns
+    parent = resting.above[0]
+    undo = quaternion.inverse(resting.turns[parent])
+    return quaternion.rotate(undo, positions - resting.places[parent]), quaternion.compose(undo, turns)
+
+
+def _array(values: FloatArray, kind: type) -> wp.array:
+    return wp.array(np.ascontiguousarray(values, dtype=np.float32), dtype=kind)

@@ -6,10 +6,9 @@ import numpy as np
 
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray, IntArray
-from usdfoot.model.biped import LEFT, Biped
-from usdfoot.model.skeleton import Skeleton, forward_kinematics
+from usdfoot.model.biped import LEFT
 
-__all__ = ["PRINT_COLORS", "print_extent", "print_outline", "print_size"]
+__all__ = ["PRINT_COLORS", "print_extent", "print_outline"]
 
 PRINT_COLORS = ((0.15, 0.45, 0.85), (0.9, 0.45, 0.1))
 """Left and right, linear RGB."""
@@ -35,15 +34,13 @@ _LEFT_OUTLINE = np.array(
 """Outline of a left print, (x, z) from the ball over the distance from ankle to ball, clockwise seen from above."""
 
 
-def print_size(skeleton: Skeleton, biped: Biped) -> float:
-    """Mean distance from ankle to ball [m]."""
-    positions, _ = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
-    across = positions[list(biped.balls)] - positions[list(biped.ankles)]
-    return float(np.linalg.norm(across, axis=1).mean())
-
-
 def print_outline(side: int, size: float) -> FloatArray:
-    """Corners [m] in the print's frame, +Z forward and +Y up, counter-clockwise seen from above, shape (13, 3)."""
+    """Corners [m] in the print's frame, +Z forward and +Y up, counter-clockwise seen from above, shape (13, 3).
+
+    Args:
+        side: 0 = left, 1 = right.
+        size: Distance from ankle to ball [m].
+    """
     outline = _LEFT_OUTLINE[::-1] if side == LEFT else _LEFT_OUTLINE * (-1.0, 1.0)
     return np.insert(outline * size, 1, LIFT, axis=1)
 
