@@ -112,7 +112,7 @@ def animate_agents(
         library=library.device,
         contacts=contacts,
         segments=segments,
-        path=lay_root(contacts, segments),
+        path=lay_root(contacts, segments, step_height_share=options.step_height_share),
         origins=np.array([agent.plan.positions[0] for agent in agents]),
         style=library.style,
         options=options,

@@ -141,7 +141,7 @@ def pose_frames(
     segments, contacts = setup.segments, setup.contacts
     samples = phases_at(segments, rows, times) * (setup.examples.rotations.shape[1] - 1)
     yaws = contacts.headings[segments.supports[rows]] + blend.twists[rows] * turn_fraction(segments, rows, times)
-    ground = root_at(setup.path, rows, times)[:, 1] - setup.origins[segments.agents[rows], 1]
+    ground = root_at(setup.path, rows, times)[:, 4] - setup.origins[segments.agents[rows], 1]
     natural = natural_flights(setup.examples, blend.examples, blend.weights)
     ground += flight_lifts(contacts, segments, natural, rows, times)
     joint_windows, position_windows = seam_windows(segments, rows, times, setup.options)

@@ -8,37 +8,38 @@ import numpy as np
 
 from usdfoot.engine.contacts import ContactTable
 from usdfoot.engine.segments import Segments
-from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.maths.types import FloatArray, IntArray
 
 __all__ = ["RootPath", "lay_root", "root_at"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class RootPath:
-    """Cubic Hermite pieces, one a segment; columns x, y (ground), z [m] and yaw [rad]."""
+    """Cubic Hermite pieces, one a segment; columns x, y (ground), z [m], yaw [rad] and the pelvis's ground [m]."""
 
     begins: FloatArray
     ends: FloatArray
-    """Values at both ends, shape (M, 4)."""
+    """Values at both ends, shape (M, 5)."""
     begin_slopes: FloatArray
     end_slopes: FloatArray
-    """Rates at both ends [1/s], shape (M, 4)."""
+    """Rates at both ends [1/s], shape (M, 5)."""
     times: FloatArray
     durations: FloatArray
     """Begin and duration of each piece [s], shape (M,)."""
 
 
-def lay_root(contacts: ContactTable, segments: Segments) -> RootPath:
+def lay_root(contacts: ContactTable, segments: Segments, *, step_height_share: float) -> RootPath:
     """Path through the middle of consecutive contacts at each strike, at rest in stands.
 
-    The height goes monotonically between the means of the contacts' heights.
+    The height goes monotonically between the means of the contacts' heights. The pelvis's ground lies lower where the
+    feet stand at different heights, since the leg below must reach: `step_height_share` up from the lower foot.
     """
     supports = segments.supports
     last = len(contacts.sides) - 1
     following = np.where(segments.stands, supports, np.minimum(supports + 1, last))
     before = np.where(segments.stands, supports - 1, supports)
-    begins = _values(contacts, supports - 1, supports)
-    ends = _values(contacts, before, following)
+    begins = _values(contacts, supports - 1, supports, step_height_share)
+    ends = _values(contacts, before, following, step_height_share)
     durations = np.maximum(segments.ends - segments.begins, 1e-6)
     secants = (ends - begins) / durations[:, None]
     inner = segments.joined[1:-1]
@@ -58,25 +59,27 @@ def lay_root(contacts: ContactTable, segments: Segments) -> RootPath:
     )
 
 
-def _values(contacts: ContactTable, first: IntArray, second: IntArray) -> FloatArray:
-    """Middle of two contacts and the heading at the later one's strike, shape (M, 4)."""
+def _values(contacts: ContactTable, first: IntArray, second: IntArray, share: float) -> FloatArray:
+    """Middle of two contacts, the heading at the later one's strike, and the pelvis's ground, shape (M, 5)."""
     middle = 0.5 * (contacts.positions[first] + contacts.positions[second])
-    return np.concatenate([middle, contacts.headings[second][:, None]], axis=1)
+    apart = np.abs(contacts.positions[first, 1] - contacts.positions[second, 1])
+    lowered = middle[:, 1] - (0.5 - share) * apart
+    return np.concatenate([middle, contacts.headings[second][:, None], lowered[:, None]], axis=1)
 
 
 def _seam_slopes(first: FloatArray, second: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
-    """Slopes of the parabola through three knots; of the height limited so that it stays monotone."""
+    """Slopes of the parabola through three knots; of the heights limited so that they stay monotone."""
     share = (after / (before + after))[:, None]
     slopes = share * first + (1.0 - share) * second
-    product = first[:, 1] * second[:, 1]
-    monotone: BoolArray = product > 0.0
-    total = np.where(monotone, first[:, 1] + second[:, 1], 1.0)
-    slopes[:, 1] = np.where(monotone, 2.0 * product / total, 0.0)
+    heights = [1, 4]
+    product = first[:, heights] * second[:, heights]
+    total = first[:, heights] + second[:, heights]
+    slopes[:, heights] = np.where(product > 0.0, 2.0 * product / np.where(product > 0.0, total, 1.0), 0.0)
     return slopes
 
 
 def root_at(path: RootPath, rows: IntArray, times: FloatArray) -> FloatArray:
-    """x, ground height, z [m] and yaw [rad] of segments `rows` at `times` [s], shape (F, 4)."""
+    """x, ground height, z [m], yaw [rad] and pelvis's ground [m] of segments `rows` at `times` [s], shape (F, 5)."""
     length = path.durations[rows]
     x = np.clip((times - path.times[rows]) / length, 0.0, 1.0)[:, None]
     length = length[:, None]

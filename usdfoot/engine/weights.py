@@ -12,6 +12,7 @@ from usdfoot.engine.root import lay_root
 from usdfoot.engine.segments import cut_segments
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.examples import event_knots
 from usdfoot.spaces.library import FootstepSpaces, has_flight, solve_steps
 
 __all__ = ["Landings", "weigh_steps"]
@@ -62,12 +63,31 @@ def weigh_steps(
         shift = errors * (excess / np.maximum(distance, 1e-12))[:, None] * first[:, None]
         setup = _move_targets(setup, shift)
         setup, blend, landings = _solve(setup, spaces, stand)
-    return setup, blend, Landings(
+    return align_events(setup, blend), blend, Landings(
         blend_error=np.linalg.norm(landings.offsets, axis=1),
         hull_distance=landings.hull_distances,
         time_warp=landings.time_warps,
         limited=limited,
     )
+
+
+def align_events(setup: Setup, blend: StepBlend) -> Setup:
+    """Setup whose events are aligned with the blended examples' as far as that does not hurry the body.
+
+    Where the plan lifts a foot much earlier or later than the examples do, the body keeps its pace and the foot alone
+    follows the plan.
+    """
+    segments, examples = setup.segments, setup.examples
+    own, _ = event_knots(np.ones(len(examples)), examples.swing_liftoffs / examples.durations, examples.support_liftoffs / examples.durations)
+    blended = np.sum(blend.weights[..., None] * own[blend.examples], axis=1)
+    begins = segments.knot_times[:, :1]
+    durations = segments.knot_times[:, -1:] - begins
+    shares = (segments.knot_times - begins) / durations
+    limit = setup.options.event_shift
+    limited = blended + np.clip(shares - blended, -limit, limit)
+    whole = ~segments.stands & (segments.begins == segments.knot_times[:, 0])
+    times = np.where(whole[:, None], begins + durations * limited, segments.knot_times)
+    return replace(setup, segments=replace(segments, knot_times=times))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,7 +113,7 @@ def _move_targets(setup: Setup, shifts: FloatArray) -> Setup:
     targets = setup.segments.supports[steps] + 1
     positions[np.ix_(targets, GROUND_AXES)] -= shifts[steps]
     contacts = replace(setup.contacts, positions=positions)
-    return replace(setup, contacts=contacts, path=lay_root(contacts, setup.segments))
+    return replace(setup, contacts=contacts, path=lay_root(contacts, setup.segments, step_height_share=setup.options.step_height_share))
 
 
 def _solve(setup: Setup, spaces: FootstepSpaces, stand: int) -> tuple[Setup, StepBlend, _Solution]:
@@ -218,7 +238,7 @@ def place_departures(setup: Setup, blend: StepBlend) -> Setup:
     contacts = replace(contacts, positions=positions, yaws=yaws, liftoffs=liftoffs)
     contacts = replace(contacts, headings=_keep_start(with_headings(contacts).headings, contacts, supports))
     segments = cut_segments(contacts, setup.options)
-    return replace(setup, contacts=contacts, segments=segments, path=lay_root(contacts, segments))
+    return replace(setup, contacts=contacts, segments=segments, path=lay_root(contacts, segments, step_height_share=setup.options.step_height_share))
 
 
 def _keep_start(headings: FloatArray, contacts: ContactTable, supports: IntArray) -> FloatArray:
