@@ -60,7 +60,9 @@ def test_prints_lie_flat_and_point_forward(tmp_path):
     stage.SetEditTarget(stage.GetSessionLayer())
     instancer.GetPurposeAttr().Set("default")  # boxes of guides are empty
     box = UsdGeom.PointInstancer(instancer).ComputeExtentAtTime(0.0, 0.0)
-    np.testing.assert_allclose(np.array(instancer.GetExtentAttr().Get()), np.array(box), atol=2e-3)
+    low, high = np.array(instancer.GetExtentAttr().Get())
+    assert (low > np.array(box[0]) - 1e-6).all() and (high < np.array(box[1]) + 1e-6).all()
+    np.testing.assert_allclose([low, high], np.array(box), atol=0.03)  # USD boxes the prints before it turns them
 
 
 @pytest.mark.parametrize("units", [CENTIMETRES, Z_UP])
