@@ -1,0 +1,1 @@
+"""Real clips replayed from their own footsteps."""
