@@ -23,7 +23,7 @@ class ContactOptions:
 
     fine_rate: float = 240.0
     """Least number of samples a second the events are looked for in [Hz]."""
-    smoothing: float = 0.006
+    smoothing: float = 0.003
     """Standard deviation of the smoothing of positions [s]."""
     still_fraction: float = 0.08
     """A point is still below this fraction of the fastest it moves nearby."""

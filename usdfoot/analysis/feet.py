@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.ndimage import minimum_filter1d
 
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
@@ -14,27 +15,28 @@ HEEL_REACH = 0.4
 
 
 def heel_offsets(
-    ankles: FloatArray, balls: FloatArray, ankle_rotations: FloatArray, ball_heights: FloatArray
+    ankles: FloatArray, balls: FloatArray, ankle_rotations: FloatArray, ball_heights: FloatArray, *, rate: float
 ) -> FloatArray:
     """Heel points of both soles in the frames of the ankle joints.
 
     The heel is the point of the sole under the ankle, moved back by 0.4 of the distance from ankle to ball. Under and
-    back refer to the flat foot: its upward direction is taken from the samples in which ankle and ball are lowest,
+    back refer to the flat foot: its upward direction is taken from the samples in which the foot is low and hardly turns,
     because rest poses of exported rigs are often a frame of some animation.
 
     Args:
         ankles: Ankle joints [m], shape (T, 2, 3).
         balls: Ball joints [m], shape (T, 2, 3).
-        ankle_rotations: World rotations of the ankle joints, xyzw, shape (T, 2, 4).
+        ankle_rotations: World rotations of the ankle joints, xyzw, continuous in sign, shape (T, 2, 4).
         ball_heights: Ball joints above the sole with the foot flat [m], shape (2,).
+        rate: Samples a second [Hz].
 
     Returns:
         Offsets [m], shape (2, 3).
     """
-    heights = ankles[..., 1] + balls[..., 1]  # (T, 2)
-    lowest = heights <= np.quantile(heights, 0.15, axis=0)
     inverses = quaternion.inverse(ankle_rotations)
-    ups = np.where(lowest[..., None], quaternion.rotate(inverses, np.array([0.0, 1.0, 0.0])), np.nan)
+    unrest = _unrest(ankles, balls, ankle_rotations, rate)
+    calm = unrest <= np.quantile(unrest, 0.15, axis=0)
+    ups = np.where(calm[..., None], quaternion.rotate(inverses, np.array([0.0, 1.0, 0.0])), np.nan)
     up = np.nanmedian(ups, axis=0)
     up = up / np.linalg.norm(up, axis=-1, keepdims=True)  # (2, 3)
     ball = np.median(quaternion.rotate(inverses, balls - ankles), axis=0)
@@ -43,3 +45,12 @@ def heel_offsets(
     forward = forward / np.maximum(np.linalg.norm(forward, axis=-1, keepdims=True), 1e-9)
     reach = HEEL_REACH * np.linalg.norm(ball, axis=-1, keepdims=True)
     return (drop - ball_heights[:, None]) * up - reach * forward
+
+
+def _unrest(ankles: FloatArray, balls: FloatArray, ankle_rotations: FloatArray, rate: float) -> FloatArray:
+    """How little each foot stands flat: by its height above the lowest nearby and its turning, shape (T, 2)."""
+    heights = ankles[..., 1] + balls[..., 1]
+    lowest = minimum_filter1d(heights, 2 * int(0.4 * rate) + 1, axis=0, mode="nearest")
+    size = float(np.median(np.linalg.norm(balls - ankles, axis=-1)))
+    spin = 2.0 * np.linalg.norm(np.gradient(ankle_rotations, axis=0), axis=-1) * rate  # [rad/s]
+    return (heights - lowest) / (0.1 * size + 1e-9) + spin

@@ -54,8 +54,8 @@ def foot_motion(clip: Clip, skeleton: Skeleton, biped: Biped) -> FootMotion:
     """World trajectories of pelvis, ankles, balls and heels of a clip."""
     joints = np.array([biped.pelvis, *biped.ankles, *biped.balls])
     positions, rotations = partial_kinematics(skeleton, clip, joints)
-    ankles, balls, ankle_rotations = positions[:, 1:3], positions[:, 3:5], rotations[:, 1:3]
-    offsets = heel_offsets(ankles, balls, ankle_rotations, biped.ball_heights)
+    ankles, balls, ankle_rotations = positions[:, 1:3], positions[:, 3:5], quaternion.continuous(rotations[:, 1:3])
+    offsets = heel_offsets(ankles, balls, ankle_rotations, biped.ball_heights, rate=clip.rate)
     return FootMotion(
         times=clip.times,
         balls=balls,

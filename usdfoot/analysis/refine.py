@@ -2,7 +2,8 @@
 
 A foot that starts to move does so like a power of time, so the instants at which its speed passes a threshold, half
 and a quarter of it converge geometrically to the true onset, and Aitken's extrapolation finds their limit whatever the
-power. The toe-off of real feet is gradual; there the limit is kept close to the crossing of the threshold itself.
+power. Recorded feet never stand quite still and leave gradually; the less still they are, the closer the instant is kept
+to the crossing of the threshold.
 """
 
 from __future__ import annotations
@@ -10,12 +11,19 @@ from __future__ import annotations
 import numpy as np
 
 from usdfoot.analysis.signals import PointSignal
-from usdfoot.maths.types import FloatArray
+from usdfoot.maths.types import BoolArray, FloatArray
 
 __all__ = ["still_end", "still_start"]
 
-LONGEST_EXTRAPOLATION = 0.03
-"""How far the onset may lie from the crossing of the threshold [s]."""
+STEEPEST = 0.8
+"""How far the onset may lie before the crossing of a quarter, relative to the way from there: 1 for
+a square law."""
+REACH = (0.02, 0.036)
+"""How far the onset may lie from the crossing of the threshold, of a restless and of a still foot [s]."""
+RESTLESS = 0.2
+"""Mean speed beside the onset at which a foot counts as restless, relative to the threshold."""
+REST = (0.015, 0.075)
+"""How far beside the onset that speed is taken [s]."""
 
 
 def still_end(
@@ -59,7 +67,7 @@ def still_start(grid: FloatArray, signal: PointSignal, start: int, end: int, lim
     return -_onset(-grid[first : middle + 1][::-1], speeds, fast, threshold)
 
 
-def _lasting(fast: FloatArray, coarse: int) -> int:
+def _lasting(fast: BoolArray, coarse: int) -> int:
     """Index of the crossing: the start of the run of fast samples that the coarse interval ends in."""
     slow = np.flatnonzero(~fast[: coarse + 1])
     return int(slow[-1]) + 1 if slow.size else 0
@@ -71,8 +79,11 @@ def _onset(times: FloatArray, speeds: FloatArray, fast: int, threshold: float) -
         return float(times[min(fast, len(times) - 1)])
     crossings = [_crossing(times, speeds, fast, part * threshold) for part in (1.0, 0.5, 0.25)]
     late, early = crossings[0] - crossings[1], crossings[1] - crossings[2]
-    limit = crossings[0] - late**2 / (late - early) if late > early else crossings[2]
-    return max(limit, crossings[0] - LONGEST_EXTRAPOLATION)
+    limit = crossings[0] - late**2 / (late - early) if late > early else -np.inf
+    limit = max(limit, crossings[2] - STEEPEST * (late + early))
+    beside = speeds[(times > limit - REST[1]) & (times < limit - REST[0])]
+    restless = min(float(beside.mean()) / (RESTLESS * threshold), 1.0) if beside.size else 1.0
+    return max(limit, crossings[0] - REACH[1] + restless * (REACH[1] - REACH[0]))
 
 
 def _crossing(times: FloatArray, speeds: FloatArray, fast: int, level: float) -> float:
