@@ -15,7 +15,7 @@ import argparse
 import json
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass
 from fnmatch import fnmatchcase
 
 import numpy as np
@@ -26,6 +26,7 @@ from replaying.takes import Take, read_take
 from usdfoot.engine.animate import PreparedLibrary, prepare_library
 from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import UsdfootError
+from usdfoot.maths.types import FloatArray
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.readers.libraries import read_libraries
 
@@ -113,7 +114,7 @@ def table(replays: Sequence[Replay]) -> str:
         header += f" | {title:^20}"
     lines = [header, " " * 53 + " | blend  nearest   best" * len(MEASURES)]
 
-    def row(label: str, steps: str, outside: str, values: dict[str, Sequence[float]]) -> str:
+    def row(label: str, steps: str, outside: str, values: dict[str, FloatArray]) -> str:
         text = f"{label:<42} {steps:>5} {outside:>4}"
         for name in MEASURES:
             text += " | " + "".join(f"{100.0 * value:7.2f}" for value in values[name])
@@ -131,12 +132,15 @@ def table(replays: Sequence[Replay]) -> str:
     return "\n".join(lines)
 
 
-def _values(replay: Replay) -> dict[str, Sequence[float]]:
+def _values(replay: Replay) -> dict[str, FloatArray]:
+    """Errors of blend, nearest and best clip by measure [m]."""
     return {
-        name: (
-            getattr(replay.blended, name),
-            getattr(replay.nearest, name) if replay.nearest else np.nan,
-            replay.best[name],
+        name: np.array(
+            [
+                getattr(replay.blended, name),
+                getattr(replay.nearest, name) if replay.nearest else np.nan,
+                replay.best[name],
+            ]
         )
         for name in MEASURES
     }
@@ -148,16 +152,14 @@ def options_of(settings: Sequence[str]) -> EngineOptions:
     Raises:
         UsdfootError: If an option is not known or its value does not fit.
     """
-    kinds = {field.name: type(field.default) for field in fields(EngineOptions)}
+    defaults = asdict(EngineOptions())
     values: dict[str, object] = {}
     for setting in settings:
         name, _, text = setting.partition("=")
-        if name not in kinds:
-            raise UsdfootError(name, "is no option of the engine", "use one of these", sorted(kinds))
-        if kinds[name] is bool:
-            values[name] = text.lower() in ("1", "true", "yes", "on")
-        else:
-            values[name] = kinds[name](text)
+        if name not in defaults:
+            raise UsdfootError(name, "is no option of the engine", "use one of these", sorted(defaults))
+        kind = type(defaults[name])
+        values[name] = text.lower() in ("1", "true", "yes", "on") if kind is bool else kind(text)
     return EngineOptions(**values)  # type: ignore[arg-type]
 
 
@@ -193,7 +195,11 @@ def main(argv: list[str] | None = None) -> int:
 def _as_json(replay: Replay) -> dict[str, object]:
     """Errors in metres."""
     errors = {
-        name: {"blended": values[0], "nearest": values[1] if replay.nearest else None, "best": values[2]}
+        name: {
+            "blended": float(values[0]),
+            "nearest": float(values[1]) if replay.nearest else None,
+            "best": float(values[2]),
+        }
         for name, values in _values(replay).items()
     }
     return {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from usdfoot.engine.animate import PreparedLibrary, animate_agents
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.poses import device_library
 from usdfoot.maths import planar
-from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.agent import Agent, Crowd
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.examples import Examples
@@ -66,7 +67,7 @@ def with_clips(library: PreparedLibrary, clips: IntArray, *, style: str) -> Prep
 
 def _selected(examples: Examples, rows: IntArray) -> Examples:
     """The examples `rows`, still with all clip names."""
-    values: dict[str, object] = {}
+    values: dict[str, Any] = {}
     for field in fields(examples):
         value = getattr(examples, field.name)
         if isinstance(value, np.ndarray):
@@ -143,7 +144,7 @@ def step_distances(examples: Examples, takes: Sequence[Take], clips: int) -> Flo
     return distances
 
 
-def _coordinates(landings: FloatArray, durations: FloatArray, flights: FloatArray) -> FloatArray:
+def _coordinates(landings: FloatArray, durations: FloatArray, flights: BoolArray) -> FloatArray:
     return np.column_stack([landings, TIME_SCALE * durations, np.where(flights, 0.5, 0.0)])
 
 
