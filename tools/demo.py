@@ -1,0 +1,47 @@
+"""Animates the obstacle course and the stepping stones of stages/ into build/demo, measures and draws them.
+
+Leaves build/demo/crowd.usd and build/demo/stones/crowd.usd with a picture beside each.
+"""
+
+import sys
+from pathlib import Path
+
+from draw import draw_contact_sheet
+
+from usdfoot.cli.console import print_problems, results_console, shown_progress
+from usdfoot.cli.tables import step_table, target_table
+from usdfoot.pipeline.animate import animate
+from usdfoot.pipeline.validate import validate
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+SCENES = (("obstacle_course.usda", ""), ("stepping_stones.usda", "stones"))
+"""Scenes in stages/ and the folders within build/demo they go to."""
+
+
+def show(scene: Path, folder: Path) -> bool:
+    """Animate, measure and draw one scene; gives back whether every agent was written."""
+    console = results_console()
+    console.rule(scene.name)
+    with shown_progress(quiet=False) as progress:
+        report = animate(scene, folder, progress=progress)
+        progress("validate")
+        validation = validate(report.crowd_file)
+        progress("draw")
+        picture = draw_contact_sheet(report.crowd_file, folder / f"{scene.stem}.png")
+    print_problems(report.skipped, quiet=False)
+    console.print(step_table(report.results))
+    console.print(target_table(validation.total))
+    for file in (report.crowd_file, picture):
+        console.print(f"wrote {file.relative_to(REPOSITORY)}")
+    return not report.skipped
+
+
+def main() -> int:
+    """All demo scenes; 0 = every agent was written."""
+    target = REPOSITORY / "build" / "demo"
+    written = [show(REPOSITORY / "stages" / scene, target / folder) for scene, folder in SCENES]
+    return 0 if all(written) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
