@@ -38,7 +38,7 @@ def random_examples(
         durations=durations,
         flat_times=0.05 * np.ones(count),
         swing_liftoffs=generator.uniform(-0.1, -0.05, count) if flight else generator.uniform(0.05, 0.2, count),
-        support_liftoffs=durations * (0.8 if flight else 1.2),
+        support_liftoffs=durations * (0.7 if flight else 1.2),
         landings=np.stack([across, generator.uniform(-0.3, 0.9, count)], axis=1),
         landing_heights=generator.uniform(-0.1, 0.1, count),
         landing_yaws=generator.uniform(-0.3, 0.3, count),

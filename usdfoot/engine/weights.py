@@ -162,14 +162,14 @@ class _Queries:
     @staticmethod
     def of(setup: Setup, steps: IntArray, style: str) -> _Queries:
         contacts, supports = setup.contacts, setup.segments.supports[steps]
-        headings = contacts.headings[supports]
+        headings, starts = contacts.headings[supports], setup.segments.knot_times[steps, 0]
         strides = (contacts.positions[supports + 1] - contacts.positions[supports])[:, GROUND_AXES]
         return _Queries(
             landings=planar.rotate(-contacts.headings[supports + 1], strides),
             headings=headings,
             turns=contacts.headings[supports + 1] - headings,
             swing_sides=contacts.sides[supports + 1],
-            flights=has_flight(contacts.strikes[supports + 1], contacts.liftoffs[supports]),
+            flights=has_flight(setup.segments.ends[steps] - starts, contacts.liftoffs[supports] - starts),
             styles=(style,) * len(steps),
         )
 

@@ -36,8 +36,8 @@ __all__ = [
     "solve_steps",
 ]
 
-FLIGHT_TIME = 0.04
-"""Shortest flight that tells a run from a walk [s]."""
+FLIGHT_SHARE = 0.2
+"""Shortest flight of a run, relative to its step. By ball contacts walks have up to 0.18, slow jogs 0.22 and more."""
 BACKWARD = -0.1
 """Landings further back than this [m] are walked whatever the flight: going backward the ball leaves the ground first
 and the heel still stands, so the ball's contacts show a flight that is none."""
@@ -99,11 +99,15 @@ class StepWeights:
 
 
 def has_flight(durations: FloatArray, support_liftoffs: FloatArray) -> BoolArray:
-    """Whether no foot is on the ground for at least FLIGHT_TIME before the swing foot strikes, shape (N,).
+    """Whether both feet are in the air for a good part of the step, shape (N,).
 
-    A fast walk's double support is so short that detected contacts may miss it; that is no flight yet.
+    The ball's contacts are shorter than the foot's, so those of a quick walk may not overlap; that is no flight.
+
+    Args:
+        durations: Strike of the support foot to strike of the swing foot [s], shape (N,).
+        support_liftoffs: Liftoff of the support foot after its strike [s], shape (N,).
     """
-    return np.asarray(durations) - support_liftoffs > FLIGHT_TIME
+    return np.asarray(durations) - support_liftoffs > FLIGHT_SHARE * np.asarray(durations)
 
 
 def end_landings(examples: Examples) -> FloatArray:
