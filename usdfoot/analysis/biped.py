@@ -161,6 +161,6 @@ def _check_chains(skeleton: Skeleton, roles: Mapping[str, int]) -> None:
 def _remedy(missing: list[str]) -> str:
     role = missing[0].replace(" ", ":")
     return (
-        "Apply UsdfootBipedAPI to the Skeleton and author the joints by name, for example "
+        "apply UsdfootBipedAPI to the Skeleton and author the joints by name, for example "
         f'uniform token usdfoot:biped:{role} = "<joint>"'
     )

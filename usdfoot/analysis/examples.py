@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PchipInterpolator
+from scipy.interpolate import CubicSpline
 
 from usdfoot.analysis.contacts import ContactOptions
 from usdfoot.analysis.mirror import MirrorMap, mirror_contacts, mirror_map, mirrored_clip
@@ -223,7 +223,7 @@ def _example(
     events = np.array([step.end, step.swing_liftoff, step.support_liftoff]) - step.start
     knot_times, knot_phases = event_knots(*(events[i : i + 1] for i in range(3)))
     phases = np.linspace(0.0, 1.0, samples)
-    times = step.start + PchipInterpolator(knot_phases[0], knot_times[0])(phases)
+    times = step.start + np.interp(phases, knot_phases[0], knot_times[0])
     rotations, pelvis = _pose(motion, times, joints)
     support_ball = _legs(library, rotations, pelvis, 1 - step.swing_side)[1]
     swing_ball = _legs(library, rotations, pelvis, step.swing_side)[1]
