@@ -198,9 +198,9 @@ def add_plan(
     return instancer
 
 
-def add_agent(stage: Usd.Stage, path: str, **targets: str) -> Usd.Prim:
+def add_agent(stage: Usd.Stage, prim_path: str, /, **targets: str) -> Usd.Prim:
     """An agent prim with relationships by their last word: plan, path, trajectory, character, clips."""
-    prim = stage.GetPrimAtPath(path) or UsdGeom.Xform.Define(stage, path).GetPrim()
+    prim = stage.GetPrimAtPath(prim_path) or UsdGeom.Xform.Define(stage, prim_path).GetPrim()
     apply_api(prim, Schema.AGENT)
     relationships = (Agent.PLAN, Agent.PATH, Agent.TRAJECTORY, Agent.CHARACTER, Agent.CLIPS)
     names = {name.rsplit(":", 1)[-1]: name for name in relationships}

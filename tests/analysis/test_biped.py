@@ -60,7 +60,9 @@ def right_of(name):
             return name.replace(left, right)
     words = {"_L_": "_R_", " L ": " R ", "_L": "_R", ".L": ".R", "_l": "_r"}
     for left, right in words.items():
-        if left in name and (left.endswith(("_", " ")) or name.endswith(left) or f"{left}_" in name or f"{left}." in name):
+        if left in name and (
+            left.endswith(("_", " ")) or name.endswith(left) or f"{left}_" in name or f"{left}." in name
+        ):
             return name.replace(left, right)
     if name.startswith(("l", "L")):
         return ("r" if name[0] == "l" else "R") + name[1:]
@@ -120,7 +122,12 @@ def test_controls_and_twist_joints_do_not_win():
         ("control_toe_roll_l/control_foot_roll_l", HELPER),
     ]
     found = names_found(rig(["root", "pelvis"], ["thigh_l", "calf_l", "foot_l", "ball_l"], extra))
-    assert [found[f"left {role}"] for role in ("hip", "knee", "ankle", "ball")] == ["thigh_l", "calf_l", "foot_l", "ball_l"]
+    assert [found[f"left {role}"] for role in ("hip", "knee", "ankle", "ball")] == [
+        "thigh_l",
+        "calf_l",
+        "foot_l",
+        "ball_l",
+    ]
 
 
 def test_rigify_deform_joints_win_over_their_second_halves_and_mechanism():
@@ -138,7 +145,11 @@ def test_rigify_deform_joints_win_over_their_second_halves_and_mechanism():
             path += "/" + (name.format(side) if "{}" in name else f"{name}.{side}")
             joints.append(path)
             offsets.append(offset)
-        joints += [f"DEF-spine/ORG-thigh.{side}", f"DEF-spine/ORG-thigh.{side}/ORG-shin.{side}", f"DEF-spine/MCH-foot.{side}"]
+        joints += [
+            f"DEF-spine/ORG-thigh.{side}",
+            f"DEF-spine/ORG-thigh.{side}/ORG-shin.{side}",
+            f"DEF-spine/MCH-foot.{side}",
+        ]
         offsets += [HELPER] * 3
     found = names_found(make_skeleton(joints, offsets))
     assert [found[f"left {role}"] for role in ("hip", "knee", "ankle", "ball")] == [
@@ -197,7 +208,7 @@ def test_swapped_names_are_trusted():
 def test_authored_joints_count_first():
     skeleton = rig(["Root", "Hips"], ["LeftUpLeg", "LeftLeg", "LeftFoot", "LeftToeBase"])
     assert names_found(skeleton, {"pelvis": 0})["pelvis"] == "Root"
-    with pytest.raises(BipedError, match="left leg: joint .*LeftLeg is not below .*LeftFoot"):
+    with pytest.raises(BipedError, match=r"left leg: joint .*LeftLeg is not below .*LeftFoot"):
         find_biped(skeleton, {"left hip": skeleton.joints.index("Root/Hips/LeftUpLeg/LeftLeg/LeftFoot")})
 
 

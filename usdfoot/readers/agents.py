@@ -67,7 +67,10 @@ def list_agents(stage: Usd.Stage, prims: StagePrims) -> tuple[tuple[AgentSource,
         ), ()
     claimed = {path for prim in marked for path in targets(prim, Token.PLAN)}
     unclaimed = [plan for plan in plans if plan.GetPath() not in claimed]
-    default = unclaimed[0] if len(unclaimed) == len(marked) == 1 else None
+    idle = [
+        prim for prim in marked if not any(targets(prim, name) for name in (Token.PLAN, Token.PATH, Token.TRAJECTORY))
+    ]
+    default = unclaimed[0] if len(unclaimed) == len(idle) == 1 else None
     sources, problems = [], []
     for name, prim in zip(_unique_names([prim.GetName() for prim in marked]), marked, strict=True):
         try:
@@ -165,7 +168,7 @@ def _number(prim: Usd.Prim, name: str, default: float, *, upper: float = math.in
 
 
 def _nobody_walks(plan: Usd.Prim) -> Problem:
-    message = f"{plan.GetPath()}: no agent walks this plan. Point an agent's {Token.PLAN} at it"
+    message = f"{plan.GetPath()}: no agent walks this plan. point an agent's {Token.PLAN} at it"
     return Problem(severity="warning", where=str(plan.GetPath()), message=message)
 
 

@@ -59,7 +59,11 @@ def _local_arcs(prim: Usd.Prim) -> list[Usd.CompositionArc]:
     kinds.dependencyTypeFilter = Usd.PrimCompositionQuery.DependencyTypeFilter.Direct
     query.filter = kinds
     layers = prim.GetStage().GetLayerStack(includeSessionLayers=False)
-    return [arc for arc in query.GetCompositionArcs() if arc.GetIntroducingLayer() in layers]
+    return [
+        arc
+        for arc in query.GetCompositionArcs()
+        if arc.GetIntroducingLayer() in layers and arc.GetIntroducingPrimPath() == prim.GetPath()
+    ]
 
 
 def _single_arc(prim: Usd.Prim) -> Usd.CompositionArc | None:

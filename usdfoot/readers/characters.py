@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
 
 import numpy as np
 from pxr import Usd, UsdGeom, UsdSkel
@@ -108,7 +107,7 @@ def read_character(prim: Usd.Prim, units: StageUnits, frame_codes: FloatArray) -
         rest_scales=raw.scales,
         inherited_scales=raw.inherited_scales,
         joint_radii=joint_reaches(skin, raw) * skeleton_to_agent.scale,
-        still_extent=_still_extent(prim, meshes, units, tilt, scale),
+        still_extent=_still_extent(prim, units, tilt, scale),
         blend_shapes=_blend_shapes(skeleton_prim),
     )
 
@@ -144,22 +143,18 @@ def _skeleton_to_agent(
     return upright.after(similarity_of_matrices(to_prim, skeleton.GetPath()))
 
 
-def _still_extent(
-    prim: Usd.Prim, skinned: Sequence[Usd.Prim], units: StageUnits, tilt: FloatArray, scale: float
-) -> FloatArray | None:
+def _still_extent(prim: Usd.Prim, units: StageUnits, tilt: FloatArray, scale: float) -> FloatArray | None:
     """Bounds of the geometry below the prim that no joint moves, in the agent's space [m], shape (2, 3)."""
     upright = Similarity(scale=scale * units.meters_per_unit, rotation=tilt[None], translation=np.zeros((1, 3)))
-    start = start_code(prim.GetStage())
-    cache = UsdGeom.BBoxCache(start, [UsdGeom.Tokens.default_, UsdGeom.Tokens.render, UsdGeom.Tokens.proxy])
-    to_prim = np.linalg.inv(matrices_of(prim, np.array([start.GetValue()]))[0])
+    purposes = [UsdGeom.Tokens.default_, UsdGeom.Tokens.render, UsdGeom.Tokens.proxy]
+    cache = UsdGeom.BBoxCache(start_code(prim.GetStage()), purposes)
     corners = []
     for gprim in Usd.PrimRange(prim, Usd.TraverseInstanceProxies()):
         if not gprim.IsA(UsdGeom.Gprim) or inherited_target(gprim, "skel:skeleton") is not None:
             continue
-        box = cache.ComputeWorldBound(gprim).ComputeAlignedRange()
+        box = cache.ComputeRelativeBound(gprim, prim).ComputeAlignedRange()
         if not box.IsEmpty():
-            world = np.array([box.GetCorner(i) for i in range(8)])
-            corners.append(upright.apply(world @ to_prim[:3, :3] + to_prim[3, :3]))
+            corners.append(upright.apply(np.array([box.GetCorner(i) for i in range(8)])))
     if not corners:
         return None
     points = np.concatenate(corners)

@@ -110,7 +110,7 @@ def _orientations(
     if len(sides) != len(positions) or len(sides) < 2:
         return np.tile([0.0, 0.0, 0.0, 1.0], (len(positions), 1)), ()
     message = (
-        f"{prim.GetPath()}: has no orientations, the footsteps face along their path. Author orientations where the "
+        f"{prim.GetPath()}: has no orientations, the footsteps face along their path. author orientations where the "
         "character steps sideways or backward"
     )
     _logger.warning("%s", message)

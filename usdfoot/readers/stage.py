@@ -78,8 +78,7 @@ def authored(prim: Usd.Prim, name: str) -> Any:
     attribute = prim.GetAttribute(name)
     if not attribute or not attribute.HasAuthoredValue():
         return None
-    value = attribute.Get()
-    return attribute.Get(Usd.TimeCode.EarliestTime()) if value is None else value
+    return attribute.Get(Usd.TimeCode.EarliestTime())
 
 
 def targets(prim: Usd.Prim, name: str) -> list[Sdf.Path]:

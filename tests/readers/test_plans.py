@@ -1,0 +1,229 @@
+"""Footstep plans in any units and under any transform; what is wrong with one is said."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from pxr import Gf, Sdf, Usd, UsdGeom
+
+from tests.scenes import Units, add_plan, new_stage, straight_steps
+from usdfoot.bridge.tokens import Plan as Token
+from usdfoot.errors import PlanError
+from usdfoot.readers.plans import is_plan, path_orientations, read_plan
+from usdfoot.readers.stage import read_stage_info
+
+EVERY_UNITS = [Units(m, u, r) for m, u, r in ((1.0, "Y", 24), (0.01, "Z", 30), (0.0254, "Y", 60), (1, "Z", 120))]
+YAWS = np.array([0.1, -0.2, 0.4, 0.9, 1.5, 2.5])
+
+
+def read(stage, path="/World/Plan"):
+    return read_plan(stage.GetPrimAtPath(path), read_stage_info(stage).units)
+
+
+@pytest.mark.parametrize("units", EVERY_UNITS)
+@pytest.mark.parametrize("half", [True, False])
+def test_units_axes_rates_and_precision_do_not_matter(units, half):
+    stage = new_stage(None, units)
+    add_plan(stage, "/World/Plan", units, yaws=YAWS, half=half)
+    plan, problems = read(stage)
+    sides, positions, strikes, liftoffs = straight_steps()
+    assert_array_equal(plan.sides, sides)
+    assert_allclose(plan.positions, positions, atol=1e-6)
+    assert_allclose(plan.yaws, YAWS, atol=2e-3 if half else 1e-6)
+    assert_allclose(plan.normals, np.tile([0.0, 1.0, 0.0], (6, 1)), atol=1e-6)
+    assert_allclose(np.linalg.norm(plan.orientations, axis=1), 1.0, atol=1e-12)
+    assert_allclose(plan.strike_times, strikes, atol=1e-9)
+    assert_allclose(plan.liftoff_times, liftoffs, atol=1e-9)
+    assert_array_equal(plan.root_weights, 0.0)
+    assert problems == ()
+
+
+def test_the_identity_faces_plus_z_on_y_up_and_minus_y_on_z_up():
+    for up, forward in (("Y", (0.0, 0.0, 1.0)), ("Z", (0.0, -1.0, 0.0))):
+        stage = new_stage(None, Units(1.0, up))
+        instancer = add_plan(stage, "/World/Plan", Units(1.0, up))
+        instancer.CreateOrientationsfAttr([Gf.Quatf(1.0)] * 6)
+        plan, _ = read(stage)
+        assert_allclose(
+            Units(1.0, up).directions((np.sin(plan.yaws[0]), 0.0, np.cos(plan.yaws[0]))), forward, atol=1e-9
+        )
+        assert_allclose(plan.normals[0], (0.0, 1.0, 0.0), atol=1e-9)
+
+
+def test_the_transform_of_the_plan_applies_to_positions_and_orientations():
+    stage = new_stage()
+    instancer = add_plan(stage, "/World/Group/Plan", Units(), yaws=np.zeros(6), half=False)
+    above = UsdGeom.Xform.Define(stage, "/World/Group")
+    above.AddTranslateOp().Set(Gf.Vec3d(5.0, 1.0, 0.0))
+    above.AddRotateYOp().Set(90.0)
+    UsdGeom.Xformable(instancer).AddScaleOp().Set(Gf.Vec3f(2.0, 2.0, 2.0))
+    plan, _ = read(stage, "/World/Group/Plan")
+    _, positions, _, _ = straight_steps()
+    assert_allclose(
+        plan.positions, np.stack([5 + 2 * positions[:, 2], 1 + 0 * positions[:, 0], -2 * positions[:, 0]], 1), atol=1e-6
+    )
+    assert_allclose(plan.yaws, np.pi / 2, atol=1e-6)
+
+
+def test_a_stretched_plan_keeps_its_feet_on_its_surface():
+    """A plan on a slope of 45 degrees, stretched sideways to the slope: normals tilt, feet keep to the ground."""
+    stage = new_stage()
+    instancer = add_plan(stage, "/World/Plan", Units())
+    half = np.sin(np.pi / 8), np.cos(np.pi / 8)
+    instancer.CreateOrientationsfAttr([Gf.Quatf(half[1], -half[0], 0.0, 0.0)] * 6)
+    UsdGeom.Xformable(instancer).AddScaleOp().Set(Gf.Vec3f(1.0, 2.0, 1.0))
+    plan, _ = read(stage)
+    assert_allclose(plan.normals[0], np.array([0.0, 1.0, -2.0]) / np.sqrt(5.0), atol=1e-6)
+    assert_allclose(plan.yaws, 0.0, atol=1e-6)
+
+
+def test_a_layer_offset_retimes_the_plan(tmp_path):
+    source = new_stage()
+    add_plan(source, "/World/Plan", Units(), yaws=np.zeros(6))
+    source.GetRootLayer().Export(str(tmp_path / "plan.usda"))
+    stage = new_stage()
+    offset = Sdf.LayerOffset(48.0, 2.0)
+    stage.DefinePrim("/World/Sub").GetReferences().AddReference(str(tmp_path / "plan.usda"), "/World", offset)
+    plan, _ = read(stage, "/World/Sub/Plan")
+    _, _, strikes, liftoffs = straight_steps()
+    assert_allclose(plan.strike_times, 2.0 + 2.0 * strikes)
+    assert_allclose(plan.liftoff_times, 2.0 + 2.0 * liftoffs)
+
+
+def test_a_file_with_another_rate_is_retimed(tmp_path):
+    """USD scales codes of a layer with another timeCodesPerSecond; seconds stay seconds."""
+    fast = Units(1.0, "Y", 120.0)
+    source = new_stage(tmp_path / "plan.usda", fast)
+    add_plan(source, "/World/Plan", fast, yaws=np.zeros(6))
+    source.GetRootLayer().Save()
+    stage = new_stage(None, Units(1.0, "Y", 30.0))
+    stage.DefinePrim("/World/Sub").GetReferences().AddReference(str(tmp_path / "plan.usda"), "/World")
+    plan, _ = read(stage, "/World/Sub/Plan")
+    assert_allclose(plan.strike_times, straight_steps()[2])
+
+
+def test_without_orientations_the_feet_face_along_the_path_with_a_warning():
+    stage = new_stage()
+    add_plan(stage, "/World/Plan", Units())
+    plan, problems = read(stage)
+    assert_allclose(plan.yaws, 0.0, atol=1e-6)
+    assert [problem.severity for problem in problems] == ["warning"]
+    assert "/World/Plan: has no orientations, the footsteps face along their path" in problems[0].message
+
+
+def test_path_orientations_turn_with_the_path(generator):
+    sides, positions, _, _ = straight_steps(8)
+    for yaw in generator.uniform(-np.pi, np.pi, 5):
+        turned = np.stack(
+            [np.cos(yaw) * positions[:, 0] + np.sin(yaw) * positions[:, 2], positions[:, 1],
+             np.cos(yaw) * positions[:, 2] - np.sin(yaw) * positions[:, 0]], axis=1,
+        )  # fmt: skip
+        expected = np.tile([0.0, np.sin(yaw / 2), 0.0, np.cos(yaw / 2)], (8, 1))
+        found = path_orientations(sides, turned)
+        assert_allclose(found * np.sign(np.sum(found * expected, axis=1))[:, None], expected, atol=1e-9)
+
+
+def test_feet_side_by_side_face_at_right_angles_to_the_line_between_them():
+    sides = np.array([1, 0])
+    orientations = path_orientations(sides, np.array([[-0.1, 0.0, 0.0], [0.1, 0.0, 0.0]]))
+    assert_allclose(orientations, [[0.0, 0.0, 0.0, 1.0]] * 2, atol=1e-12)
+
+
+def test_only_instancers_with_times_or_the_schema_are_plans():
+    stage = new_stage()
+    with_times = add_plan(stage, "/World/A", Units(), with_api=False)
+    scatter = UsdGeom.PointInstancer.Define(stage, "/World/Trees")
+    assert is_plan(with_times.GetPrim())
+    assert not is_plan(scatter.GetPrim())
+
+
+def plan_prim(steps=None):
+    stage = new_stage()
+    count = len(steps[0]) if steps else 6
+    return stage, add_plan(stage, "/World/Plan", Units(), steps, yaws=np.zeros(count)).GetPrim()
+
+
+def steps_with(*, index=None, strike=None, liftoff=None, side=None, position=None, count=6):
+    sides, positions, strikes, liftoffs = straight_steps(count)
+    if strike is not None:
+        strikes[index] = strike
+    if liftoff is not None:
+        liftoffs[index] = liftoff
+    if side is not None:
+        sides[index] = side
+    if position is not None:
+        positions[index] = position
+    return sides, positions, strikes, liftoffs
+
+
+@pytest.mark.parametrize(
+    ("steps", "message"),
+    [
+        (steps_with(index=2, strike=0.1, liftoff=0.2), "footstep 2 strikes before footstep 1. order by strike time"),
+        (
+            steps_with(index=0, liftoff=1.7),
+            "footstep 2 strikes at 1.6 s before the same foot has left footstep 0 at 1.7 s",
+        ),
+        (steps_with(index=1, side=0), "footsteps 0 and 1 are both left. left and right must alternate"),
+        (steps_with(index=3, position=np.nan), "positions of footstep 3 is not a finite number"),
+        (steps_with(index=4, strike=np.nan), "strikeTimes of footstep 4 is not a finite number"),
+        (steps_with(index=5, liftoff=3.25), "footstep 5 lifts off at 3.25 s, not after its strike at 3.25 s"),
+        (steps_with(index=1, side=7), "footstep 1 has protoIndex 7. 0 = left, 1 = right"),
+        (steps_with(count=1), "has 1 footstep"),
+    ],
+)
+def test_inconsistent_plans_are_refused(steps, message):
+    stage, _ = plan_prim(steps)
+    with pytest.raises(PlanError, match=f"/World/Plan: {message}"):
+        read(stage)
+
+
+def test_arrays_of_different_length_are_listed():
+    stage, prim = plan_prim()
+    prim.GetAttribute(Token.LIFTOFF_TIMES).Set(Sdf.TimeCodeArray([Sdf.TimeCode(30)] * 4))
+    message = (
+        r"/World/Plan: arrays differ in length \(protoIndices 6, positions 6, orientations 6, strikeTimes 6, "
+        r"liftoffTimes 4, rootWeights 6\). author one entry a footstep in each"
+    )
+    with pytest.raises(PlanError, match=message):
+        read(stage)
+
+
+@pytest.mark.parametrize("name", ["positions", "protoIndices", Token.STRIKE_TIMES, Token.LIFTOFF_TIMES])
+def test_a_missing_array_is_named(name):
+    stage, prim = plan_prim()
+    prim.GetAttribute(name).Clear()
+    with pytest.raises(PlanError, match=f"/World/Plan: has no {name}. author one entry a footstep"):
+        read(stage)
+
+
+def test_an_orientation_of_no_length_is_named():
+    stage, prim = plan_prim()
+    UsdGeom.PointInstancer(prim).GetOrientationsAttr().Set([Gf.Quath(0, 0, 0, 0)] * 6)
+    with pytest.raises(PlanError, match="/World/Plan: orientations of footstep 0 is not a finite number"):
+        read(stage)
+
+
+def test_a_mirrored_plan_is_refused():
+    stage, prim = plan_prim()
+    UsdGeom.Xformable(prim).AddScaleOp().Set(Gf.Vec3f(-1.0, 1.0, 1.0))
+    with pytest.raises(PlanError, match="/World/Plan: is mirrored by its transform"):
+        read(stage)
+
+
+def test_another_kind_of_prim_is_refused():
+    stage = new_stage()
+    UsdGeom.Xform.Define(stage, "/World/Plan")
+    with pytest.raises(
+        PlanError, match=r"/World/Plan: is Xform. a footstep plan is a PointInstancer with UsdfootPlanAPI"
+    ):
+        read(stage)
+
+
+def test_the_real_plans_are_read(shared_data):
+    stage = Usd.Stage.Open(str(shared_data / "scenes" / "walk_flat.usda"))
+    plan, problems = read(stage, "/World/Plans/Walker")
+    assert len(plan) == 12
+    assert problems == ()
+    assert_allclose(plan.positions[1], (-0.0020981771, 0.0, -2.6640482), atol=1e-6)
+    assert_allclose(plan.strike_times[:2], np.array([7.75, 24.125]) / 30.0)
+    assert_allclose(plan.yaws[0], 2 * np.arctan2(-0.0215454, 1.0), atol=1e-4)

@@ -1,0 +1,361 @@
+"""Whole scenes: who is read, what is shared, and what is said of what cannot be used."""
+
+import logging
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdUtils, Vt
+
+from tests.scenes import (
+    JOINTS,
+    Units,
+    add_agent,
+    add_character,
+    add_clip,
+    add_ground,
+    add_mesh,
+    add_plan,
+    new_stage,
+    simple_scene,
+    straight_steps,
+    walk_pose,
+)
+from usdfoot.bridge.tokens import Agent as Token
+from usdfoot.bridge.tokens import Plan
+from usdfoot.errors import SceneError
+from usdfoot.readers.scene import read_scene
+
+TIMES = np.arange(0.0, 1.0, 1.0 / 30.0)
+EVERY_UNITS = [
+    Units(m, u, r) for m, u, r in ((1.0, "Y", 24), (0.01, "Z", 30), (0.0254, "Y", 60), (0.01, "Y", 48), (1, "Z", 120))
+]
+
+
+def messages(scene, severity="error"):
+    return [problem.message for problem in scene.crowd.problems if problem.severity == severity]
+
+
+@pytest.mark.parametrize("units", EVERY_UNITS)
+@pytest.mark.parametrize("schemas", [True, False])
+def test_the_same_scene_in_any_units_with_or_without_schemas(units, schemas):
+    scene = read_scene(simple_scene(units=units, schemas=schemas))
+    (agent,) = scene.crowd.agents
+    (library,) = scene.crowd.libraries
+    sides, positions, strikes, _ = straight_steps()
+    assert_array_equal(agent.plan.sides, sides)
+    assert_allclose(agent.plan.positions, positions, atol=1e-6)
+    assert_allclose(agent.plan.strike_times, strikes, atol=1e-9)
+    assert [clip.name for clip in library.clips] == ["/World/Clips/walk"]
+    assert library.skeleton is scene.characters[agent.character].skeleton
+    assert scene.crowd.terrain.meshes == ("/World/Ground",)
+    assert agent.name == ("Hero" if schemas else "Walk")
+    assert scene.crowd.problems == ()
+    assert (agent.ik_reach, agent.root_weight, agent.replace_distance, agent.motion) == (0.3, 0.0, 0.0, "clips")
+
+
+def test_frames_are_whole_codes_around_all_plans():
+    stage = simple_scene(units=Units(1.0, "Y", 30.0))
+    scene = read_scene(stage)
+    _, _, strikes, liftoffs = straight_steps()
+    assert_array_equal(scene.frame_codes, np.arange(np.floor(strikes[0] * 30), np.ceil(liftoffs[-1] * 30) + 1))
+    assert_allclose(scene.crowd.frame_times, scene.frame_codes / 30.0)
+    assert scene.crowd.frame_rate == 30.0
+    assert_array_equal(read_scene(stage, frames=(20, 22)).frame_codes, [20, 21, 22])
+    with pytest.raises(SceneError, match="frames: 9:3 is empty"):
+        read_scene(stage, frames=(9, 3))
+
+
+def test_options_of_an_agent_are_read_in_its_units():
+    stage = simple_scene(units=Units(0.01))
+    prim = stage.GetPrimAtPath("/World/Hero")
+    for name, value in ((Token.IK_REACH, 12.0), (Token.ROOT_WEIGHT, 0.5), (Token.REPLACE_DISTANCE, 3.0)):
+        prim.CreateAttribute(name, Sdf.ValueTypeNames.Float, False).Set(value)
+    prim.CreateAttribute(Token.MOTION, Sdf.ValueTypeNames.Token, False).Set("hybrid")
+    (agent,) = read_scene(stage).crowd.agents
+    assert (agent.ik_reach, agent.root_weight, agent.replace_distance) == pytest.approx((0.12, 0.5, 0.03))
+    assert agent.motion == "hybrid"
+
+
+def crowd_stage(tmp_path, count=3):
+    """Agents with one asset each of their own, one plan each, all clips shared."""
+    source = new_stage(tmp_path / "hero.usda")
+    add_character(source, "/World/Hero", Units())
+    source.GetRootLayer().Save()
+    stage = new_stage(tmp_path / "scene.usda")
+    add_clip(stage, "/World/Clips/walk", Units(), TIMES, *walk_pose(TIMES))
+    for i in range(count):
+        add_plan(stage, f"/World/Plans/P{i}", Units(), yaws=np.zeros(6))
+        prim = stage.DefinePrim(f"/World/Group{i}/Walker")
+        prim.GetReferences().AddReference("./hero.usda", "/World/Hero")
+        add_agent(stage, str(prim.GetPath()), plan=f"/World/Plans/P{i}")
+    return stage
+
+
+def test_agents_share_character_and_clips_and_have_names_of_their_own(tmp_path):
+    scene = read_scene(crowd_stage(tmp_path))
+    assert [agent.name for agent in scene.crowd.agents] == ["Walker", "Walker_1", "Walker_2"]
+    assert len(scene.characters) == 1
+    assert len(scene.crowd.libraries) == 1
+    assert scene.characters[0].asset == str((tmp_path / "hero.usda").resolve())
+    assert scene.stage.layers == tuple(sorted(str((tmp_path / n).resolve()) for n in ("hero.usda", "scene.usda")))
+
+
+def test_agents_are_chosen_by_name_or_path(tmp_path):
+    stage = crowd_stage(tmp_path)
+    assert [agent.name for agent in read_scene(stage, agents="Walker_*").crowd.agents] == ["Walker_1", "Walker_2"]
+    assert [agent.name for agent in read_scene(stage, agents="/World/Group2/*").crowd.agents] == ["Walker_2"]
+    with pytest.raises(SceneError, match="agents Nobody: match none of the scene's agents: Walker, Walker_1, Walker_2"):
+        read_scene(stage, agents="Nobody")
+
+
+def test_one_bad_agent_is_reported_and_the_others_go_on(tmp_path):
+    stage = crowd_stage(tmp_path)
+    times = stage.GetPrimAtPath("/World/Plans/P1").GetAttribute(Plan.STRIKE_TIMES)
+    times.Set(Sdf.TimeCodeArray([Sdf.TimeCode(0)] * 2))
+    scene = read_scene(stage)
+    assert [agent.name for agent in scene.crowd.agents] == ["Walker", "Walker_2"]
+    (message,) = messages(scene)
+    assert message.startswith("/World/Group1/Walker: /World/Plans/P1: arrays differ in length")
+
+
+def test_a_character_of_its_own_or_elsewhere():
+    stage = simple_scene()
+    add_character(stage, "/World/Library/Other", Units(), joints=[joint.replace("Hips", "pelvis") for joint in JOINTS])
+    add_plan(stage, "/World/Plans/Second", Units(), yaws=np.zeros(6))
+    add_agent(stage, "/World/Guest", plan="/World/Plans/Second", character="/World/Library/Other")
+    names = [joint.replace("Hips", "pelvis") for joint in JOINTS]
+    add_clip(stage, "/World/Library/Other/Skeleton/walk", Units(), TIMES, *walk_pose(TIMES), joints=names)
+    scene = read_scene(stage)
+    assert [scene.characters[agent.character].path for agent in scene.crowd.agents] == [
+        "/World/Hero",
+        "/World/Library/Other",
+    ]
+    hero, guest = scene.crowd.agents
+    assert [clip.name for clip in scene.crowd.libraries[hero.library].clips] == ["/World/Clips/walk"]
+    # Nobody chose clips for the guest: those of the hero fit its legs too.
+    names = {clip.name for clip in scene.crowd.libraries[guest.library].clips}
+    assert names == {"/World/Clips/walk", "/World/Library/Other/Skeleton/walk"}
+
+
+def test_an_agent_prim_on_an_instance_proxy(tmp_path):
+    simple_scene(tmp_path / "all.usda")
+    stage = new_stage()
+    prim = stage.DefinePrim("/World/Copy", "Xform")
+    prim.GetReferences().AddReference(str(tmp_path / "all.usda"))
+    prim.SetInstanceable(True)
+    UsdGeom.Xformable(prim).AddTranslateOp().Set(Gf.Vec3d(4.0, 0.0, 0.0))
+    scene = read_scene(stage)
+    (agent,) = scene.crowd.agents
+    assert agent.source == "/World/Copy/Hero"
+    assert_allclose(agent.plan.positions, straight_steps()[1] + (4.0, 0.0, 0.0), atol=1e-6)
+
+
+def test_a_usdz_package(tmp_path):
+    simple_scene(tmp_path / "scene.usdc")
+    UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(tmp_path / "scene.usdc")), str(tmp_path / "scene.usdz"))
+    scene = read_scene(tmp_path / "scene.usdz")
+    assert [agent.name for agent in scene.crowd.agents] == ["Hero"]
+    assert scene.stage.identifier == str((tmp_path / "scene.usdz").resolve())
+
+
+def test_every_plan_gets_an_agent_where_no_agent_is_authored():
+    stage = simple_scene(schemas=False)
+    add_plan(stage, "/World/Plans/Second", Units(), yaws=np.zeros(6), with_api=False)
+    scene = read_scene(stage)
+    assert [agent.name for agent in scene.crowd.agents] == ["Walk", "Second"]
+    assert {agent.character for agent in scene.crowd.agents} == {0}
+
+
+def test_the_only_agent_takes_the_only_plan():
+    stage = simple_scene()
+    stage.GetPrimAtPath("/World/Hero").RemoveProperty(Token.PLAN)
+    assert read_scene(stage).crowd.agents[0].plan.name == "/World/Plans/Walk"
+
+
+def test_a_plan_nobody_walks_is_a_warning():
+    stage = simple_scene()
+    add_plan(stage, "/World/Plans/Spare", Units(), yaws=np.zeros(6))
+    scene = read_scene(stage)
+    assert len(scene.crowd.agents) == 1
+    assert messages(scene, "warning") == [
+        "/World/Plans/Spare: no agent walks this plan. point an agent's usdfoot:agent:plan at it"
+    ]
+
+
+@pytest.mark.parametrize("word", ["path", "trajectory"])
+def test_agents_without_footsteps_are_named(tmp_path, word):
+    stage = crowd_stage(tmp_path)
+    prim = stage.GetPrimAtPath("/World/Group0/Walker")
+    prim.RemoveProperty(Token.PLAN)
+    UsdGeom.Xform.Define(stage, "/World/Way")
+    add_agent(stage, "/World/Group0/Walker", **{word: "/World/Way"})
+    scene = read_scene(stage)
+    assert len(scene.crowd.agents) == 2
+    (message,) = messages(scene)
+    assert message == (
+        f"/World/Group0/Walker: follows a {word} but has no footsteps. this needs a footstep plan for now: point "
+        "usdfoot:agent:plan at a PointInstancer with UsdfootPlanAPI"
+    )
+
+
+def authored(name, kind, value):
+    return lambda prim: prim.CreateAttribute(name, kind, False).Set(value)
+
+
+def pointed(name, target):
+    return lambda prim: prim.GetRelationship(name).SetTargets([target])
+
+
+_TOKEN, _FLOAT = Sdf.ValueTypeNames.Token, Sdf.ValueTypeNames.Float
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (authored(Token.MOTION, _TOKEN, "fly"), "agent:motion is fly. author one of clips, physics, hybrid"),
+        (authored(Token.IK_REACH, _FLOAT, -1.0), "agent:ikReach is -1. author a number of at least 0"),
+        (authored(Token.ROOT_WEIGHT, _FLOAT, 2.0), "agent:rootWeight is 2. author a number between 0 and 1"),
+        (pointed(Token.PLAN, "/Nowhere"), "agent:plan points at what does not exist: /Nowhere"),
+        (pointed(Token.PLAN, "/World/Clips"), "/World/Clips: is an untyped prim. a footstep plan is a PointInstancer"),
+        (pointed(Token.CLIPS, "/World/Plans"), "/World/Plans: has no clips"),
+    ],
+)
+def test_an_agent_that_cannot_be_used_is_the_scene_s_error_if_it_is_the_only_one(spoil, message):
+    stage = simple_scene()
+    spoil(stage.GetPrimAtPath("/World/Hero"))
+    with pytest.raises(SceneError, match="no agent can be used") as caught:
+        read_scene(stage)
+    assert message in str(caught.value)
+
+
+def test_no_clips():
+    stage = simple_scene(schemas=False)
+    stage.RemovePrim("/World/Clips")
+    with pytest.raises(SceneError, match=r"the stage: has no clips \(SkelAnimation prims\). add some"):
+        read_scene(stage)
+
+
+def test_no_character():
+    stage = simple_scene(schemas=False)
+    stage.RemovePrim("/World/Hero")
+    with pytest.raises(SceneError, match=r"has no Skeleton with joints. add a character"):
+        read_scene(stage)
+
+
+def test_no_plan():
+    stage = simple_scene(schemas=False)
+    stage.RemovePrim("/World/Plans")
+    with pytest.raises(SceneError, match=r"has no footstep plan. add a PointInstancer with UsdfootPlanAPI"):
+        read_scene(stage)
+
+
+def test_no_biped():
+    stage = new_stage()
+    names = [f"j{i}" for i in range(3)]
+    add_character(stage, "/World/Hero", Units(), joints=names, offsets=np.eye(3), with_body=True)
+    add_plan(stage, "/World/Plan", Units(), yaws=np.zeros(6))
+    with pytest.raises(SceneError, match="no joint found for the role") as caught:
+        read_scene(stage)
+    assert "uniform token usdfoot:biped:left:hip" in str(caught.value)
+
+
+def test_joints_that_do_not_match():
+    stage = simple_scene()
+    stage.GetPrimAtPath("/World/Hero").RemoveProperty(Token.CLIPS)
+    names = [f"other{i}" for i in range(len(JOINTS))]
+    stage.RemovePrim("/World/Clips")
+    add_clip(stage, "/World/Clips/alien", Units(), TIMES, *walk_pose(TIMES), joints=names)
+    with pytest.raises(SceneError, match=r"none of 1 clip\(s\) fits /World/Hero/Skeleton: /World/Clips/alien"):
+        read_scene(stage)
+    add_agent(stage, "/World/Hero", clips="/World/Clips")
+    with pytest.raises(SceneError, match="/World/Clips/alien: does not move the leg joints of /World/Hero/Skeleton"):
+        read_scene(stage)
+
+
+def test_a_missing_file(tmp_path):
+    with pytest.raises(SceneError, match="no such file"):
+        read_scene(tmp_path / "nowhere.usda")
+
+
+def test_a_bad_clip_among_good_ones_is_named():
+    stage = simple_scene()
+    animation = add_clip(stage, "/World/Clips/broken", Units(), TIMES, *walk_pose(TIMES))
+    bad = np.full((len(JOINTS), 3), np.nan, dtype=np.float32)
+    animation.GetTranslationsAttr().Set(Vt.Vec3fArray.FromNumpy(bad), 0.0)
+    scene = read_scene(stage)
+    assert len(scene.crowd.libraries[0].clips) == 1
+    assert messages(scene) == [
+        "/World/Clips/broken: translations at time code 0 are not finite, or zero. repair the sample"
+    ]
+
+
+def test_clips_nobody_asked_for_and_that_fit_nobody_are_warnings():
+    stage = simple_scene(schemas=False)
+    names = [f"horse{i}" for i in range(len(JOINTS))]
+    add_clip(stage, "/World/Horse/gallop", Units(), TIMES, *walk_pose(TIMES), joints=names)
+    scene = read_scene(stage)
+    assert messages(scene) == []
+    assert messages(scene, "warning") == ["/World/Horse/gallop: not used, lacks leg joints of /World/Hero/Skeleton"]
+
+
+def test_an_empty_terrain_mesh_is_a_problem_of_the_scene():
+    stage = simple_scene()
+    add_mesh(stage, "/World/Hole", [], [], Units(), terrain=True)
+    scene = read_scene(stage)
+    assert len(scene.crowd.agents) == 1
+    assert messages(scene)[0].startswith("/World/Hole: is an empty mesh (0 points, 0 faces)")
+
+
+def test_physics_needs_no_clips():
+    stage = simple_scene()
+    stage.RemovePrim("/World/Clips")
+    prim = stage.GetPrimAtPath("/World/Hero")
+    prim.RemoveProperty(Token.CLIPS)
+    prim.CreateAttribute(Token.MOTION, Sdf.ValueTypeNames.Token, False).Set("physics")
+    scene = read_scene(stage)
+    assert scene.crowd.libraries[0].clips == ()
+
+
+def test_the_stage_is_not_edited_and_problems_are_logged(caplog):
+    stage = simple_scene()
+    add_ground(stage, "/World/More", Units())
+    add_plan(stage, "/World/Plans/Spare", Units(), yaws=np.zeros(6))
+    before = [layer.ExportToString() for layer in stage.GetUsedLayers()]
+    with caplog.at_level(logging.WARNING):
+        read_scene(stage)
+    assert [layer.ExportToString() for layer in stage.GetUsedLayers()] == before
+    assert "no agent walks this plan" in caplog.text
+
+
+@pytest.mark.parametrize(("name", "footsteps"), [("walk_flat", 12), ("stepping_stones", 16)])
+def test_the_real_scenes(shared_data, name, footsteps):
+    scene = read_scene(shared_data / "scenes" / f"{name}.usda")
+    (agent,) = scene.crowd.agents
+    assert len(agent.plan) == footsteps
+    assert len(scene.crowd.libraries[agent.library].clips) == 31
+    assert scene.crowd.problems == ()
+    assert scene.characters[0].asset == str(shared_data / "bandai" / "bandai_character.usdc")
+    assert scene.characters[0].asset_prim == "/BandaiCharacter"
+    bed = [not walkable for walkable in scene.crowd.terrain.walkable]
+    assert sum(bed) == (1 if name == "stepping_stones" else 0)
+
+
+def test_the_trajectories_need_footsteps_for_now(shared_data):
+    with pytest.raises(SceneError, match="/World/Agents/person_075: follows a trajectory but has no footsteps"):
+        read_scene(shared_data / "scenes" / "crowd_zara.usda")
+
+
+@pytest.mark.parametrize("name", ["pab/pab_walk.usdc", "knight/knight_Walking_A.usdc"])
+def test_files_of_blender_with_a_plan_and_no_schema(shared_data, name):
+    units = Units(1.0, "Z", 30.0 if "pab" in name else 24.0)
+    stage = new_stage(None, units)
+    stage.DefinePrim("/World/Guy").GetReferences().AddReference(str(shared_data / name))
+    add_plan(stage, "/World/Plan", units, yaws=np.zeros(6), with_api=False)
+    scene = read_scene(stage)
+    (agent,) = scene.crowd.agents
+    character = scene.characters[agent.character]
+    assert (character.path, character.asset) == ("/World/Guy", str(shared_data / name))
+    assert len(scene.crowd.libraries[agent.library].clips) == 1
+    assert len(character.skeleton_to_agent) == (len(scene.frame_codes) if "pab" in name else 1)
+    assert isinstance(stage, Usd.Stage)

@@ -1,0 +1,105 @@
+"""Opening stages and reading their metadata."""
+
+import logging
+
+import pytest
+from pxr import Sdf, Usd, UsdGeom, UsdUtils
+
+from tests.scenes import Units, add_character, add_plan, new_stage, simple_scene
+from usdfoot.bridge.schema import apply_api
+from usdfoot.bridge.tokens import Schema
+from usdfoot.errors import SceneError
+from usdfoot.readers.stage import authored, collect_prims, open_stage, read_stage_info
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(SceneError, match=r"nowhere.usda: no such file. give a usd, usda, usdc or usdz file"):
+        open_stage(tmp_path / "nowhere.usda")
+
+
+@pytest.mark.parametrize("name", ["notes.txt", "broken.usda", "folder.usd"])
+def test_what_is_not_usd_is_named(tmp_path, name):
+    path = tmp_path / name
+    if name == "folder.usd":
+        path.mkdir()
+    else:
+        path.write_text("this is not USD")
+    with pytest.raises(SceneError, match=name):
+        open_stage(path)
+
+
+def test_an_open_stage_is_taken_as_it_is():
+    stage = new_stage()
+    assert open_stage(stage) is stage
+
+
+def test_metadata_is_read(tmp_path):
+    stage = simple_scene(tmp_path / "scene.usda", Units(0.0254, "Z", 48.0))
+    stage.SetStartTimeCode(3)
+    stage.SetEndTimeCode(99)
+    info = read_stage_info(stage)
+    assert info.identifier == str((tmp_path / "scene.usda").resolve())
+    assert (info.units.meters_per_unit, info.units.up_axis, info.units.time_codes_per_second) == (0.0254, "Z", 48.0)
+    assert (info.frames_per_second, info.start_code, info.end_code) == (48.0, 3.0, 99.0)
+    assert info.layers == (info.identifier,)
+
+
+def test_fallbacks_are_used_knowingly(caplog):
+    stage = Usd.Stage.CreateInMemory()
+    with caplog.at_level(logging.INFO):
+        info = read_stage_info(stage)
+    assert (info.units.meters_per_unit, info.units.up_axis, info.units.time_codes_per_second) == (0.01, "Y", 24.0)
+    for name in ("metersPerUnit", "upAxis", "timeCodesPerSecond"):
+        assert f"{name} is not authored, USD's fallback" in caplog.text
+
+
+def test_the_rate_of_the_samples_is_not_the_playback_rate():
+    stage = new_stage(None, Units(1.0, "Y", 30.0))
+    stage.SetFramesPerSecond(24.0)
+    info = read_stage_info(stage)
+    assert (info.units.time_codes_per_second, info.frames_per_second) == (30.0, 24.0)
+
+
+def test_prims_are_collected_by_kind():
+    stage = simple_scene()
+    prims = collect_prims(stage)
+    assert [prim.GetName() for prim in prims.skeletons] == ["Skeleton"]
+    assert [prim.GetName() for prim in prims.animations] == ["walk"]
+    assert [prim.GetName() for prim in prims.meshes] == ["Body", "Ground"]
+    assert [prim.GetName() for prim in prims.instancers] == ["Walk"]
+    assert {name: len(found) for name, found in prims.with_apis.items()} == {
+        Schema.AGENT: 1,
+        Schema.PLAN: 1,
+        Schema.TERRAIN: 1,
+    }
+
+
+def test_instances_are_looked_into(tmp_path):
+    source = new_stage()
+    add_character(source, "/World/Hero", Units())
+    add_plan(source, "/World/Plan", Units())
+    apply_api(source.GetPrimAtPath("/World/Hero"), Schema.AGENT)
+    source.GetRootLayer().Export(str(tmp_path / "asset.usda"))
+    stage = new_stage()
+    prim = stage.DefinePrim("/World/A")
+    prim.GetReferences().AddReference(str(tmp_path / "asset.usda"))
+    prim.SetInstanceable(True)
+    prims = collect_prims(stage)
+    assert [str(found.GetPath()) for found in prims.skeletons] == ["/World/A/Hero/Skeleton"]
+    assert [str(found.GetPath()) for found in prims.with_apis[Schema.AGENT]] == ["/World/A/Hero"]
+
+
+def test_only_authored_values_count():
+    stage = new_stage()
+    sphere = UsdGeom.Sphere.Define(stage, "/World/Ball")
+    assert authored(sphere.GetPrim(), "radius") is None
+    assert authored(sphere.GetPrim(), "nothing") is None
+    sphere.GetRadiusAttr().Set(2.0, 5.0)
+    assert authored(sphere.GetPrim(), "radius") == 2.0
+
+
+def test_a_usdz_package_is_a_scene(tmp_path):
+    simple_scene(tmp_path / "scene.usdc")
+    assert UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(tmp_path / "scene.usdc")), str(tmp_path / "scene.usdz"))
+    stage = open_stage(tmp_path / "scene.usdz")
+    assert len(collect_prims(stage).skeletons) == 1

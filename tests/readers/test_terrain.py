@@ -1,0 +1,219 @@
+"""Terrain: which meshes, which triangles, which way up."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel
+
+from tests.scenes import Units, add_character, add_ground, add_mesh, add_plan, new_stage
+from usdfoot.bridge.schema import apply_api
+from usdfoot.bridge.tokens import Schema
+from usdfoot.bridge.tokens import Terrain as Token
+from usdfoot.readers.stage import collect_prims, read_stage_info
+from usdfoot.readers.terrain import read_terrain
+from usdfoot.readers.triangles import triangulate
+
+SQUARE = [(-1, 0, -1), (-1, 0, 1), (1, 0, 1), (1, 0, -1)]
+
+
+def read(stage):
+    return read_terrain(stage, collect_prims(stage), read_stage_info(stage).units)
+
+
+def normals(terrain):
+    a, b, c = (terrain.points[terrain.triangles[:, i]] for i in range(3))
+    return np.cross(b - a, c - a)
+
+
+def area(terrain):
+    return 0.5 * np.linalg.norm(normals(terrain), axis=1).sum()
+
+
+@pytest.mark.parametrize("units", [Units(), Units(0.01, "Z"), Units(0.0254, "Y")])
+def test_units_and_axes_do_not_matter(units):
+    stage = new_stage(None, units)
+    add_ground(stage, "/World/Floor", units, size=2.0)
+    terrain, problems = read(stage)
+    assert terrain.meshes == ("/World/Floor",)
+    assert_allclose(terrain.points, [(-2, 0, -2), (-2, 0, 2), (2, 0, 2), (2, 0, -2)], atol=1e-6)
+    assert np.all(normals(terrain)[:, 1] > 0.0)
+    assert area(terrain) == pytest.approx(16.0, rel=1e-6)
+    assert problems == ()
+
+
+def test_a_marked_prim_covers_the_meshes_below_it_and_the_nearest_walkable_wins():
+    stage = new_stage()
+    for name in ("A", "B", "C"):
+        add_mesh(stage, f"/World/Set/{name}/Mesh", SQUARE, [(0, 1, 2, 3)], Units())
+    apply_api(stage.GetPrimAtPath("/World/Set"), Schema.TERRAIN)
+    apply_api(stage.GetPrimAtPath("/World/Set/B"), Schema.TERRAIN)
+    stage.GetPrimAtPath("/World/Set").CreateAttribute(Token.WALKABLE, Sdf.ValueTypeNames.Bool, False).Set(False)
+    stage.GetPrimAtPath("/World/Set/B").CreateAttribute(Token.WALKABLE, Sdf.ValueTypeNames.Bool, False).Set(True)
+    add_ground(stage, "/World/Ground", Units(), terrain=False)
+    terrain, _ = read(stage)
+    assert terrain.meshes == ("/World/Set/A/Mesh", "/World/Set/B/Mesh", "/World/Set/C/Mesh")
+    assert_array_equal(terrain.walkable, [False, True, False])
+
+
+@pytest.mark.parametrize(
+    "path", ["/World/Ground", "/World/my_TERRAIN_01", "/World/Playground/Plane", "/World/Ground/Plane_001"]
+)
+def test_without_the_schema_names_tell(path):
+    stage = new_stage()
+    add_mesh(stage, "/World/Wall", SQUARE, [(0, 1, 2, 3)], Units())
+    add_mesh(stage, path, SQUARE, [(0, 1, 2, 3)], Units())
+    terrain, _ = read(stage)
+    assert terrain.meshes == (path,)
+    assert_array_equal(terrain.walkable, [True])
+
+
+def test_no_terrain_is_no_error():
+    stage = new_stage()
+    add_mesh(stage, "/World/Wall", SQUARE, [(0, 1, 2, 3)], Units())
+    terrain, problems = read(stage)
+    assert terrain.meshes == ()
+    assert terrain.triangles.shape == (0, 3)
+    assert problems == ()
+
+
+def test_characters_and_prints_are_no_terrain():
+    stage = new_stage()
+    skeleton = add_character(stage, "/World/GroundKeeper", Units(), with_body=True)
+    add_plan(stage, "/World/GroundPlan", Units())
+    add_mesh(stage, "/World/GroundPlan/Prints/Ground", SQUARE, [(0, 1, 2, 3)], Units())
+    apply_api(stage.GetPrimAtPath("/World"), Schema.TERRAIN)
+    assert skeleton
+    terrain, _ = read(stage)
+    assert terrain.meshes == ()
+
+
+def test_the_transform_at_the_stage_s_start_applies():
+    stage = new_stage()
+    stage.SetStartTimeCode(10)
+    mesh = add_ground(stage, "/World/Ground", Units(), size=1.0)
+    op = mesh.AddTranslateOp()
+    op.Set(Gf.Vec3d(0, 2, 0), 10)
+    op.Set(Gf.Vec3d(0, 9, 0), 20)
+    terrain, _ = read(stage)
+    assert_allclose(terrain.points[:, 1], 2.0)
+
+
+@pytest.mark.parametrize("left_handed", [True, False])
+@pytest.mark.parametrize("mirrored", [True, False])
+def test_orientation_and_mirrors_are_honoured(left_handed, mirrored):
+    stage = new_stage()
+    faces = [(3, 2, 1, 0)] if left_handed else [(0, 1, 2, 3)]
+    mesh = add_mesh(stage, "/World/Ground", SQUARE, faces, Units(), terrain=True)
+    if left_handed:
+        mesh.CreateOrientationAttr(UsdGeom.Tokens.leftHanded)
+    if mirrored:
+        mesh.AddScaleOp().Set(Gf.Vec3f(-1.0, 1.0, 1.0))
+    terrain, _ = read(stage)
+    assert np.all(normals(terrain)[:, 1] > 0.0)
+
+
+def test_holes_and_faces_without_area_are_left_out():
+    points = [*SQUARE, (3, 0, -1), (3, 0, 1)]
+    stage = new_stage()
+    mesh = add_mesh(
+        stage, "/World/Ground", points, [(0, 1, 2, 3), (3, 2, 5, 4), (0, 0, 1), (0, 3, 4)], Units(), terrain=True
+    )
+    mesh.CreateHoleIndicesAttr([1])
+    terrain, problems = read(stage)
+    assert area(terrain) == pytest.approx(4.0)
+    assert len(terrain.triangles) == 2
+    assert problems == ()
+
+
+def test_instances_are_separate_meshes(tmp_path):
+    source = new_stage()
+    add_ground(source, "/World/Stone", Units(), size=0.5)
+    source.GetRootLayer().Export(str(tmp_path / "stone.usda"))
+    stage = new_stage()
+    for i in range(2):
+        prim = UsdGeom.Xform.Define(stage, f"/World/S{i}")
+        prim.GetPrim().GetReferences().AddReference(str(tmp_path / "stone.usda"), "/World")
+        prim.GetPrim().SetInstanceable(True)
+        prim.AddTranslateOp().Set(Gf.Vec3d(3.0 * i, 0, 0))
+    terrain, _ = read(stage)
+    assert terrain.meshes == ("/World/S0/Stone", "/World/S1/Stone")
+    assert_allclose(terrain.points[4:, 0].mean(), 3.0)
+
+
+@pytest.mark.parametrize(
+    ("points", "faces", "message"),
+    [
+        ([], [], r"/World/Ground: is an empty mesh \(0 points, 0 faces\). give the mesh points and faces"),
+        (SQUARE, [], r"/World/Ground: is an empty mesh \(4 points, 0 faces\)"),
+        (SQUARE, [(0, 1, 9)], "/World/Ground: has faces that do not match its points"),
+        (SQUARE, [(0, 0, 1), (2, 2, 2)], "/World/Ground: has only faces without area"),
+        ([(0, 0, 0), (0, np.nan, 1), (1, 0, 0)], [(0, 1, 2)], "/World/Ground: has points that are not finite"),
+    ],
+)
+def test_a_bad_mesh_becomes_a_problem_and_the_rest_goes_on(points, faces, message):
+    stage = new_stage()
+    add_mesh(stage, "/World/Ground", points, faces, Units(), terrain=True)
+    add_ground(stage, "/World/Other", Units())
+    terrain, problems = read(stage)
+    assert terrain.meshes == ("/World/Other",)
+    assert [problem.severity for problem in problems] == ["error"]
+    with pytest.raises(AssertionError, match=message):
+        raise AssertionError(problems[0].message)
+
+
+def test_the_schema_without_a_mesh_is_a_problem():
+    stage = new_stage()
+    apply_api(UsdGeom.Cube.Define(stage, "/World/Box").GetPrim(), Schema.TERRAIN)
+    _, problems = read(stage)
+    assert "/World/Box: has UsdfootTerrainAPI but no mesh at or below it" in problems[0].message
+
+
+def polygon_area(points):
+    x, z = np.asarray(points)[:, 0], np.asarray(points)[:, 2]
+    return 0.5 * abs(np.dot(x, np.roll(z, -1)) - np.dot(z, np.roll(x, -1)))
+
+
+@pytest.mark.parametrize(
+    "polygon",
+    [
+        [(0, 0, 0), (2, 0, 0), (0.2, 0, 0.2), (0, 0, 2)],
+        [(0, 0, 0), (3, 0, 0), (3, 0, 3), (2, 0, 1), (1, 0, 3), (0, 0, 3)],
+        [(0, 0, 0), (1, 0, 0), (2, 0, 0), (2, 0, 1), (1, 0, 1), (0, 0, 1)],
+        [(0, 0, 0), (4, 0, 0), (4, 0, 4), (3, 0, 4), (3, 0, 1), (1, 0, 1), (1, 0, 4), (0, 0, 4)],
+    ],
+)
+@pytest.mark.parametrize("turns", [0, 1, 2])
+@pytest.mark.parametrize("reverse", [False, True])
+def test_concave_polygons_keep_their_area_and_winding(polygon, turns, reverse):
+    corners = polygon[::-1] if reverse else polygon
+    points = np.roll(np.array(corners, dtype=float), turns, axis=1)
+    count = len(points)
+    triangles = triangulate(points, np.array([count]), np.arange(count), np.zeros(0, dtype=int))
+    assert len(triangles) == count - 2
+    a, b, c = (points[triangles[:, i]] for i in range(3))
+    crosses = 0.5 * np.cross(b - a, c - a)
+    axis = (1 + turns) % 3
+    assert np.all(crosses[:, axis] >= -1e-12) or np.all(crosses[:, axis] <= 1e-12)
+    assert abs(crosses[:, axis].sum()) == pytest.approx(polygon_area(polygon))
+    assert (crosses[:, axis].sum() > 0) == reverse
+
+
+@pytest.mark.parametrize(
+    ("name", "size", "height"),
+    [("straight_stairs", 2.0, 0.6), ("slope", 2.0, 0.2), ("jacksboro_hills", 20.0, 3.0)],
+)
+def test_the_real_terrains_are_read(shared_data, name, size, height):
+    stage = Usd.Stage.Open(str(shared_data / "terrain" / f"{name}.usdc"))
+    terrain, problems = read(stage)
+    assert problems == ()
+    assert_allclose(np.ptp(terrain.points, axis=0), (size, height, size), rtol=0.05)
+    assert np.all(normals(terrain)[:, 1] > 0.0)
+
+
+def test_a_skinned_mesh_by_inheritance_is_no_terrain():
+    stage = new_stage()
+    skeleton = add_character(stage, "/World/Hero", Units())
+    group = UsdGeom.Xform.Define(stage, "/World/Hero/Geometry")
+    UsdSkel.BindingAPI.Apply(group.GetPrim()).CreateSkeletonRel().SetTargets([skeleton.GetPath()])
+    add_mesh(stage, "/World/Hero/Geometry/Ground", SQUARE, [(0, 1, 2, 3)], Units())
+    assert read(stage)[0].meshes == ()
