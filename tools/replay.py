@@ -4,7 +4,8 @@ A take's footsteps are those of its range and of one stride on either side (--wh
 mirror image leave the library, the rest is blended onto the footsteps, and the joints are compared with the take from
 the first strike to the last: in the world, and each from its own pelvis. Beside it stand two single clips placed on the
 same footsteps by the same engine: the *nearest*, whose steps land most alike in place and time, and the *best*, chosen
-afterwards among all because its error is the smallest.
+afterwards among all because its error is the smallest. *own* is the take's own clip: what cutting, warping and planting
+add by themselves.
 
 Example: python tools/replay.py clips.usdc --set correction=false --json
 """
@@ -47,6 +48,8 @@ class Replay:
     """The other clip with the nearest steps; None where there is no other."""
     best: dict[str, float]
     """Smallest error of any other clip, by measure; chosen for each measure on its own."""
+    own: ReplayErrors | None
+    """The clip itself: what the engine adds; None where it has no usable step."""
 
 
 def replay_library(
@@ -90,6 +93,7 @@ def _replay_rate(
                 blended=blended,
                 nearest=single[int(nearest[row])][row],
                 best={name: min(getattr(errors, name) for errors in candidates) for name in MEASURES},
+                own=single[take.index][row] if take.index in single else None,
             )
         )
     return replays
@@ -108,11 +112,11 @@ def _single_clip(
 
 
 def table(replays: Sequence[Replay]) -> str:
-    """Errors in centimetres by clip, by kind and in all: blended | nearest clip | best clip."""
+    """Errors in centimetres by clip, by kind and in all."""
     header = f"{'[cm]':<42} {'steps':>5} {'out':>4}"
     for title in ("from pelvis, legs", "from pelvis, all", "world, legs", "world, all"):
-        header += f" | {title:^20}"
-    lines = [header, " " * 53 + " | blend  nearest   best" * len(MEASURES)]
+        header += f" | {title:^27}"
+    lines = [header, " " * 53 + " |   blend nearest   best    own" * len(MEASURES)]
 
     def row(label: str, steps: str, outside: str, values: dict[str, FloatArray]) -> str:
         text = f"{label:<42} {steps:>5} {outside:>4}"
@@ -133,17 +137,12 @@ def table(replays: Sequence[Replay]) -> str:
 
 
 def _values(replay: Replay) -> dict[str, FloatArray]:
-    """Errors of blend, nearest and best clip by measure [m]."""
-    return {
-        name: np.array(
-            [
-                getattr(replay.blended, name),
-                getattr(replay.nearest, name) if replay.nearest else np.nan,
-                replay.best[name],
-            ]
-        )
-        for name in MEASURES
-    }
+    """Errors of blend, nearest, best and own clip by measure [m]."""
+    values = {}
+    for name in MEASURES:
+        nearest, own = (getattr(errors, name) if errors else np.nan for errors in (replay.nearest, replay.own))
+        values[name] = np.array([getattr(replay.blended, name), nearest, replay.best[name], own])
+    return values
 
 
 def options_of(settings: Sequence[str]) -> EngineOptions:
@@ -194,12 +193,9 @@ def main(argv: list[str] | None = None) -> int:
 
 def _as_json(replay: Replay) -> dict[str, object]:
     """Errors in metres."""
+    columns = ("blended", "nearest", "best", "own")
     errors = {
-        name: {
-            "blended": float(values[0]),
-            "nearest": float(values[1]) if replay.nearest else None,
-            "best": float(values[2]),
-        }
+        name: {column: None if np.isnan(value) else float(value) for column, value in zip(columns, values, strict=True)}
         for name, values in _values(replay).items()
     }
     return {
