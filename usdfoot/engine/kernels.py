@@ -16,7 +16,7 @@ class LibraryArrays:
     """Examples on the device."""
 
     rotations: wp.array3d(dtype=wp.quatf)  # (E, S, J) joint-local, the pelvis's in the support frame
-    pelvis_positions: wp.array2d(dtype=wp.vec3f)  # (E, S) used by stands
+    pelvis_positions: wp.array2d(dtype=wp.vec3f)  # (E, S) support frame
     support_balls: wp.array2d(dtype=wp.vec3f)  # (E, S) support frame
     translations: wp.array(dtype=wp.vec3f)  # (J,) rest
     chains: wp.array2d(dtype=wp.int32)  # (2, C) joints below the pelvis down to each ball, padded with -1
@@ -30,6 +30,7 @@ class SegmentArrays:
     examples: wp.array(dtype=wp.vec4i)
     weights: wp.array(dtype=wp.vec4f)
     support_sides: wp.array(dtype=wp.int32)  # -1 in a stand
+    anchors: wp.array(dtype=wp.float32)  # last sample at which the support foot is on the ground
     origins: wp.array(dtype=wp.vec3f)  # support ball on the ground, or middle of the feet in a stand
     joint_values: wp.array2d(dtype=wp.vec3f)  # (M + 1, J) half the jump, tan(angle / 4) along the axis
     joint_slopes: wp.array2d(dtype=wp.vec3f)  # (M + 1, J) its rate
@@ -97,7 +98,10 @@ def place_pelvis(
     positions: wp.array(dtype=wp.vec3f),
     rotations: wp.array(dtype=wp.quatf),
 ):
-    """Pelvis of each frame such that the blended support ball is where it was in the blended examples ([B] Eq. 2)."""
+    """Pelvis of each frame such that the blended support ball is where it was in the blended examples ([B] Eq. 2).
+
+    Once the support foot has left the ground, the pelvis follows the examples' from where it was then.
+    """
     frame = wp.tid()
     segment = frame_segments[frame]
     sample = samples[frame]
@@ -105,17 +109,17 @@ def place_pelvis(
     weights = segments.weights[segment]
     side = segments.support_sides[segment]
     rotation = blended_rotation(library.rotations, examples, weights, sample, library.pelvis)
-    offset = wp.vec3f(0.0, 0.0, 0.0)
+    offset = blended_position(library.pelvis_positions, examples, weights, sample)
     if side >= 0:
-        turned = rotation
+        anchor = wp.min(sample, segments.anchors[segment])
+        turned = blended_rotation(library.rotations, examples, weights, anchor, library.pelvis)
+        offset -= blended_position(library.pelvis_positions, examples, weights, anchor)
+        offset += blended_position(library.support_balls, examples, weights, anchor)
         for c in range(library.chains.shape[1]):
             joint = library.chains[side, c]
             if joint >= 0:
                 offset -= wp.quat_rotate(turned, library.translations[joint])
-                turned = turned * blended_rotation(library.rotations, examples, weights, sample, joint)
-        offset += blended_position(library.support_balls, examples, weights, sample)
-    else:
-        offset += blended_position(library.pelvis_positions, examples, weights, sample)
+                turned = turned * blended_rotation(library.rotations, examples, weights, anchor, joint)
     heading = wp.quat_from_axis_angle(wp.vec3f(0.0, 1.0, 0.0), yaws[frame])
     window = position_windows[frame]
     position = segments.origins[segment] + wp.quat_rotate(heading, offset)

@@ -17,7 +17,7 @@ from usdfoot.engine.root import RootPath, root_at
 from usdfoot.engine.segments import Segments, phases_at
 from usdfoot.engine.windows import seam_windows
 from usdfoot.maths.types import FloatArray, IntArray
-from usdfoot.model.examples import Examples
+from usdfoot.model.examples import LIFTOFF_PHASES, Examples
 from usdfoot.model.skeleton import Skeleton
 
 __all__ = ["Feet", "Poses", "Seams", "Setup", "StepBlend", "device_library", "device_segments", "pose_feet", "pose_frames"]
@@ -110,6 +110,9 @@ def device_segments(setup: Setup, blend: StepBlend, seams: Seams | None = None) 
     arrays.examples = wp.array(blend.examples.astype(np.int32), dtype=wp.vec4i)
     arrays.weights = wp.array(blend.weights.astype(np.float32), dtype=wp.vec4f)
     arrays.support_sides = wp.array(np.where(stands, -1, contacts.sides[supports]).astype(np.int32), dtype=wp.int32)
+    flies = natural_flights(setup.examples, blend.examples, blend.weights) > 0.0
+    last = setup.examples.rotations.shape[1] - 1
+    arrays.anchors = wp.array(np.where(flies, LIFTOFF_PHASES[1], 1.0).astype(np.float32) * last, dtype=wp.float32)
     arrays.origins = wp.array(origins.astype(np.float32), dtype=wp.vec3f)
     seams = seams or no_seams(len(supports), len(setup.skeleton.joints))
     arrays.joint_values, arrays.joint_slopes = seams.joint_values, seams.joint_slopes

@@ -33,8 +33,8 @@ class Segments:
     """[s], shape (M,) each."""
     knot_times: FloatArray
     """Times of the events inside the step [s], shape (M, 4)."""
-    knot_phases: FloatArray
-    """Their phases, shape (M, 4)."""
+    knot_shares: FloatArray
+    """When they come in the blended examples, as parts of the step's duration, shape (M, 4)."""
     joined: BoolArray
     """Whether the seam before the segment joins it to another of the same agent, shape (M + 1,)."""
 
@@ -61,7 +61,7 @@ def cut_segments(contacts: ContactTable, options: EngineOptions) -> Segments:
     order = np.lexsort((~kinds, supports))
     supports, kinds, begins, finishes = supports[order], kinds[order], begins[order], finishes[order]
     agents = contacts.agents[supports]
-    knot_times, knot_phases = _knots(contacts, supports, kinds, begins, finishes)
+    knot_times = _knots(contacts, supports, kinds, begins, finishes)
     joined = np.concatenate([[False], agents[1:] == agents[:-1], [False]])
     return Segments(
         agents=agents,
@@ -70,29 +70,39 @@ def cut_segments(contacts: ContactTable, options: EngineOptions) -> Segments:
         begins=begins,
         ends=finishes,
         knot_times=knot_times,
-        knot_phases=knot_phases,
+        knot_shares=(knot_times - knot_times[:, :1]) / (knot_times[:, -1:] - knot_times[:, :1]),
         joined=joined,
     )
 
 
 def _knots(
     contacts: ContactTable, supports: IntArray, stands: BoolArray, begins: FloatArray, ends: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Event times and phases of each segment; a step after a stand starts at the phase of the swing liftoff."""
+) -> FloatArray:
+    """Event times of each segment, shape (M, 4); a step after a stand starts at the phase of the swing liftoff."""
     strikes = contacts.strikes[supports]
     after_stand = ~stands & (begins > strikes)
     first = LIFTOFF_PHASES[0]
     starts = np.where(after_stand, begins - first / (1.0 - first) * (ends - begins), begins)
     durations = np.where(stands, np.maximum(ends - begins, 1e-3), ends - starts)
     swing = np.where(after_stand, begins, contacts.liftoffs[supports - 1]) - starts
-    times, phases = event_knots(durations, swing, contacts.liftoffs[supports] - starts)
-    return starts[:, None] + times, np.array(phases)
+    times, _ = event_knots(durations, swing, contacts.liftoffs[supports] - starts)
+    return starts[:, None] + times
 
 
 def phases_at(segments: Segments, rows: IntArray, times: FloatArray) -> FloatArray:
-    """Phases of segments `rows` at `times` [s], shape (F,): the monotone warp of design.md section 5."""
-    slopes = pchip_slopes(segments.knot_times, segments.knot_phases)
-    return pchip_evaluate(segments.knot_times, segments.knot_phases, slopes, rows, times)
+    """Phases of segments `rows` at `times` [s], shape (F,).
+
+    A monotone warp (PCHIP) takes the planned events to those of the blended examples; from there the phase runs straight
+    between events, as it does in the examples, so that a step played as recorded keeps its pace exactly.
+    """
+    slopes = pchip_slopes(segments.knot_times, segments.knot_shares)
+    shares = pchip_evaluate(segments.knot_times, segments.knot_shares, slopes, rows, times)
+    knots = segments.knot_shares[rows]
+    phases = np.array([0.0, *LIFTOFF_PHASES, 1.0])
+    piece = (shares >= knots[:, 1]).astype(int) + (shares >= knots[:, 2])
+    frames = np.arange(len(rows))
+    start, end = knots[frames, piece], knots[frames, piece + 1]
+    return phases[piece] + (phases[piece + 1] - phases[piece]) * np.clip((shares - start) / (end - start), 0.0, 1.0)
 
 
 def locate(

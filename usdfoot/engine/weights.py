@@ -87,7 +87,8 @@ def align_events(setup: Setup, blend: StepBlend) -> Setup:
     limited = blended + np.clip(shares - blended, -limit, limit)
     whole = ~segments.stands & (segments.begins == segments.knot_times[:, 0])
     times = np.where(whole[:, None], begins + durations * limited, segments.knot_times)
-    return replace(setup, segments=replace(segments, knot_times=times))
+    blended = np.where(segments.stands[:, None], segments.knot_shares, blended)
+    return replace(setup, segments=replace(segments, knot_times=times, knot_shares=blended))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -78,7 +78,7 @@ class Examples:
 def event_knots(
     durations: FloatArray, swing_liftoffs: FloatArray, support_liftoffs: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Times and phases of the events inside each step, for the monotone warp between the two.
+    """Times and phases of the events inside each step; between them the phase of an example runs straight in time.
 
     An event outside the step, such as the support foot's liftoff in a walk, stays at the edge of the window it may
     move in. So the warp changes gradually from a walk to a run, and a late strike does not move it by much.
