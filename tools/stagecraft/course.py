@@ -39,13 +39,13 @@ def obstacle_course() -> Course:
         "turn": [_ahead(0.54, turn=QUARTER / 6, width=0.12) for _ in range(6)],
         "slope": [_ahead(0.58, time=0.60) for _ in range(9)],
         "spin": [_ahead(0.34), *[Step(duration=0.58, overlap=0.18, forward=0.06, width=0.20, turn=-QUARTER / 4)] * 4],
-        "side": [Step(duration=0.57, overlap=0.13, left=SIDE_TRAVEL, width=0.12 + SIDE_TRAVEL)] * 8,
+        "side": [Step(duration=0.57, overlap=0.13, left=SIDE_TRAVEL, width=0.14 + SIDE_TRAVEL)] * 8,
         "back": [Step(duration=0.58, overlap=0.14, forward=BACK_STEP * size, width=0.15) for size in (0.6, 1.0, 1.0, 0.5)],
-        "careful": [_ahead(length, time=0.68, width=0.09) for length in (0.20, 0.26, 0.26, 0.40)],
+        "careful": [_ahead(length, time=0.68, width=0.11) for length in (0.20, 0.26, 0.26, 0.40)],
         "run": [_ahead(0.62), _ahead(0.78), Step(duration=0.44, overlap=0.03, forward=0.84, width=0.09),
-                Step(duration=0.40, overlap=-0.05, forward=0.88, width=0.08),
-                *[Step(duration=0.367, overlap=-0.095, forward=length, width=0.07) for length in (0.96, 1.04, 1.04, 0.98)],
-                Step(duration=0.39, overlap=-0.05, forward=0.88, width=0.08),
+                Step(duration=0.40, overlap=-0.05, forward=0.88, width=0.10),
+                *[Step(duration=0.367, overlap=-0.095, forward=length, width=0.09) for length in (0.96, 1.04, 1.04, 0.98)],
+                Step(duration=0.39, overlap=-0.05, forward=0.88, width=0.10),
                 Step(duration=0.44, overlap=0.04, forward=0.80, width=0.09), _ahead(0.70), _ahead(0.56), _ahead(0.44)],
         "stairs": [_ahead(TREAD, time=0.66) for _ in range(4)],
         "stop": [_ahead(0.40, time=0.62), _ahead(0.46), _ahead(0.32, width=0.14),
@@ -56,14 +56,14 @@ def obstacle_course() -> Course:
     foot_before, foot_on = prints[first["slope"] - 1], prints[first["stairs"]]
     slope_at = _middle(prints, first["slope"]) * [0.0, 0.0, 1.0] + [foot_before.position[0] + BEFORE_SLOPE, 0.0, 0.0]
     stairs_at = _middle(prints, first["stairs"]) * [1.0, 0.0, 0.0] + [0.0, 0.0, foot_on.position[2] - BEHIND_BALL]
-    ground = flat().placed([5.0, 0.0, 7.0])
+    ground = flat().placed([5.0, 0.0, 9.0])
     terrain = [ground, slope().placed(slope_at, QUARTER), stairs().placed(stairs_at)]
     gate = _middle(prints, first["side"] + 3) - [0.0, 0.0, 0.09]
     blocks = tuple((gate + [0.0, 0.5, depth], np.array([0.9, 1.0, 0.5])) for depth in (-0.56, 0.56))
     return Course(plan=lay_on("Course", prints, terrain), ground=ground, slope_at=slope_at, stairs_at=stairs_at, blocks=blocks)
 
 
-def _ahead(length: float, *, time: float | None = None, turn: float = 0.0, width: float = 0.10) -> Step:
+def _ahead(length: float, *, time: float | None = None, turn: float = 0.0, width: float = 0.12) -> Step:
     """A walking step of `length` [m] at the walk ratio's pace."""
     _, paced, overlap = walk_timing((length / 0.6) ** 2)
     duration = time or paced

@@ -32,7 +32,7 @@ def crowd_plans(surfaces: Sequence[Surface], steps: int = 14) -> list[Plan]:
         prints = _stand_walk_stop(Step(duration=time, overlap=overlap, forward=length), steps, LEFT if number % 2 else RIGHT)
         plans.append(_put(f"Line_{number}", prints, (x, z), heading, surfaces))
     for number, (x, z, heading, speed) in enumerate(RUNNERS):
-        pace = Step(duration=0.367, overlap=-0.10, forward=0.367 * speed, width=0.07)
+        pace = Step(duration=0.367, overlap=-0.10, forward=0.367 * speed, width=0.09)
         plans.append(_put(f"Runner_{number}", lay_footprints([pace] * steps, first_side=LEFT), (x, z), heading, surfaces))
     return plans
 

@@ -19,6 +19,9 @@ from stagecraft.rotation import FloatArray, about_x, about_y, apply
 TOUCH = 1e-4
 """Step of the finite difference at the end of a contact [s]."""
 
+PASSING = 0.125
+"""Distance between the ankles when one foot swings past the other [m]."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class FootPath:
@@ -46,11 +49,13 @@ class FootPath:
         return about_y(self.yaw) @ about_x(self.toe_pitch)
 
 
-def trace_foot(prints: Sequence[Footprint], times: FloatArray, shape: FootShape) -> FootPath:
+def trace_foot(prints: Sequence[Footprint], others: Sequence[Footprint], times: FloatArray,
+               shape: FootShape) -> FootPath:
     """Path of one foot through its own footprints.
 
     Args:
         prints: this foot's footprints in order.
+        others: the other foot's, to be passed at a distance.
         times: when [s], shape (T,); before the first strike and after the last liftoff the foot stays as then.
         shape: the foot.
     """
@@ -71,6 +76,7 @@ def trace_foot(prints: Sequence[Footprint], times: FloatArray, shape: FootShape)
             phase = (times[swing] - here.liftoff) / (there.strike - here.liftoff)
             ball[swing], pitch[swing], toe_pitch[swing] = _swing(here, there, phase, shape)
             yaw[swing] = here.yaw + _wrap(there.yaw - here.yaw) * _smooth(phase)
+            ball[swing] += np.sin(np.pi * phase)[:, None] ** 2 * _detour(here, there, others, shape)
     return FootPath(ball=ball, yaw=np.unwrap(yaw), pitch=pitch, toe_pitch=toe_pitch, load=load)
 
 
@@ -117,6 +123,23 @@ def _swing(here: Footprint, there: Footprint, phase: FloatArray,
     ball[:, 1] = ground + shape.ball_height + _rounded_depth(pitch, shape) + air
     room = np.clip((ball[:, 1] - shape.ball_height - ground) / shape.toe_length, 0.0, 0.95)
     return ball, pitch, np.minimum(pitch, np.arcsin(room))
+
+
+def _detour(here: Footprint, there: Footprint, others: Sequence[Footprint], shape: FootShape) -> FloatArray:
+    """How far the swinging foot moves out in the middle of the swing to pass the standing leg [m], shape (3,)."""
+    heading = here.yaw + 0.5 * _wrap(there.yaw - here.yaw)
+    outward = about_y(heading)[:, 0] * (1.0 if here.side == LEFT else -1.0)
+    ahead = about_y(heading)[:, 2]
+    phase = np.linspace(0.2, 0.8, 25)
+    ankles = here.position + _reach(phase)[:, None] * (there.position - here.position) - shape.ankle_back * ahead
+    times = here.liftoff + phase * (there.strike - here.liftoff)
+    detour = 0.0
+    for other in others:
+        offset = ankles - (other.position - shape.ankle_back * about_y(other.yaw)[:, 2])
+        near = (times >= other.strike) & (times <= other.liftoff) & (np.abs(offset @ ahead) < 0.22)
+        short = PASSING - offset @ outward
+        detour = max(detour, float(np.max((short / np.sin(np.pi * phase) ** 2)[near], initial=0.0)))
+    return min(detour, 0.075) * outward
 
 
 def _rounded_depth(pitch: FloatArray, shape: FootShape) -> FloatArray:

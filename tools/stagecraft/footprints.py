@@ -77,7 +77,7 @@ class Step:
     """Travel of the body ahead [m]."""
     left: float = 0.0
     """Travel of the body to its left [m]."""
-    width: float = 0.10
+    width: float = 0.12
     """Distance of the feet to the sides [m]."""
     turn: float = 0.0
     """Change of heading [rad]."""

@@ -47,6 +47,8 @@ def walks() -> list[ClipPlan]:
     return [
         *plain,
         _ahead("walk_careful", 0.20, 0.70, 0.28),
+        _ahead("walk_careful_narrow", 0.24, 0.68, 0.24, width=0.03),
+        _ahead("walk_careful_wide", 0.16, 0.68, 0.24, width=0.27),
         _ahead("walk_long", 0.95, 0.50, 0.08),
         _ahead("walk_longest", 1.10, 0.50, 0.05),
         _ahead("walk_narrow", 0.50, 0.55, 0.13, width=0.02),
@@ -64,9 +66,10 @@ def runs() -> list[ClipPlan]:
     """Jogs and runs with flight: speed, step time and contact time."""
     table = (("jog_180", 1.8, 0.383, 0.300), ("jog_220", 2.2, 0.375, 0.285), ("run_260", 2.6, 0.367, 0.268),
              ("run_320", 3.2, 0.350, 0.240), ("run_400", 4.0, 0.333, 0.205))
-    plain = [_ahead(name, speed * _sixtieths(time), time, contact - time, width=0.07, flight=True)
+    plain = [_ahead(name, speed * _sixtieths(time), time, contact - time, width=0.09, flight=True)
              for name, speed, time, contact in table]
-    return [*plain, _ahead("run_bounding", 1.60, 0.417, -0.180, width=0.07, flight=True),
+    return [*plain, _ahead("run_bounding", 1.60, 0.417, -0.180, width=0.09, flight=True),
+            _ahead("run_wide_long", 1.25, 0.367, -0.110, width=0.22, flight=True),
             _ahead("run_wide", 0.95, 0.367, -0.090, width=0.30, flight=True),
             _ahead("leap_slow", 1.15, 0.483, -0.110, width=0.10, flight=True)]
 
@@ -74,7 +77,8 @@ def runs() -> list[ClipPlan]:
 def backwards() -> list[ClipPlan]:
     """Walking backward, ball first."""
     return [_ahead("back_040", -0.24, 0.60, 0.16, width=0.14), _ahead("back_070", -0.40, 0.57, 0.13, width=0.13),
-            _ahead("back_110", -0.58, 0.53, 0.10, width=0.12), _ahead("back_wide", -0.42, 0.60, 0.14, width=0.32)]
+            _ahead("back_110", -0.58, 0.53, 0.10, width=0.12), _ahead("back_wide", -0.42, 0.60, 0.14, width=0.32),
+            _ahead("back_astride", -0.16, 0.62, 0.18, width=0.27), _ahead("back_narrow", -0.28, 0.60, 0.15, width=0.04)]
 
 
 def sides() -> list[ClipPlan]:
@@ -124,7 +128,7 @@ def walk_timing(speed: float) -> tuple[float, float, float]:
     return speed * time, time, float((2.0 * stance - 1.0) * time)
 
 
-def _ahead(name: str, length: float, time: float, overlap: float, *, width: float = 0.10, turn: float = 0.0,
+def _ahead(name: str, length: float, time: float, overlap: float, *, width: float = 0.12, turn: float = 0.0,
            lift: float = 0.03, flight: bool = False) -> ClipPlan:
     """Equal steps straight ahead (or back, or on a curve)."""
     time = _sixtieths(time)
@@ -135,7 +139,7 @@ def _ahead(name: str, length: float, time: float, overlap: float, *, width: floa
     return _loop(name, [step])
 
 
-def _sideways(name: str, left: float, forward: float, time: float, *, gap: float = 0.12) -> ClipPlan:
+def _sideways(name: str, left: float, forward: float, time: float, *, gap: float = 0.14) -> ClipPlan:
     """Equal steps with a part to the side; the feet close to `gap` [m] apart."""
     time = _sixtieths(time)
     step = Step(duration=time, overlap=0.22 * time, forward=forward, left=left, width=gap + abs(left),
@@ -182,8 +186,8 @@ def _gait_change(name: str, *, up: bool) -> ClipPlan:
     length, time, overlap = walk_timing(1.6)
     walking = [Step(duration=time, overlap=overlap, forward=length, roll=step_roll(length, 0.0))] * 6
     between = [Step(duration=0.45, overlap=0.04, forward=0.82, roll=step_roll(0.8, 0.0)),
-               Step(duration=0.40, overlap=-0.05, forward=0.85, width=0.08, roll=run_roll(2.2))]
-    running = [Step(duration=0.367, overlap=-0.10, forward=0.95, width=0.07, roll=run_roll(2.6))] * 6
+               Step(duration=0.40, overlap=-0.05, forward=0.85, width=0.10, roll=run_roll(2.2))]
+    running = [Step(duration=0.367, overlap=-0.10, forward=0.95, width=0.09, roll=run_roll(2.6))] * 6
     steps = [*walking, *between, *running] if up else [*running, *between[::-1], *walking]
     prints = _lay(steps, RIGHT)
     return ClipPlan(name=name, prints=tuple(prints), start=prints[4].strike + 0.05, end=prints[10].strike + 0.05)

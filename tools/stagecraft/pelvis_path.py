@@ -21,12 +21,12 @@ from stagecraft.rotation import FloatArray
 GRAVITY = 9.81
 RATE = 240.0
 """Samples a second of every curve before it is cut into frames."""
-STANDS_BEHIND, WALKS_AHEAD = 0.088, 0.040
+STANDS_BEHIND, WALKS_AHEAD = 0.088, 0.036
 """Pelvis behind the midpoint of the balls when standing [m], and how far it comes forward in a step of 0.7 m."""
 SWAY = 0.40
 """Part of the way from the path to the standing foot that the pelvis sways."""
-EXCURSION = 0.085
-"""Rise of the pelvis in mid stance per square of the step's length [1/m]; 4.3 cm at 0.71 m."""
+EXCURSION = 0.080
+"""Rise of the pelvis in mid stance per square of the step's length [1/m]; 4.0 cm at 0.71 m."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -169,8 +169,8 @@ def smooth(curve: FloatArray, width: float) -> FloatArray:
 
 
 def standing_height(shape: FootShape, pelvis: float) -> float:
-    """Height of the pelvis over the ground when walking upright [m]: a little below the rest pose."""
-    return pelvis - 0.1 * shape.ball_height
+    """Height of the pelvis over the ground when walking upright [m]: a little above the rest pose."""
+    return pelvis + 0.06 * shape.ball_height
 
 
 def _mid_stance(before: Exchange, after: Exchange, standing: float) -> Knot:

@@ -11,7 +11,7 @@ def walk_roll(length: float, *, lift: float = 0.03) -> Roll:
     """Walking forward with steps of `length` [m]: heel first, off over the toes, more of both in longer steps."""
     size = float(np.clip(length / 0.7, 0.15, 1.35))
     push = (8.0 + 39.0 * size) * DEGREE
-    return Roll(strike_pitch=-(3.0 + 16.0 * min(size, 1.15)) * DEGREE, heel_off=0.52 - 0.12 * size,
+    return Roll(strike_pitch=-(3.0 + 16.0 * min(size, 1.15)) * DEGREE, heel_off=0.40 - 0.10 * size,
                 liftoff_pitch=push, swing_pitch=push + 7.0 * DEGREE, middle_pitch=(2.0 + 8.0 * size) * DEGREE,
                 clearance=0.030, lift=lift)
 

@@ -11,6 +11,8 @@ INFLUENCES = 4
 SOFTNESS = {"UpLeg": 0.075, "Leg": 0.055, "Foot": 0.03, "Toe": 0.028, "Spine": 0.07, "Spine1": 0.07, "Chest": 0.07,
             "Neck": 0.04, "Head": 0.03, "Shoulder": 0.05, "Arm": 0.055, "ForeArm": 0.04, "Hand": 0.022, "Fingers": 0.016}
 """Half the width of the plane's soft zone [m], by joint."""
+ARMPIT = 0.9 * 0.150 + 0.43 * 1.33
+"""The slanted plane 0.9 |x| + 0.43 y through the armpits: arms lie outside it, the trunk inside [m]."""
 
 
 def skin_weights(points: FloatArray, rig: Rig) -> tuple[NDArray[np.int64], FloatArray]:
@@ -36,12 +38,13 @@ def _takes_over(points: FloatArray, name: str, rig: Rig) -> FloatArray:
     beyond = _ramp((points - rig.place(name)) @ _normal(name, bare, rig), SOFTNESS[bare])
     if bare == "UpLeg":
         return beyond * _ramp(sign * points[:, 0], 0.022)
+    arms = _ramp(np.abs(points[:, 0]) * 0.9 + points[:, 1] * 0.43 - ARMPIT, 0.035)
+    if bare in ("Spine", "Spine1", "Chest"):
+        return np.maximum(beyond, arms)
     if bare == "Shoulder":
-        return beyond * _ramp(points[:, 1] - 1.36, 0.06)
+        return beyond * np.maximum(arms, _ramp(points[:, 1] - 1.36, 0.06))
     if bare == "Arm":
-        # The sleeve and the arm lie outside a slanted plane through the armpit; the flank of the trunk does not.
-        outside = (points - [sign * 0.150, 1.33, 0.0]) @ [sign * 0.9, 0.43, 0.0]
-        return beyond * _ramp(outside, 0.035)
+        return beyond * arms
     return beyond
 
 

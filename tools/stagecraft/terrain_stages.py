@@ -14,7 +14,7 @@ from stagecraft.terrains import Surface, flat, hills, slope, stairs
 def write_terrains(folder: Path) -> None:
     """Write all terrain files into `folder`."""
     crossing = stepping_stones()
-    _write(folder / "terrain_flat.usda", [flat()], "a square of 26 m")
+    _write(folder / "terrain_flat.usda", [flat()], "a square of 30 m")
     _write(folder / "terrain_slope.usda", [slope()], "ramp up, top, ramp down along +Z")
     _write(folder / "terrain_stairs.usda", [stairs()], "four stairs and a landing along +Z")
     _write(folder / "terrain_stones.usda", [*crossing.stones, crossing.water], "stepping stones over water")

@@ -50,7 +50,7 @@ class Surface:
         return replace(self, points=self.points @ about_y(yaw).T + np.asarray(offset))
 
 
-def flat(size: float = 26.0, tile: float = 1.0) -> Surface:
+def flat(size: float = 30.0, tile: float = 1.0) -> Surface:
     """A square of tiles in two tones around the origin."""
     count = round(size / tile)
     shade = np.indices((count, count)).sum(axis=0).ravel() % 2

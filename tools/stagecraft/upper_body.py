@@ -77,7 +77,7 @@ def torso_rotations(signals: Signals, pelvis: FloatArray) -> dict[str, FloatArra
              @ about_z(-1.0 * DEGREE * signals.balance - signals.bank)
              @ about_x(_lean(signals) + 0.9 * DEGREE * signals.breath))
     gaze = signals.heading + np.clip(signals.ahead_heading - signals.heading, -0.5, 0.5)
-    head = about_y(gaze) @ about_z(-0.3 * signals.bank) @ about_x(0.25 * _lean(signals) + 1.5 * DEGREE)
+    head = about_y(gaze) @ about_z(-0.3 * signals.bank) @ about_x(0.25 * _lean(signals) + 4.0 * DEGREE)
     return {
         "Spine": pelvis @ between(pelvis, chest, 0.30),
         "Spine1": pelvis @ between(pelvis, chest, 0.65),
@@ -94,10 +94,10 @@ def arm_rotations(signals: Signals, chest: FloatArray, side: str) -> dict[str, F
     # The left arm comes forward with the right leg; it follows the leg by some 30 ms.
     drive = np.tanh(-sign * _late(signals.separation, 0.03) / 0.75) * 0.75
     swing = (-4.0 + 9.0 * run) * DEGREE + (26.0 + 22.0 * run) * DEGREE * drive - 0.5 * _lean(signals)
-    bent = (16.0 + 62.0 * run + 3.0 * np.clip(signals.pace, 0.0, 2.0)) * DEGREE
-    elbow = bent + (16.0 + 12.0 * run) * DEGREE * np.clip(1.0 + drive / 0.35, 0.0, 3.0) * np.clip(signals.pace, 0, 1)
+    bent = (14.0 + 58.0 * run + 3.0 * np.clip(signals.pace, 0.0, 2.0)) * DEGREE
+    elbow = bent + (13.0 - 5.0 * run) * DEGREE * np.clip(1.0 + drive / 0.35, 0.0, 3.0) * np.clip(signals.pace, 0, 1)
     beside = (9.0 + 6.0 * run) * DEGREE
-    inward = (18.0 + 18.0 * run) * DEGREE + 10.0 * DEGREE * np.clip(drive, 0.0, 1.0)
+    inward = (8.0 + 10.0 * run) * DEGREE + 10.0 * DEGREE * np.clip(drive, 0.0, 1.0)
     along = np.array([sign * np.sin(ARM_ANGLE), -np.cos(ARM_ANGLE), 0.0])
     hinge = np.array([np.cos(ARM_ANGLE), sign * np.sin(ARM_ANGLE), 0.0])
     clavicle = chest @ about_y(sign * 0.10 * -swing) @ about_z(sign * 1.5 * DEGREE * (run - signals.breath))
@@ -118,7 +118,7 @@ def resting_arms() -> dict[str, FloatArray]:
 
 def _lean(signals: Signals) -> FloatArray:
     """Forward lean of the trunk [rad]: 2 degrees in a slow walk, 9 in a run (Novacheck 1998), more when speeding up."""
-    steady = 1.0 + 1.3 * np.clip(signals.speed, -0.8, 2.0) + (1.5 + 1.0 * np.clip(signals.speed, 0.0, 5.0)) * signals.running
+    steady = 1.0 + 1.3 * np.clip(signals.speed, -0.8, 2.0) + (2.0 + 1.3 * np.clip(signals.speed, 0.0, 5.0)) * signals.running
     return DEGREE * (steady + 2.5 * np.clip(signals.gain, -1.6, 2.5))
 
 

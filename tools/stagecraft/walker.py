@@ -20,7 +20,7 @@ from stagecraft.rig import FootShape, Rig
 from stagecraft.rotation import FloatArray, about_y, apply
 from stagecraft.upper_body import Signals, arm_rotations, pelvis_rotation, torso_rotations
 
-WALK_REACH, RUN_REACH = 0.9965, 0.985
+WALK_REACH, RUN_REACH = 0.9975, 0.988
 """Longest hip to ankle distance over the length of the straight leg."""
 
 
@@ -47,7 +47,8 @@ def walk(prints: Sequence[Footprint], rig: Rig, foot: FootShape, *, breath: floa
     """
     start, end = covered(prints)
     times = start + np.arange(int(np.ceil((end - start) * RATE)) + 1) / RATE
-    feet = [trace_foot(own, times, foot) for own in feet_of(prints)]
+    left, right = feet_of(prints)
+    feet = [trace_foot(left, right, times, foot), trace_foot(right, left, times, foot)]
     ankles = [path.ball - apply(path.rotation, rig.bone(f"{side}Toe"))
               for path, side in zip(feet, ("Left", "Right"), strict=True)]
     planar, heading = planar_path(prints, times)
