@@ -1,0 +1,114 @@
+"""A scene goes in, a crowd comes out, with a report of every step."""
+
+import hashlib
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from pxr import Sdf, Usd, UsdGeom, UsdValidation
+
+from usdfoot import __version__
+from usdfoot.bridge import tokens
+from usdfoot.errors import OutputError, SceneError
+from usdfoot.pipeline.animate import animate
+
+
+def digests(folder):
+    return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(folder.iterdir())}
+
+
+def test_every_step_is_reported(stones):
+    report = json.loads(stones.report_file.read_text())
+    (agent,) = report["agents"]
+    assert agent["name"] == "Walker" and agent["prim"] == "/World/Walker"
+    count = len(stones.results["Walker"].status)
+    assert {len(column) for column in agent["steps"].values()} == {count} and count > 10
+    np.testing.assert_allclose(agent["steps"]["placementError"], stones.results["Walker"].placement_error, rtol=1e-6)
+    for clips in agent["steps"]["clips"][2:]:
+        assert sum(clips.values()) == pytest.approx(1.0, abs=1e-4)
+    assert agent["source"]["kneeSpeedP99"] > 1.0 and agent["source"]["jointJerkP99"] > 1.0
+    assert set(report["versions"]) == {"usdfoot", "usd", "warp", "numpy"}
+    folder = stones.report_file.parent
+    for name, value in report["files"].items():
+        assert hashlib.sha256((folder / name).read_bytes()).hexdigest() == value
+    assert set(report["files"]) == {
+        "agents.usdc",
+        "footsteps.usdc",
+        "anims.usda",
+        "anims.0000.usdc",
+        "crowd.expanded.usda",
+    }
+
+
+def test_provenance_and_metadata(stones, stages):
+    layer = Sdf.Layer.FindOrOpen(str(stones.crowd_file))
+    provenance = layer.customLayerData[tokens.PROVENANCE]
+    assert provenance["version"] == __version__ and len(provenance["contentHash"]) == 64
+    assert provenance["options"]["seam"] == "inertialise" and provenance["options"]["correction"] is True
+    assert (stones.crowd_file.parent / provenance["scene"]).resolve() == (stages / "stepping_stones.usda").resolve()
+    stage, scene = Usd.Stage.Open(layer), Usd.Stage.Open(str(stages / "stepping_stones.usda"))
+    assert UsdGeom.GetStageUpAxis(stage) == UsdGeom.GetStageUpAxis(scene)
+    assert UsdGeom.GetStageMetersPerUnit(stage) == UsdGeom.GetStageMetersPerUnit(scene)
+    assert stage.GetTimeCodesPerSecond() == scene.GetTimeCodesPerSecond()
+
+
+def test_nothing_written_names_this_machine_or_the_day(stones):
+    folder = stones.crowd_file.parent
+    for path in folder.iterdir():
+        content = path.read_bytes()
+        assert str(folder).encode() not in content and b"/tmp/" not in content and b"20:" not in content, path.name
+
+
+def test_validators_are_silent(stones):
+    context = UsdValidation.ValidationContext(UsdValidation.ValidationRegistry().GetOrLoadAllValidators())
+    for name in (tokens.File.CROWD, tokens.File.EXPANDED):
+        stage = Usd.Stage.Open(str(stones.crowd_file.parent / name))
+        own = [
+            (error.GetName(), error.GetMessage())
+            for error in context.Validate(stage)
+            if any(site.GetLayer() in stage.GetLayerStack() for site in error.GetSites() if site.IsValidSpecInLayer())
+        ]
+        assert not own
+
+
+def test_another_process_writes_the_same_bytes(stones, stages):
+    again = stones.crowd_file.parent.with_name("again")
+    script = "import sys; from usdfoot.pipeline.animate import animate; animate(sys.argv[1], sys.argv[2])"
+    subprocess.run([sys.executable, "-c", script, str(stages / "stepping_stones.usda"), str(again)], check=True)
+    assert digests(again) == digests(stones.crowd_file.parent)
+
+
+def test_the_source_is_untouched(stages, tmp_path):
+    before = digests(stages)
+    animate(stages / "stepping_stones.usda", tmp_path / "out", frames=(10, 30))
+    assert digests(stages) == before
+    stage = Usd.Stage.Open(str(tmp_path / "out" / "crowd.usd"))
+    assert (stage.GetStartTimeCode(), stage.GetEndTimeCode()) == (10, 30)
+
+
+def test_a_bad_agent_is_skipped_and_the_crowd_goes_on(stages, tmp_path):
+    layer = Sdf.Layer.CreateNew(str(tmp_path / "scene.usda"))
+    layer.subLayerPaths.append(str(stages / "stepping_stones.usda"))
+    layer.Save()
+    stage = Usd.Stage.Open(layer)
+    bad = stage.DefinePrim("/World/Lost", "Xform")
+    bad.AddAppliedSchema(tokens.Schema.AGENT)
+    bad.CreateRelationship(tokens.Agent.PLAN, custom=False).SetTargets(["/World/Plans/Nowhere"])
+    stage.Save()
+    report = animate(tmp_path / "scene.usda", tmp_path / "out", frames=(0, 20))
+    assert list(report.results) == ["Walker"]
+    assert [problem.where for problem in report.skipped] == ["/World/Lost"]
+    assert "Nowhere" in json.loads(report.report_file.read_text())["problems"][0]["message"]
+
+
+def test_messages_of_what_cannot_be_done(stages, tmp_path):
+    with pytest.raises(SceneError, match=r"nowhere\.usda: no such file"):
+        animate(tmp_path / "nowhere.usda", tmp_path)
+    with pytest.raises(SceneError, match="match none of the scene.s agents: Walker"):
+        animate(stages / "stepping_stones.usda", tmp_path, agents="Nobody")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OutputError, match="cannot be made"):
+        animate(stages / "stepping_stones.usda", tmp_path / "file" / "out", frames=(0, 10))
+    assert {path.name for path in tmp_path.iterdir()} == {"file"}
