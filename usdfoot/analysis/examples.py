@@ -2,55 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import fields, replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
+from usdfoot.analysis.character import CharacterMotion, foot_stands, on_character
 from usdfoot.analysis.contacts import ContactOptions
 from usdfoot.analysis.mirror import MirrorMap, mirror_contacts, mirror_map, mirrored_clip
-from usdfoot.analysis.motion import partial_kinematics
 from usdfoot.analysis.steps import Step, StepLimits, cut_steps
 from usdfoot.analysis.world import WorldClip, world_clip
 from usdfoot.errors import ClipError
 from usdfoot.maths import planar, quaternion
-from usdfoot.maths.types import FloatArray
-from usdfoot.model.biped import Biped
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.clip import ClipLibrary
-from usdfoot.model.contacts import Contacts
 from usdfoot.model.examples import Examples, event_knots
 from usdfoot.model.report import Problem
-from usdfoot.model.skeleton import Skeleton, forward_kinematics
 
 __all__ = ["build_examples"]
 
-CONTACT_SAMPLES = 33
-"""Samples of a contact over which the planted ball is averaged."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class _CharacterMotion:
-    """A world clip on the character's skeleton: its rest translations, the pelvis path scaled by leg length."""
-
-    rotations: CubicSpline
-    """Of time: joint-local quaternions, the pelvis's in the world, shape (J * 4,)."""
-    pelvis: CubicSpline
-    """Of time: pelvis joint in the world [m], shape (3,)."""
-    first: float
-    last: float
-    """First and last time [s]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Stand:
-    """One contact on the character."""
-
-    position: FloatArray
-    """Ground under the planted ball [m], shape (3,)."""
-    yaw: float
-    """Direction from ankle to ball [rad]."""
-    slide: float
-    """Largest drift of the ball over the middle of the contact [m]."""
+REMEDY = "author usdfoot:clip:start and :end or the strikeTimes and liftoffTimes of both feet"
 
 
 def build_examples(
@@ -71,12 +41,12 @@ def build_examples(
         options: Thresholds of contact detection.
 
     Returns:
-        Examples in order of clips and time, each clip's mirror images after its own, and a Problem for each step or clip
-        that was not used.
+        Examples in order of clips and time, each clip's mirror images after its own, and a Problem for each step or
+        clip that was not used.
     """
     limits = limits or StepLimits()
-    mirror_images = mirror_map(library.skeleton, library.biped)
-    rows: list[dict[str, object]] = []
+    reflection = mirror_map(library.skeleton, library.biped)
+    parts = [_no_examples(library, samples)]
     problems: list[Problem] = []
     for index, clip in enumerate(library.clips):
         try:
@@ -84,211 +54,196 @@ def build_examples(
         except ClipError as error:
             problems.append(Problem(severity="error", where=clip.name, message=str(error)))
             continue
-        steps, reasons = cut_steps(world, limits=limits)
-        found, faults = _clip_examples(library, world, steps, samples, limits, index, mirrored=False)
-        rows += found
-        if mirror and clip.mirror:
-            rows += _clip_examples(
-                library, *_mirror_world(world, steps, mirror_images), samples, limits, index, mirrored=True
-            )[0]
-        for reason in [*reasons, *faults]:
-            problems.append(Problem(severity="warning", where=clip.name, message=f"{clip.name}: {reason}"))
-        if not found:
-            problems.append(
-                Problem(
-                    severity="warning",
-                    where=clip.name,
-                    message=f"{clip.name}: no usable step in its range. Author usdfoot:clip:start and :end, or its events",
-                )
-            )
-    return _stacked(library, rows, samples), problems
+        steps, faults = cut_steps(world, limits=limits)
+        own, more_faults = _clip_examples(library, world, steps, samples, limits)
+        images = [own]
+        if mirror and clip.mirror and len(own):
+            images.append(_mirror_examples(library, world, steps, reflection, samples, limits))
+        parts += [replace(image, clip_indices=image.clip_indices + index) for image in images]
+        faults = (*faults, *more_faults, *(() if len(own) else (f"no usable step in its range: {REMEDY}",)))
+        problems += [
+            Problem(severity="warning", where=clip.name, message=f"{clip.name}: {fault}") for fault in faults
+        ]
+    return _joined(parts), problems
 
 
-def _mirror_world(
-    world: WorldClip, steps: tuple[Step, ...], mirror: MirrorMap
-) -> tuple[WorldClip, tuple[Step, ...]]:
-    """Mirror image of a world clip and its steps."""
-    image = replace(world, clip=mirrored_clip(world.clip, mirror), contacts=mirror_contacts(world.contacts))
-    return image, tuple(replace(step, swing_side=1 - step.swing_side) for step in steps)
-
-
-def _clip_examples(
+def _mirror_examples(
     library: ClipLibrary,
     world: WorldClip,
     steps: tuple[Step, ...],
+    reflection: MirrorMap,
     samples: int,
     limits: StepLimits,
-    index: int,
-    *,
-    mirrored: bool,
-) -> tuple[list[dict[str, object]], list[str]]:
-    """Examples of one clip as rows of fields, and reasons for the steps left out."""
-    rows: list[dict[str, object]] = []
-    faults: list[str] = []
+) -> Examples:
+    """Examples of the mirror image of a clip."""
+    image = replace(
+        world, clip=mirrored_clip(world.clip, reflection), contacts=mirror_contacts(world.contacts)
+    )
+    swapped = tuple(replace(step, swing_side=1 - step.swing_side) for step in steps)
+    examples, _ = _clip_examples(library, image, swapped, samples, limits)
+    return replace(examples, mirrored=np.ones(len(examples), dtype=bool))
+
+
+def _clip_examples(
+    library: ClipLibrary, world: WorldClip, steps: tuple[Step, ...], samples: int, limits: StepLimits
+) -> tuple[Examples, tuple[str, ...]]:
+    """Examples of one clip, of index 0, and reasons for the steps left out."""
     if not steps:
-        return rows, faults
-    motion = _on_character(library, world)
-    scale = library.biped.maximal_leg_length / 0.8
-    for step in steps:
-        support, swing = 1 - step.swing_side, step.swing_side
-        stand = _stand(library, motion, world.contacts, support, step.support)
-        departure = _stand(library, motion, world.contacts, swing, step.departure)
-        landing = _stand(library, motion, world.contacts, swing, step.landing)
-        distance = float(np.linalg.norm((landing.position - stand.position)[[0, 2]]))
-        if stand.slide > limits.slide * scale:
-            faults.append(f"step at {step.start:.2f} s dropped: the support foot slides {100 * stand.slide:.1f} cm")
-            continue
-        if distance > limits.reach * library.biped.maximal_leg_length:
-            faults.append(f"step at {step.start:.2f} s dropped: it lands {distance:.2f} m away")
-            continue
-        row = _example(library, motion, step, stand, departure, landing, samples)
-        rows.append({**row, "clip_indices": index, "mirrored": mirrored, "styles": world.clip.style})
-    return rows, faults
+        return _no_examples(library, samples), ()
+    motion = on_character(library, world)
+    stands = [foot_stands(motion, world.contacts[side], side) for side in range(2)]
+
+    contacts = {
+        "departure": [(stands[step.swing_side], step.departure) for step in steps],
+        "support": [(stands[1 - step.swing_side], step.support) for step in steps],
+        "landing": [(stands[step.swing_side], step.landing) for step in steps],
+    }
+    places = {role: np.array([foot.positions[i] for foot, i in rows]) for role, rows in contacts.items()}
+    yaws = {role: np.array([foot.yaws[i] for foot, i in rows]) for role, rows in contacts.items()}
+    leg = library.biped.maximal_leg_length
+    distances = np.linalg.norm((places["landing"] - places["support"])[:, [0, 2]], axis=1)
+    slides = np.array([foot.slides[i] for foot, i in contacts["support"]])
+    too_far, sliding = distances > limits.reach * leg, slides > limits.slide * leg / 0.8
+    faults = [
+        f"step at {steps[i].start:.2f} s dropped: the support foot slides {100.0 * slides[i]:.1f} cm"
+        for i in np.flatnonzero(sliding)
+    ]
+    faults += [
+        f"step at {steps[i].start:.2f} s dropped: it lands {distances[i]:.2f} m away"
+        for i in np.flatnonzero(too_far & ~sliding)
+    ]
+    examples = _sampled(motion, world, steps, places, yaws, samples)
+    return _selected(examples, ~(too_far | sliding)), tuple(faults)
 
 
-def _on_character(library: ClipLibrary, world: WorldClip) -> _CharacterMotion:
-    """Splines of a world clip on the character, everything above the pelvis folded into the pelvis."""
-    skeleton, pelvis = library.skeleton, library.biped.pelvis
-    positions, world_rotations = partial_kinematics(skeleton, world.clip, np.array([pelvis]))
-    rotations = world.clip.rotations.copy()
-    for joint in skeleton.chain(_root_above(skeleton, pelvis), pelvis)[:-1]:
-        rotations[:, joint] = skeleton.rest_rotations[joint]
-    rotations[:, pelvis] = quaternion.continuous(world_rotations[:, 0])
-    ratio = library.biped.maximal_leg_length / world.leg_length
-    times = world.clip.times
-    return _CharacterMotion(
-        rotations=CubicSpline(times, rotations.reshape(len(times), -1)),
-        pelvis=CubicSpline(times, ratio * positions[:, 0]),
-        first=float(times[0]),
-        last=float(times[-1]),
-    )
-
-
-def _root_above(skeleton: Skeleton, joint: int) -> int:
-    """The joint without a parent that `joint` hangs from."""
-    while skeleton.parents[joint] >= 0:
-        joint = int(skeleton.parents[joint])
-    return joint
-
-
-def _pose(motion: _CharacterMotion, times: FloatArray, joints: int) -> tuple[FloatArray, FloatArray]:
-    """Joint-local rotations (N, J, 4), the pelvis's in the world, and pelvis positions (N, 3) at times (N,)."""
-    rotations = quaternion.normalised(motion.rotations(times).reshape(len(times), joints, 4))
-    return rotations, motion.pelvis(times)
-
-
-def _legs(
-    library: ClipLibrary, rotations: FloatArray, pelvis: FloatArray, side: int
-) -> tuple[FloatArray, FloatArray]:
-    """Ankle and ball joints [m] (N, 3) each of one leg, by forward kinematics from the pelvis."""
-    skeleton, biped = library.skeleton, library.biped
-    chain = np.array(skeleton.chain(biped.pelvis, biped.balls[side]))
-    translations = np.repeat(skeleton.rest_translations[None, chain], len(pelvis), axis=0)
-    translations[:, 0] = pelvis
-    positions, _ = forward_kinematics(np.arange(-1, len(chain) - 1), translations, rotations[:, chain])
-    return positions[:, list(chain).index(biped.ankles[side])], positions[:, -1]
-
-
-def _stand(library: ClipLibrary, motion: _CharacterMotion, contacts: Contacts, side: int, index: int) -> _Stand:
-    """Where the character's foot stands in a contact, mean over the planted interval."""
-    foot = contacts[side]
-    start = max(float(foot.flat_times[index]), motion.first)
-    end = min(float(foot.liftoff_times[index]), motion.last)
-    times = np.linspace(min(start, end), end, CONTACT_SAMPLES)
-    rotations, pelvis = _pose(motion, times, len(library.skeleton.joints))
-    ankles, balls = _legs(library, rotations, pelvis, side)
-    middle = slice(CONTACT_SAMPLES // 10, -(CONTACT_SAMPLES // 10))
-    ball = balls.mean(axis=0)
-    forward = (balls - ankles)[:, [0, 2]]
-    return _Stand(
-        position=ball - np.array([0.0, library.biped.ball_heights[side], 0.0]),
-        yaw=float(planar.circular_mean(planar.yaw_of(forward))),
-        slide=float(np.linalg.norm(balls[middle] - ball, axis=-1).max()),
-    )
-
-
-def _example(
-    library: ClipLibrary,
-    motion: _CharacterMotion,
-    step: Step,
-    stand: _Stand,
-    departure: _Stand,
-    landing: _Stand,
+def _sampled(
+    motion: CharacterMotion,
+    world: WorldClip,
+    steps: tuple[Step, ...],
+    places: dict[str, FloatArray],
+    yaws: dict[str, FloatArray],
     samples: int,
-) -> dict[str, object]:
-    """Fields of one example."""
-    joints = len(library.skeleton.joints)
-    heading = float(planar.circular_mean(np.array([stand.yaw, departure.yaw])))
-    next_heading = float(planar.circular_mean(np.array([stand.yaw, landing.yaw])))
-    events = np.array([step.end, step.swing_liftoff, step.support_liftoff]) - step.start
-    knot_times, knot_phases = event_knots(*(events[i : i + 1] for i in range(3)))
-    phases = np.linspace(0.0, 1.0, samples)
-    times = step.start + np.interp(phases, knot_phases[0], knot_times[0])
-    rotations, pelvis = _pose(motion, times, joints)
-    support_ball = _legs(library, rotations, pelvis, 1 - step.swing_side)[1]
-    swing_ball = _legs(library, rotations, pelvis, step.swing_side)[1]
+) -> Examples:
+    """Examples of all steps of a clip, given the places and yaws of the contacts they join."""
+    count, pelvis = len(steps), motion.library.biped.pelvis
+    starts = np.array([step.start for step in steps])
+    durations = np.array([step.end for step in steps]) - starts
+    swing_liftoffs = np.array([step.swing_liftoff for step in steps]) - starts
+    support_liftoffs = np.array([step.support_liftoff for step in steps]) - starts
+    swing_sides = np.array([step.swing_side for step in steps])
+    headings = planar.circular_mean(np.stack([yaws["support"], yaws["departure"]], axis=1))
+    next_headings = planar.circular_mean(np.stack([yaws["support"], yaws["landing"]], axis=1))
 
-    def planar_offset(place: FloatArray) -> FloatArray:
-        return planar.rotate(np.array(-heading), (place - stand.position)[..., [0, 2]])
+    times = starts[:, None] + _times_of_phases(durations, swing_liftoffs, support_liftoffs, samples)
+    rotations, pelvis_world = motion.pose(times.ravel())
+    balls = np.stack([motion.leg(rotations, pelvis_world, side)[1] for side in range(2)])  # (2, E * S, 3)
+    balls = balls.reshape(2, count, samples, 3)
+    rows = np.arange(count)
+    rotations = rotations.reshape(count, samples, -1, 4)
+    unturned = quaternion.yaw_quaternion(-headings)[:, None]
+    rotations[:, :, pelvis] = quaternion.compose(unturned, rotations[:, :, pelvis])
+    lines = _ground_lines(places, samples)
 
-    line_start = 0.5 * (departure.position[1] + stand.position[1])
-    line_end = 0.5 * (stand.position[1] + landing.position[1])
-    line = line_start + phases * (line_end - line_start)
+    def on_ground(points: FloatArray) -> FloatArray:
+        return planar.rotate(-headings, (points - places["support"])[:, [0, 2]])
 
     def in_support_frame(points: FloatArray) -> FloatArray:
-        ground = planar_offset(points)
-        return np.stack([ground[:, 0], points[:, 1] - line, ground[:, 1]], axis=1)
-
-    turned = quaternion.compose(quaternion.yaw_quaternion(np.array(-heading)), rotations[:, library.biped.pelvis])
-    rotations[:, library.biped.pelvis] = turned
-    return {
-        "swing_sides": step.swing_side,
-        "start_times": step.start,
-        "durations": step.end - step.start,
-        "flat_times": step.flat - step.start,
-        "swing_liftoffs": step.swing_liftoff - step.start,
-        "support_liftoffs": step.support_liftoff - step.start,
-        "landings": planar_offset(landing.position),
-        "landing_heights": landing.position[1] - stand.position[1],
-        "landing_yaws": planar.wrap_angle(np.array(landing.yaw - heading)),
-        "departures": planar_offset(departure.position),
-        "support_yaws": planar.wrap_angle(np.array(stand.yaw - heading)),
-        "departure_yaws": planar.wrap_angle(np.array(departure.yaw - heading)),
-        "turns": planar.wrap_angle(np.array(next_heading - heading)),
-        "rotations": quaternion.continuous(rotations),
-        "pelvis_positions": in_support_frame(pelvis),
-        "support_balls": in_support_frame(support_ball),
-        "swing_balls": in_support_frame(swing_ball),
-    }
-
-
-def _stacked(library: ClipLibrary, rows: list[dict[str, object]], samples: int) -> Examples:
-    """Rows of fields as arrays."""
-    joints = len(library.skeleton.joints)
-
-    def stack(name: str, shape: tuple[int, ...] = (), kind: type = float) -> FloatArray:
-        return np.array([row[name] for row in rows], dtype=kind).reshape(len(rows), *shape)
+        ground = planar.rotate(-headings[:, None], (points - places["support"][:, None])[..., [0, 2]])
+        return np.stack([ground[..., 0], points[..., 1] - lines, ground[..., 1]], axis=-1).astype(np.float32)
 
     return Examples(
+        clip_names=tuple(clip.name for clip in motion.library.clips),
+        clip_indices=np.zeros(count, dtype=np.int64),
+        mirrored=np.zeros(count, dtype=bool),
+        styles=(world.clip.style,) * count,
+        swing_sides=swing_sides,
+        start_times=starts,
+        durations=durations,
+        flat_times=np.array([step.flat for step in steps]) - starts,
+        swing_liftoffs=swing_liftoffs,
+        support_liftoffs=support_liftoffs,
+        landings=on_ground(places["landing"]),
+        landing_heights=places["landing"][:, 1] - places["support"][:, 1],
+        landing_yaws=planar.wrap_angle(yaws["landing"] - headings),
+        departures=on_ground(places["departure"]),
+        support_yaws=planar.wrap_angle(yaws["support"] - headings),
+        departure_yaws=planar.wrap_angle(yaws["departure"] - headings),
+        turns=planar.wrap_angle(next_headings - headings),
+        rotations=_continuous(rotations).astype(np.float32),
+        pelvis_positions=in_support_frame(pelvis_world.reshape(count, samples, 3)),
+        support_balls=in_support_frame(balls[1 - swing_sides, rows]),
+        swing_balls=in_support_frame(balls[swing_sides, rows]),
+    )
+
+
+def _times_of_phases(
+    durations: FloatArray, swing_liftoffs: FloatArray, support_liftoffs: FloatArray, samples: int
+) -> FloatArray:
+    """Time after the support strike of evenly spaced phases, straight between the events [s], shape (E, S)."""
+    knot_times, knot_phases = event_knots(durations, swing_liftoffs, support_liftoffs)
+    phases = np.linspace(0.0, 1.0, samples)
+    return np.stack([np.interp(phases, *knots) for knots in zip(knot_phases, knot_times, strict=True)])
+
+
+def _ground_lines(places: dict[str, FloatArray], samples: int) -> FloatArray:
+    """Height of the ground line at every phase, from before to after the step [m], shape (E, S)."""
+    start = 0.5 * (places["departure"][:, 1] + places["support"][:, 1])
+    end = 0.5 * (places["support"][:, 1] + places["landing"][:, 1])
+    return start[:, None] + (end - start)[:, None] * np.linspace(0.0, 1.0, samples)
+
+
+def _continuous(rotations: FloatArray) -> FloatArray:
+    """Rotations (E, S, J, 4) that do not change sign along the samples."""
+    return np.moveaxis(quaternion.continuous(np.moveaxis(rotations, 1, 0)), 0, 1)
+
+
+def _selected(examples: Examples, keep: BoolArray) -> Examples:
+    """Examples at which `keep` (E,) is True."""
+    changes: dict[str, FloatArray | tuple[str, ...]] = {}
+    for field in fields(Examples):
+        values = getattr(examples, field.name)
+        if isinstance(values, np.ndarray):
+            changes[field.name] = values[keep]
+    styles = tuple(style for style, kept in zip(examples.styles, keep, strict=True) if kept)
+    return replace(examples, styles=styles, **changes)
+
+
+def _joined(parts: list[Examples]) -> Examples:
+    """Examples one after the other."""
+    changes: dict[str, FloatArray | tuple[str, ...]] = {}
+    for field in fields(Examples):
+        values = [getattr(part, field.name) for part in parts]
+        if isinstance(values[0], np.ndarray):
+            changes[field.name] = np.concatenate(values)
+    return replace(parts[0], styles=tuple(style for part in parts for style in part.styles), **changes)
+
+
+def _no_examples(library: ClipLibrary, samples: int) -> Examples:
+    """No examples at all, with arrays of the right shapes."""
+    joints = len(library.skeleton.joints)
+    none, points = np.zeros(0), np.zeros((0, 2))
+    paths = np.zeros((0, samples, 3), dtype=np.float32)
+    indices: IntArray = np.zeros(0, dtype=np.int64)
+    return Examples(
         clip_names=tuple(clip.name for clip in library.clips),
-        clip_indices=stack("clip_indices", kind=np.int64),
-        mirrored=stack("mirrored", kind=np.bool_),
-        styles=tuple(str(row["styles"]) for row in rows),
-        swing_sides=stack("swing_sides", kind=np.int64),
-        start_times=stack("start_times"),
-        durations=stack("durations"),
-        flat_times=stack("flat_times"),
-        swing_liftoffs=stack("swing_liftoffs"),
-        support_liftoffs=stack("support_liftoffs"),
-        landings=stack("landings", (2,)),
-        landing_heights=stack("landing_heights"),
-        landing_yaws=stack("landing_yaws"),
-        departures=stack("departures", (2,)),
-        support_yaws=stack("support_yaws"),
-        departure_yaws=stack("departure_yaws"),
-        turns=stack("turns"),
-        rotations=stack("rotations", (samples, joints, 4), np.float32),
-        pelvis_positions=stack("pelvis_positions", (samples, 3), np.float32),
-        support_balls=stack("support_balls", (samples, 3), np.float32),
-        swing_balls=stack("swing_balls", (samples, 3), np.float32),
+        clip_indices=indices,
+        mirrored=np.zeros(0, dtype=bool),
+        styles=(),
+        swing_sides=indices,
+        start_times=none,
+        durations=none,
+        flat_times=none,
+        swing_liftoffs=none,
+        support_liftoffs=none,
+        landings=points,
+        landing_heights=none,
+        landing_yaws=none,
+        departures=points,
+        support_yaws=none,
+        departure_yaws=none,
+        turns=none,
+        rotations=np.zeros((0, samples, joints, 4), dtype=np.float32),
+        pelvis_positions=paths,
+        support_balls=paths,
+        swing_balls=paths,
     )

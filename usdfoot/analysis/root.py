@@ -63,8 +63,10 @@ def detect_root_motion(clip: Clip, skeleton: Skeleton, biped: Biped) -> RootMoti
         return none
     motion = foot_motion(clip, skeleton, biped)
     feet = _low_feet(motion)
-    slip = _commonest(feet.velocities, feet)
     drift = (motion.pelvis[-1] - motion.pelvis[0])[[0, 2]] / (motion.times[-1] - motion.times[0])
+    if clip.root_motion == "auto" and np.linalg.norm(drift) > 0.3 * feet.fastest:
+        return none
+    slip = _commonest(feet.velocities, feet)
     slips = np.linalg.norm(slip) > max(0.1 * feet.fastest, 0.125 * biped.maximal_leg_length)
     if clip.root_motion == "auto" and not (slips and np.linalg.norm(drift) < 0.3 * np.linalg.norm(slip)):
         return none
@@ -107,7 +109,7 @@ def _missing_yaw_rate(feet: _LowFeet, slip: FloatArray) -> float:
 def _commonest(velocities: FloatArray, feet: _LowFeet) -> FloatArray:
     """Mode of weighted planar velocities (M, 2), by a kernel density on the samples and mean shift, shape (2,)."""
     width = 0.06 * feet.fastest + 1e-6
-    stride = max(1, len(velocities) // 600)
+    stride = max(1, len(velocities) // 300)
     centres = velocities[::stride]
     density = _kernel(centres, velocities, width) @ feet.weights
     mode = centres[np.argmax(density)]
