@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 from pxr import Usd, UsdGeom
-
 from stagedraw.picture import Camera, paint
 from stagedraw.soup import FloatArray, Soup, join
 from stagedraw.stage_soup import Character, character_soup, read_characters, static_soup
@@ -35,8 +34,15 @@ class Show:
         return _turned(character_soup(character, code), self.to_metres)
 
 
-def draw_contact_sheet(stage_path: Path | str, png_path: Path | str, *, frames: Sequence[float] | None = None,
-                       count: int = 12, agent: str | None = None, size: tuple[int, int] = (1600, 1000)) -> Path:
+def draw_contact_sheet(
+    stage_path: Path | str,
+    png_path: Path | str,
+    *,
+    frames: Sequence[float] | None = None,
+    count: int = 12,
+    agent: str | None = None,
+    size: tuple[int, int] = (1600, 1000),
+) -> Path:
     """Draw a stage: above everything with a character shown at every frame, below one close picture a frame.
 
     Args:
@@ -54,13 +60,18 @@ def draw_contact_sheet(stage_path: Path | str, png_path: Path | str, *, frames: 
         ValueError: if the stage shows no skinned character, or none whose path has `agent` in it.
     """
     stage = Usd.Stage.Open(str(stage_path))
-    codes = list(frames) if frames is not None else list(
-        np.linspace(stage.GetStartTimeCode(), stage.GetEndTimeCode(), count))
+    codes = (
+        list(frames)
+        if frames is not None
+        else list(np.linspace(stage.GetStartTimeCode(), stage.GetEndTimeCode(), count))
+    )
     show = _read(stage, codes[0])
     chosen = [character for character in show.characters if agent is None or agent in character.path]
     if not chosen:
-        raise ValueError(f"{stage_path}: no skinned character{f' with {agent} in its path' if agent else ''}; "
-                         f"there are {[character.path for character in show.characters]}")
+        raise ValueError(
+            f"{stage_path}: no skinned character{f' with {agent} in its path' if agent else ''}; "
+            f"there are {[character.path for character in show.characters]}"
+        )
     followed = chosen[0]
     columns = min(len(codes), 6)
     rows = -(-len(codes) // columns)
@@ -81,8 +92,12 @@ def _read(stage: Usd.Stage, code: float) -> Show:
     upright = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]) if UsdGeom.GetStageUpAxis(stage) == "Z" else np.eye(3)
     matrix = scale * upright
     marks = [(matrix @ place, side) for place, side in _landings(stage)]
-    return Show(static=_turned(static_soup(stage, code), matrix), characters=tuple(read_characters(stage)),
-                marks=tuple(marks), to_metres=matrix)
+    return Show(
+        static=_turned(static_soup(stage, code), matrix),
+        characters=tuple(read_characters(stage)),
+        marks=tuple(marks),
+        to_metres=matrix,
+    )
 
 
 def _landings(stage: Usd.Stage) -> list[tuple[FloatArray, int]]:
@@ -146,7 +161,9 @@ def _close(show: Show, followed: Character, codes: Sequence[float], number: int,
 def _turned_view(show: Show, followed: Character, code: float) -> FloatArray:
     """Direction from the character to the camera: to its right and a little ahead, slightly above."""
     matrix = np.array(followed.skeleton.ComputeJointSkelTransforms(Usd.TimeCode(code))[0])[:3, :3]
-    to_world = np.array(UsdGeom.XformCache(Usd.TimeCode(code)).GetLocalToWorldTransform(followed.skeleton.GetPrim()))[:3, :3]
+    to_world = np.array(UsdGeom.XformCache(Usd.TimeCode(code)).GetLocalToWorldTransform(followed.skeleton.GetPrim()))[
+        :3, :3
+    ]
     rest = np.array(followed.skeleton.ComputeJointSkelTransforms(Usd.TimeCode(code), True)[0])[:3, :3]
     ahead = show.to_metres @ (np.array([0.0, 0.0, 1.0]) @ np.linalg.inv(rest) @ matrix @ to_world)
     yaw = np.arctan2(ahead[0], ahead[2]) - 1.15
@@ -176,7 +193,11 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--count", type=int, default=12, help="number of frames when none are given (default: 12)")
     parser.add_argument("--agent", help="part of the path of the character to follow (default: the first)")
     options = parser.parse_args(argv)
-    print(draw_contact_sheet(options.stage, options.output, frames=options.frames, count=options.count, agent=options.agent))
+    print(
+        draw_contact_sheet(
+            options.stage, options.output, frames=options.frames, count=options.count, agent=options.agent
+        )
+    )
     return 0
 
 

@@ -1,5 +1,6 @@
 """`clips.usdc`: the clip library of the person, with the contacts known by construction in `customData`."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -8,7 +9,7 @@ from numpy.typing import NDArray
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from stagecraft.footprints import LEFT
-from stagecraft.gaits import ClipPlan, all_clips
+from stagecraft.gaits import ClipPlan
 from stagecraft.pelvis_path import RATE
 from stagecraft.rig import FootShape, Rig
 from stagecraft.rotation import FloatArray, to_quaternions
@@ -38,21 +39,27 @@ def make_clip(plan: ClipPlan, rig: Rig, foot: FootShape) -> Clip:
     frames = round((plan.end - plan.start) * CODES_PER_SECOND) + 1
     kept = first + np.arange(frames) * round(RATE / CODES_PER_SECOND)
     local = local_rotations(rig, motion.rotations[kept])
-    return Clip(plan=plan, start=float(motion.times[first]), pelvis=motion.pelvis[kept],
-                rotations=to_quaternions(local), world=motion.rotations[kept])
+    return Clip(
+        plan=plan,
+        start=float(motion.times[first]),
+        pelvis=motion.pelvis[kept],
+        rotations=to_quaternions(local),
+        world=motion.rotations[kept],
+    )
 
 
-def write_clips(path: Path, rig: Rig, foot: FootShape, *, human: str) -> None:
-    """Write all clips to `path`; `human` is the asset path of the character whose skeleton they move."""
+def write_clips(path: Path, clips: Sequence[Clip], rig: Rig, *, human: str) -> None:
+    """Write `clips` to `path`; `human` is the asset path of the character whose skeleton they move."""
     stage = new_stage(path, "HumanClips", "Xform", "gaits of a kinematic walker, tools/stagecraft/gaits.py")
     UsdSkel.Root.Define(stage, "/HumanClips/Rig")
     skeleton = UsdSkel.Skeleton.Define(stage, "/HumanClips/Rig/Skeleton").GetPrim()
     skeleton.GetReferences().AddReference(human, "/Human/Skeleton")
     UsdGeom.Scope.Define(stage, "/HumanClips/Clips")
-    clips = [make_clip(plan, rig, foot) for plan in all_clips()]
     for clip in clips:
         _author(stage, clip, rig)
-    UsdSkel.BindingAPI.Apply(skeleton).CreateAnimationSourceRel().SetTargets([f"/HumanClips/Clips/{clips[0].plan.name}"])
+    UsdSkel.BindingAPI.Apply(skeleton).CreateAnimationSourceRel().SetTargets(
+        [f"/HumanClips/Clips/{clips[0].plan.name}"]
+    )
     stage.SetStartTimeCode(0)
     stage.SetEndTimeCode(max(len(clip.pelvis) for clip in clips) - 1)
     stage.Save()
@@ -84,8 +91,9 @@ def _author(stage: Usd.Stage, clip: Clip, rig: Rig) -> None:
     with Sdf.ChangeBlock():
         for frame, (places, turns) in enumerate(zip(translations, clip.rotations, strict=True)):
             layer.SetTimeSample(path.AppendProperty("translations"), frame, vectors(places))
-            layer.SetTimeSample(path.AppendProperty("rotations"), frame,
-                                Vt.QuatfArray.FromNumpy(turns.astype(np.float32)))
+            layer.SetTimeSample(
+                path.AppendProperty("rotations"), frame, Vt.QuatfArray.FromNumpy(turns.astype(np.float32))
+            )
     prim = animation.GetPrim()
     prim.AddAppliedSchema("UsdfootClipAPI")
     uniform(prim, "usdfoot:clip:cyclic", Sdf.ValueTypeNames.Bool, clip.plan.cyclic)

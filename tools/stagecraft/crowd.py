@@ -10,7 +10,13 @@ from stagecraft.plan_prim import Plan, lay_on
 from stagecraft.rotation import about_y
 from stagecraft.terrains import Surface
 
-CIRCLES = ((2.2, 1.1, 0.0, 1.0), (2.2, 1.1, 2.1, 1.0), (2.2, 1.1, 4.2, 1.0), (3.6, 1.35, 1.0, -1.0), (3.6, 1.35, 4.1, -1.0))
+CIRCLES = (
+    (2.2, 1.1, 0.0, 1.0),
+    (2.2, 1.1, 2.1, 1.0),
+    (2.2, 1.1, 4.2, 1.0),
+    (3.6, 1.35, 1.0, -1.0),
+    (3.6, 1.35, 4.1, -1.0),
+)
 """Radius [m], speed [m/s], angle on the circle [rad], 1 to the left or -1 to the right."""
 LINES = ((-5.5, -5.0, 0.0, 1.2), (-4.6, 6.0, np.pi, 0.9), (5.2, -6.0, 0.05, 1.5), (6.0, 5.5, 3.1, 1.0))
 """Start (x, z) [m], heading [rad], speed [m/s]."""
@@ -29,11 +35,15 @@ def crowd_plans(surfaces: Sequence[Surface], steps: int = 14) -> list[Plan]:
         plans.append(_put(f"Circle_{number}", prints, place, angle, surfaces))
     for number, (x, z, heading, speed) in enumerate(LINES):
         length, time, overlap = walk_timing(speed)
-        prints = _stand_walk_stop(Step(duration=time, overlap=overlap, forward=length), steps, LEFT if number % 2 else RIGHT)
+        prints = _stand_walk_stop(
+            Step(duration=time, overlap=overlap, forward=length), steps, LEFT if number % 2 else RIGHT
+        )
         plans.append(_put(f"Line_{number}", prints, (x, z), heading, surfaces))
     for number, (x, z, heading, speed) in enumerate(RUNNERS):
         pace = Step(duration=0.367, overlap=-0.10, forward=0.367 * speed, width=0.09)
-        plans.append(_put(f"Runner_{number}", lay_footprints([pace] * steps, first_side=LEFT), (x, z), heading, surfaces))
+        plans.append(
+            _put(f"Runner_{number}", lay_footprints([pace] * steps, first_side=LEFT), (x, z), heading, surfaces)
+        )
     return plans
 
 
@@ -46,11 +56,20 @@ def _stand_walk_stop(pace: Step, steps: int, side: int) -> list[Footprint]:
     return end_standing(lay_footprints([*stand, first, *[pace] * (steps - 4), half, last], first_side=side), 1.4)
 
 
-def _put(name: str, prints: list[Footprint], place: tuple[float, float], heading: float,
-         surfaces: Sequence[Surface]) -> Plan:
+def _put(
+    name: str, prints: list[Footprint], place: tuple[float, float], heading: float, surfaces: Sequence[Surface]
+) -> Plan:
     """The footprints turned to `heading` and moved so that they begin at `place` (x, z), on the surfaces."""
     turn = about_y(heading)
-    moved = [Footprint(side=footprint.side, position=turn @ footprint.position + [place[0], 0.0, place[1]],
-                       yaw=footprint.yaw + heading, strike=footprint.strike, liftoff=footprint.liftoff, roll=footprint.roll)
-             for footprint in prints]
+    moved = [
+        Footprint(
+            side=footprint.side,
+            position=turn @ footprint.position + [place[0], 0.0, place[1]],
+            yaw=footprint.yaw + heading,
+            strike=footprint.strike,
+            liftoff=footprint.liftoff,
+            roll=footprint.roll,
+        )
+        for footprint in prints
+    ]
     return lay_on(name, moved, surfaces)

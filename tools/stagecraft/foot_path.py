@@ -49,8 +49,9 @@ class FootPath:
         return about_y(self.yaw) @ about_x(self.toe_pitch)
 
 
-def trace_foot(prints: Sequence[Footprint], others: Sequence[Footprint], times: FloatArray,
-               shape: FootShape) -> FootPath:
+def trace_foot(
+    prints: Sequence[Footprint], others: Sequence[Footprint], times: FloatArray, shape: FootShape
+) -> FootPath:
     """Path of one foot through its own footprints.
 
     Args:
@@ -106,8 +107,9 @@ def _contact_ball(footprint: Footprint, pitch: FloatArray, shape: FootShape) -> 
     return planted + rolled - forward @ heel_to_ball
 
 
-def _swing(here: Footprint, there: Footprint, phase: FloatArray,
-           shape: FootShape) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _swing(
+    here: Footprint, there: Footprint, phase: FloatArray, shape: FootShape
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Ball, pitch and pitch of the toes over a swing at `phase` 0..1."""
     leave, land = contact_pitch(here, np.array([here.liftoff])), contact_pitch(there, np.array([there.strike]))
     duration = there.strike - here.liftoff

@@ -107,9 +107,16 @@ def lay_footprints(steps: Sequence[Step], *, first_side: int, last_contact: floa
         x, z = centre + _planar(heading, left=outward * step.width / 2, forward=0.0)
         following = steps[number + 1] if number + 1 < len(steps) else None
         liftoff = strikes[number + 1] + following.overlap if following else strike + last_contact
-        prints.append(Footprint(
-            side=side, position=np.array([x, ground, z]), yaw=heading + outward * OUT_TOE,
-            strike=float(strike), liftoff=float(liftoff), roll=step.roll))
+        prints.append(
+            Footprint(
+                side=side,
+                position=np.array([x, ground, z]),
+                yaw=heading + outward * OUT_TOE,
+                strike=float(strike),
+                liftoff=float(liftoff),
+                roll=step.roll,
+            )
+        )
     return prints
 
 
@@ -117,12 +124,15 @@ def end_standing(prints: Sequence[Footprint], hold: float) -> list[Footprint]:
     """The same footprints, the last two staying until `hold` [s] after the last strike."""
     end = prints[-1].strike + hold
     still = replace(prints[-1].roll, liftoff_pitch=0.0)
-    return [*prints[:-2],
-            replace(prints[-2], liftoff=end, roll=replace(prints[-2].roll, liftoff_pitch=0.0)),
-            replace(prints[-1], liftoff=end, roll=still)]
+    return [
+        *prints[:-2],
+        replace(prints[-2], liftoff=end, roll=replace(prints[-2].roll, liftoff_pitch=0.0)),
+        replace(prints[-1], liftoff=end, roll=still),
+    ]
 
 
 def _planar(heading: float, *, left: float, forward: float) -> FloatArray:
     """Planar vector (x, z) of a move in the frame of `heading`."""
-    return np.array([np.cos(heading) * left + np.sin(heading) * forward,
-                     np.cos(heading) * forward - np.sin(heading) * left])
+    return np.array(
+        [np.cos(heading) * left + np.sin(heading) * forward, np.cos(heading) * forward - np.sin(heading) * left]
+    )

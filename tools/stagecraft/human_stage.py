@@ -14,10 +14,14 @@ from stagecraft.upper_body import resting_arms
 from stagecraft.walker import joint_positions, local_rotations
 
 SEGMENTS = (
-    ("Neck", None, 0.081, 1.0), ("Hips", "Neck", 0.497, 0.5),
-    ("LeftArm", "LeftForeArm", 0.028, 0.436), ("LeftForeArm", "LeftHand", 0.016, 0.430),
-    ("LeftHand", "LeftFingers", 0.006, 0.9), ("LeftUpLeg", "LeftLeg", 0.100, 0.433),
-    ("LeftLeg", "LeftFoot", 0.0465, 0.433), ("LeftFoot", "LeftToe", 0.0145, 0.5),
+    ("Neck", None, 0.081, 1.0),
+    ("Hips", "Neck", 0.497, 0.5),
+    ("LeftArm", "LeftForeArm", 0.028, 0.436),
+    ("LeftForeArm", "LeftHand", 0.016, 0.430),
+    ("LeftHand", "LeftFingers", 0.006, 0.9),
+    ("LeftUpLeg", "LeftLeg", 0.100, 0.433),
+    ("LeftLeg", "LeftFoot", 0.0465, 0.433),
+    ("LeftFoot", "LeftToe", 0.0145, 0.5),
 )
 """Joint, next joint, part of the body's mass, place of the centre between them (Winter, table 4.1)."""
 
@@ -85,13 +89,21 @@ def _biped(prim: Usd.Prim, rig: Rig, foot: FootShape, turns: FloatArray) -> None
 def _skinned_part(stage: Usd.Stage, part: Part, rig: Rig, turns: FloatArray) -> FloatArray:
     """Author one mesh; returns its points in the rest pose [m], shape (N, 3)."""
     points, quads = part.mesh.points, part.mesh.quads
-    mesh = define_mesh(stage, f"/Human/Body/{part.name}", points=points, counts=np.full(len(quads), 4), indices=quads,
-                       normals=part.mesh.normals, colours=part.colours)
+    mesh = define_mesh(
+        stage,
+        f"/Human/Body/{part.name}",
+        points=points,
+        counts=np.full(len(quads), 4),
+        indices=quads,
+        normals=part.mesh.normals,
+        colours=part.colours,
+    )
     joints, weights = skin_weights(points, rig)
     binding = UsdSkel.BindingAPI.Apply(mesh.GetPrim())
     binding.CreateSkeletonRel().SetTargets(["/Human/Skeleton"])
     binding.CreateGeomBindTransformAttr(Gf.Matrix4d(1.0))
     binding.CreateJointIndicesPrimvar(False, INFLUENCES).Set(Vt.IntArray.FromNumpy(joints.astype(np.int32).ravel()))
     binding.CreateJointWeightsPrimvar(False, INFLUENCES).Set(
-        Vt.FloatArray.FromNumpy(weights.astype(np.float32).ravel()))
+        Vt.FloatArray.FromNumpy(weights.astype(np.float32).ravel())
+    )
     return deform(points, joints, weights, rig, joint_positions(rig, rig.place("Hips")[None], turns[None])[0], turns)

@@ -5,8 +5,9 @@ import numpy as np
 from stagecraft.rotation import FloatArray
 
 
-def solve_leg(hip: FloatArray, ankle: FloatArray, forward: FloatArray,
-              bones: tuple[FloatArray, FloatArray]) -> tuple[FloatArray, FloatArray]:
+def solve_leg(
+    hip: FloatArray, ankle: FloatArray, forward: FloatArray, bones: tuple[FloatArray, FloatArray]
+) -> tuple[FloatArray, FloatArray]:
     """World rotations of thigh and shank, each shape (T, 3, 3).
 
     Args:
@@ -34,7 +35,9 @@ def solve_leg(hip: FloatArray, ankle: FloatArray, forward: FloatArray,
 
 def knee_flexion(thigh: FloatArray, shank: FloatArray, bones: tuple[FloatArray, FloatArray]) -> FloatArray:
     """Angle between thigh and shank, 0 straight [rad], shape (T,)."""
-    directions = [rotation @ (bone / np.linalg.norm(bone)) for rotation, bone in zip((thigh, shank), bones, strict=True)]
+    directions = [
+        rotation @ (bone / np.linalg.norm(bone)) for rotation, bone in zip((thigh, shank), bones, strict=True)
+    ]
     return np.arccos(np.clip(np.sum(directions[0] * directions[1], axis=1), -1.0, 1.0))
 
 

@@ -17,6 +17,7 @@ from scipy.ndimage import gaussian_filter1d
 from stagecraft.footprints import Footprint
 from stagecraft.rig import FootShape
 from stagecraft.rotation import FloatArray
+import itertools
 
 GRAVITY = 9.81
 RATE = 240.0
@@ -69,7 +70,7 @@ class Knot:
 
 def exchanges(prints: Sequence[Footprint]) -> list[Exchange]:
     """All changes of feet, in order."""
-    return [Exchange(before=before, after=after) for before, after in zip(prints, prints[1:], strict=False)]
+    return [Exchange(before=before, after=after) for before, after in itertools.pairwise(prints)]
 
 
 def planar_path(prints: Sequence[Footprint], times: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -123,7 +124,7 @@ def height_curve(knots: Sequence[Knot], times: FloatArray) -> FloatArray:
     when = np.array([knot.time for knot in knots])
     bends = [_bend(knots, number) for number in range(len(knots))]
     heights = np.where(times <= when[0], knots[0].height, knots[-1].height)
-    for number, (here, there) in enumerate(zip(knots, knots[1:], strict=False)):
+    for number, (here, there) in enumerate(itertools.pairwise(knots)):
         inside = (times >= here.time) & (times <= there.time)
         duration = there.time - here.time
         u = (times[inside] - here.time) / duration
@@ -133,7 +134,8 @@ def height_curve(knots: Sequence[Knot], times: FloatArray) -> FloatArray:
             + bends[number] * duration**2 * (0.5 * u**2 - 1.5 * u**3 + 1.5 * u**4 - 0.5 * u**5)
             + there.height * (10 * u**3 - 15 * u**4 + 6 * u**5)
             + there.rate * duration * (-4 * u**3 + 7 * u**4 - 3 * u**5)
-            + bends[number + 1] * duration**2 * (0.5 * u**3 - u**4 + 0.5 * u**5))
+            + bends[number + 1] * duration**2 * (0.5 * u**3 - u**4 + 0.5 * u**5)
+        )
     return heights
 
 
@@ -158,7 +160,7 @@ def allowed_height(ankle: FloatArray, hip_offset: FloatArray, pelvis: FloatArray
         pelvis: pelvis, its x and z [m], shape (T, 2).
         longest: hip to ankle at most [m], shape (T,).
     """
-    across = (pelvis + hip_offset[:, [0, 2]] - ankle[:, [0, 2]])
+    across = pelvis + hip_offset[:, [0, 2]] - ankle[:, [0, 2]]
     reach = np.maximum(longest**2 - np.sum(across**2, axis=1), 0.01)
     return ankle[:, 1] + np.sqrt(reach) - hip_offset[:, 1]
 
@@ -199,7 +201,7 @@ def _sway(prints: Sequence[Footprint], times: FloatArray, path: FloatArray) -> F
     """Offset of the pelvis towards each standing foot, across its heading, shape (T, 2)."""
     offset = np.zeros_like(path)
     changes = exchanges(prints)
-    for before, after in zip(changes, changes[1:], strict=False):
+    for before, after in itertools.pairwise(changes):
         foot = after.before
         start, end = before.times()[-1], after.times()[0]
         middle = int(np.argmin(np.abs(times - 0.5 * (start + end))))

@@ -11,9 +11,26 @@ from stagecraft.rotation import FloatArray, about_y, to_quaternions
 from stagecraft.stage_file import CODES_PER_SECOND, define_mesh, relate, vectors
 from stagecraft.terrains import Surface, ground_under
 
-SOLE = np.array([(-0.026, -0.190), (-0.037, -0.160), (-0.035, -0.110), (-0.036, -0.060), (-0.046, -0.010),
-                 (-0.047, 0.025), (-0.036, 0.058), (-0.008, 0.074), (0.020, 0.068), (0.038, 0.042), (0.043, 0.000),
-                 (0.036, -0.045), (0.020, -0.085), (0.024, -0.130), (0.030, -0.165), (0.018, -0.190)])
+SOLE = np.array(
+    [
+        (-0.026, -0.190),
+        (-0.037, -0.160),
+        (-0.035, -0.110),
+        (-0.036, -0.060),
+        (-0.046, -0.010),
+        (-0.047, 0.025),
+        (-0.036, 0.058),
+        (-0.008, 0.074),
+        (0.020, 0.068),
+        (0.038, 0.042),
+        (0.043, 0.000),
+        (0.036, -0.045),
+        (0.020, -0.085),
+        (0.024, -0.130),
+        (0.030, -0.165),
+        (0.018, -0.190),
+    ]
+)
 """Outline of the right sole around the ball (x, z) [m], inner side at +x."""
 OVER_GROUND = 0.004
 """Height at which the prints are drawn over the ground [m]."""
@@ -52,15 +69,20 @@ def author_plan(stage: Usd.Stage, path: str, plan: Plan) -> None:
     instancer.CreateProtoIndicesAttr([footprint.side for footprint in plan.prints])
     instancer.CreatePositionsAttr(vectors(np.array([footprint.position for footprint in plan.prints])))
     quaternions = [to_quaternions(turn[None])[0] for turn in plan.orientations]
-    instancer.CreateOrientationsAttr(Vt.QuathArray([Gf.Quath(float(w), float(x), float(y), float(z))
-                                                    for x, y, z, w in quaternions]))
+    instancer.CreateOrientationsAttr(
+        Vt.QuathArray([Gf.Quath(float(w), float(x), float(y), float(z)) for x, y, z, w in quaternions])
+    )
     instancer.CreateExtentAttr(instancer.ComputeExtentAtTime(Usd.TimeCode.Default(), Usd.TimeCode.Default()))
     prim = instancer.GetPrim()
     prim.AddAppliedSchema("UsdfootPlanAPI")
     for event in ("strike", "liftoff"):
         codes = [round(getattr(footprint, event) * CODES_PER_SECOND, 3) for footprint in plan.prints]
-        attribute = prim.CreateAttribute(f"usdfoot:plan:{event}Times", Sdf.ValueTypeNames.TimeCodeArray, custom=False,
-                                         variability=Sdf.VariabilityUniform)
+        attribute = prim.CreateAttribute(
+            f"usdfoot:plan:{event}Times",
+            Sdf.ValueTypeNames.TimeCodeArray,
+            custom=False,
+            variability=Sdf.VariabilityUniform,
+        )
         attribute.Set(Sdf.TimeCodeArray(codes))
 
 
@@ -73,11 +95,24 @@ def _author_print(stage: Usd.Stage, path: str, side: int) -> str:
     outline = SOLE * [-1.0 if side == 0 else 1.0, 1.0]
     points = np.stack([outline[:, 0], np.full(len(outline), OVER_GROUND), outline[:, 1]], axis=1)
     order = np.arange(len(points)) if side else np.arange(len(points))[::-1]
-    define_mesh(stage, path, points=points, counts=np.array([len(points)]), indices=order,
-                normals=np.array([[0.0, 1.0, 0.0]]), colours=np.array([COLOURS[side]]))
+    define_mesh(
+        stage,
+        path,
+        points=points,
+        counts=np.array([len(points)]),
+        indices=order,
+        normals=np.array([[0.0, 1.0, 0.0]]),
+        colours=np.array([COLOURS[side]]),
+    )
     return path
 
 
 def _at_height(footprint: Footprint, height: float) -> Footprint:
-    return Footprint(side=footprint.side, position=footprint.position * [1.0, 0.0, 1.0] + [0.0, height, 0.0],
-                     yaw=footprint.yaw, strike=footprint.strike, liftoff=footprint.liftoff, roll=footprint.roll)
+    return Footprint(
+        side=footprint.side,
+        position=footprint.position * [1.0, 0.0, 1.0] + [0.0, height, 0.0],
+        yaw=footprint.yaw,
+        strike=footprint.strike,
+        liftoff=footprint.liftoff,
+        roll=footprint.roll,
+    )

@@ -1,4 +1,4 @@
-"""The skeleton of the person: 24 joints, 1.75 m tall in shoes, in the pose the body is modelled in (arms 35 degrees out).
+"""The skeleton of the person: 24 joints, 1.75 m tall in shoes; modelled with the arms 35 degrees out.
 
 Lengths follow the segment table of Drillis and Contini (Winter, Biomechanics and Motor Control of Human Movement,
 table 4.1) for a body of 1.73 m on soles of 2 cm. Every joint's axes are the skeleton's own in the modelling pose,

@@ -8,8 +8,22 @@ from stagecraft.rotation import FloatArray
 
 INFLUENCES = 4
 
-SOFTNESS = {"UpLeg": 0.075, "Leg": 0.055, "Foot": 0.03, "Toe": 0.028, "Spine": 0.07, "Spine1": 0.07, "Chest": 0.07,
-            "Neck": 0.04, "Head": 0.03, "Shoulder": 0.05, "Arm": 0.055, "ForeArm": 0.04, "Hand": 0.022, "Fingers": 0.016}
+SOFTNESS = {
+    "UpLeg": 0.075,
+    "Leg": 0.055,
+    "Foot": 0.03,
+    "Toe": 0.028,
+    "Spine": 0.07,
+    "Spine1": 0.07,
+    "Chest": 0.07,
+    "Neck": 0.04,
+    "Head": 0.03,
+    "Shoulder": 0.05,
+    "Arm": 0.055,
+    "ForeArm": 0.04,
+    "Hand": 0.022,
+    "Fingers": 0.016,
+}
 """Half the width of the plane's soft zone [m], by joint."""
 ARMPIT = 0.9 * 0.150 + 0.43 * 1.33
 """The slanted plane 0.9 |x| + 0.43 y through the armpits: arms lie outside it, the trunk inside [m]."""
@@ -60,8 +74,11 @@ def _normal(name: str, bare: str, rig: Rig) -> FloatArray:
         return np.array([0.0, -0.8, 0.6])
     if bare == "Toe":
         return np.array([0.0, 0.0, 1.0])
-    children = [rig.bone(other) for other, parent in zip(rig.names, rig.parents, strict=True)
-                if parent == rig.index(name) and not other.endswith("Shoulder")]
+    children = [
+        rig.bone(other)
+        for other, parent in zip(rig.names, rig.parents, strict=True)
+        if parent == rig.index(name) and not other.endswith("Shoulder")
+    ]
     bones = [rig.bone(name), *children[:1]]
     total = sum(bone / np.linalg.norm(bone) for bone in bones)
     return total / np.linalg.norm(total)
@@ -73,8 +90,9 @@ def _ramp(distance: FloatArray, softness: float) -> FloatArray:
     return u * u * (3.0 - 2.0 * u)
 
 
-def deform(points: FloatArray, joints: NDArray[np.int64], weights: FloatArray, rig: Rig, places: FloatArray,
-           turns: FloatArray) -> FloatArray:
+def deform(
+    points: FloatArray, joints: NDArray[np.int64], weights: FloatArray, rig: Rig, places: FloatArray, turns: FloatArray
+) -> FloatArray:
     """Skinned `points` [m], shape (N, 3), with the joints at `places` (J, 3) and turned by `turns` (J, 3, 3)."""
     moved = np.zeros_like(points)
     for influence in range(joints.shape[1]):

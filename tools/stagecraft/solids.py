@@ -9,10 +9,11 @@ import numpy as np
 
 from stagecraft.rotation import FloatArray
 
+Place = Sequence[float] | FloatArray
 Solid = Callable[[FloatArray], FloatArray]
 
 
-def ellipsoid(centre: Sequence[float], radii: Sequence[float]) -> Solid:
+def ellipsoid(centre: Place, radii: Place) -> Solid:
     """Ellipsoid with axes along x, y and z (distance exact only near the surface)."""
     middle, size = np.asarray(centre), np.asarray(radii)
 
@@ -25,8 +26,7 @@ def ellipsoid(centre: Sequence[float], radii: Sequence[float]) -> Solid:
     return distance
 
 
-def limb(start: Sequence[float], end: Sequence[float], radii: tuple[float, float],
-         *, flat: tuple[Sequence[float], float] | None = None) -> Solid:
+def limb(start: Place, end: Place, radii: tuple[float, float], *, flat: tuple[Place, float] | None = None) -> Solid:
     """Capsule whose radius goes from `radii[0]` at `start` to `radii[1]` at `end`.
 
     Args:
@@ -66,7 +66,7 @@ def blend(solids: Sequence[Solid], softness: float) -> Solid:
     return distance
 
 
-def cut(solid: Solid, point: Sequence[float], normal: Sequence[float], softness: float = 0.004) -> Solid:
+def cut(solid: Solid, point: Place, normal: Place, softness: float = 0.004) -> Solid:
     """`solid` without what lies beyond the plane through `point` on the side of `normal`."""
     origin = np.asarray(point)
     outward = np.asarray(normal) / np.linalg.norm(normal)

@@ -45,8 +45,16 @@ def extent_of(points: FloatArray) -> Vt.Vec3fArray:
     return Vt.Vec3fArray.FromNumpy(np.stack([written.min(axis=0), written.max(axis=0)]))
 
 
-def define_mesh(stage: Usd.Stage, path: str, *, points: FloatArray, counts: NDArray[np.int64],
-                indices: NDArray[np.int64], normals: FloatArray, colours: FloatArray) -> UsdGeom.Mesh:
+def define_mesh(
+    stage: Usd.Stage,
+    path: str,
+    *,
+    points: FloatArray,
+    counts: NDArray[np.int64],
+    indices: NDArray[np.int64],
+    normals: FloatArray,
+    colours: FloatArray,
+) -> UsdGeom.Mesh:
     """A polygon mesh; normals and colours per vertex, per face or one for all, told apart by their number."""
     mesh = UsdGeom.Mesh.Define(stage, path)
     mesh.CreatePointsAttr(vectors(points))

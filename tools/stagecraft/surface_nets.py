@@ -42,9 +42,9 @@ def mesh_solid(solid: Solid, low: FloatArray, high: FloatArray, cell: float) -> 
 
 def _mixed_cells(inside: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Cells with corners on both sides."""
-    count = sum(inside[i:inside.shape[0] - 1 + i, j:inside.shape[1] - 1 + j, k:inside.shape[2] - 1 + k].astype(int)
-                for i in (0, 1) for j in (0, 1) for k in (0, 1))
-    return (count > 0) & (count < 8)
+    ends = (slice(None, -1), slice(1, None))
+    corners = np.stack([inside[x, y, z] for x in ends for y in ends for z in ends])
+    return np.asarray(corners.any(axis=0) & ~corners.all(axis=0))
 
 
 def _faces(inside: NDArray[np.bool_], number: NDArray[np.int64], axis: int) -> NDArray[np.int64]:

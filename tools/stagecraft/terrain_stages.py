@@ -23,8 +23,15 @@ def write_terrains(folder: Path) -> None:
 
 def author_surface(stage: Usd.Stage, parent: str, surface: Surface) -> None:
     """Author a terrain mesh below `parent`."""
-    mesh = define_mesh(stage, f"{parent}/{surface.name}", points=surface.points, counts=surface.counts,
-                       indices=surface.indices, normals=surface.face_normals(), colours=surface.colours)
+    mesh = define_mesh(
+        stage,
+        f"{parent}/{surface.name}",
+        points=surface.points,
+        counts=surface.counts,
+        indices=surface.indices,
+        normals=surface.face_normals(),
+        colours=surface.colours,
+    )
     prim = mesh.GetPrim()
     prim.AddAppliedSchema("UsdfootTerrainAPI")
     uniform(prim, "usdfoot:terrain:walkable", Sdf.ValueTypeNames.Bool, surface.walkable)
@@ -35,8 +42,15 @@ def author_block(stage: Usd.Stage, path: str, centre: np.ndarray, size: np.ndarr
     signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
     faces = [(4, 6, 7, 5), (0, 1, 3, 2), (2, 3, 7, 6), (0, 4, 5, 1), (1, 5, 7, 3), (0, 2, 6, 4)]
     normals = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=float)
-    mesh = define_mesh(stage, path, points=centre + signs * size / 2, counts=np.full(6, 4), indices=np.array(faces),
-                       normals=normals, colours=np.array([[0.62, 0.36, 0.30]]))
+    mesh = define_mesh(
+        stage,
+        path,
+        points=centre + signs * size / 2,
+        counts=np.full(6, 4),
+        indices=np.array(faces),
+        normals=normals,
+        colours=np.array([[0.62, 0.36, 0.30]]),
+    )
     mesh.GetPrim().AddAppliedSchema("UsdfootObstacleAPI")
     uniform(mesh.GetPrim(), "usdfoot:obstacle:margin", Sdf.ValueTypeNames.Float, margin)
 

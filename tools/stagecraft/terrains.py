@@ -1,6 +1,6 @@
 """Terrains: flat, slope, stairs, stepping stones and hills, as polygon surfaces with a height query."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,12 +8,19 @@ from numpy.typing import NDArray
 
 from stagecraft.rotation import FloatArray, about_y
 
+Height = Callable[[FloatArray, FloatArray], FloatArray]
+
 RAMP, TOP, RAMP_HEIGHT = 1.74, 1.16, 0.30
 """Length of each ramp, of the top between them, and its height [m]: 9.8 degrees."""
 TREAD, RISER, STAIRS, LANDING = 0.30, 0.15, 4, 2.4
 """Depth and height of a stair [m], their number, and the depth of the landing above them [m]."""
-EARTH, STONE, WOOD, WATER, GRASS = ((0.50, 0.48, 0.44), (0.56, 0.55, 0.52), (0.55, 0.42, 0.29), (0.16, 0.31, 0.40),
-                                    (0.33, 0.42, 0.24))
+EARTH, STONE, WOOD, WATER, GRASS = (
+    (0.50, 0.48, 0.44),
+    (0.56, 0.55, 0.52),
+    (0.55, 0.42, 0.29),
+    (0.16, 0.31, 0.40),
+    (0.33, 0.42, 0.24),
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,8 +41,11 @@ class Surface:
     def triangles(self) -> FloatArray:
         """Corners of a fan of triangles of every face, shape (T, 3, 3)."""
         starts = np.concatenate([[0], np.cumsum(self.counts)])
-        fans = [(self.indices[start], self.indices[start + k], self.indices[start + k + 1])
-                for start, count in zip(starts, self.counts, strict=False) for k in range(1, count - 1)]
+        fans = [
+            (self.indices[start], self.indices[start + k], self.indices[start + k + 1])
+            for start, count in zip(starts, self.counts, strict=False)
+            for k in range(1, count - 1)
+        ]
         return self.points[np.array(fans)]
 
     def face_normals(self) -> FloatArray:
@@ -74,12 +84,13 @@ def stairs(width: float = 1.8) -> Surface:
     return _extrusion("Stairs", [*profile, (end, 0.0)], width, STONE)
 
 
-def hills(size: float = 16.0, cell: float = 0.4) -> Surface:
+def hills(size: float = 16.0, cell: float = 0.32) -> Surface:
     """A smooth patch around the origin with slopes of at most some 12 degrees; faces are triangles."""
-    waves = ((0.22, 0.50, 0.31, 0.4), (0.13, -0.42, 0.74, 1.9), (0.07, 1.15, 0.35, 3.1), (0.05, 0.30, -1.30, 5.0))
+    waves = ((0.26, 0.40, 0.25, 0.4), (0.14, -0.36, 0.60, 1.9), (0.05, 0.95, 0.30, 3.1), (0.02, 0.30, -1.20, 5.0))
 
     def height(x: FloatArray, z: FloatArray) -> FloatArray:
-        return sum(size_ * np.sin(across * x + along * z + phase) for size_, across, along, phase in waves)
+        rises = [tall * np.sin(across * x + along * z + phase) for tall, across, along, phase in waves]
+        return np.sum(rises, axis=0)
 
     axis = np.linspace(-size / 2, size / 2, round(size / cell) + 1)
     surface = _grid("Hills", axis, height, np.array([GRASS]), triangles=True)
@@ -88,8 +99,9 @@ def hills(size: float = 16.0, cell: float = 0.4) -> Surface:
     return replace(surface, colours=np.array(GRASS) * tone[:, None])
 
 
-def stone(name: str, centre: Sequence[float], *, yaw: float, radius: float, squash: float, top: float,
-          bottom: float) -> Surface:
+def stone(
+    name: str, centre: Sequence[float], *, yaw: float, radius: float, squash: float, top: float, bottom: float
+) -> Surface:
     """A stepping stone: an eight-sided column with a level top."""
     angles = np.radians(22.5 + 45.0 * np.arange(8))
     ragged = 1.0 + 0.05 * np.sin(3.0 * angles + 7.0 * yaw + radius * 50.0)
@@ -99,7 +111,9 @@ def stone(name: str, centre: Sequence[float], *, yaw: float, radius: float, squa
     indices = [*sides, *range(8, 16), *range(7, -1, -1)]
     shade = np.array(STONE) * (0.92 + 0.12 * np.sin(radius * 90.0 + yaw * 5.0))
     colours = np.concatenate([np.tile(shade * 0.8, (8, 1)), [shade, shade * 0.5]])
-    whole = Surface(name=name, points=points, counts=np.array([4] * 8 + [8, 8]), indices=np.array(indices), colours=colours)
+    whole = Surface(
+        name=name, points=points, counts=np.array([4] * 8 + [8, 8]), indices=np.array(indices), colours=colours
+    )
     return whole.placed([centre[0], 0.0, centre[1]], yaw)
 
 
@@ -107,8 +121,14 @@ def bed(centre: Sequence[float], size: Sequence[float], height: float) -> Surfac
     """The water below the stones: nothing to stand on."""
     x, z = np.asarray(size) / 2
     points = np.array([[-x, 0, -z], [-x, 0, z], [x, 0, z], [x, 0, -z]]) + [centre[0], height, centre[1]]
-    return Surface(name="Water", points=points, counts=np.array([4]), indices=np.arange(4), colours=np.array([WATER]),
-                   walkable=False)
+    return Surface(
+        name="Water",
+        points=points,
+        counts=np.array([4]),
+        indices=np.arange(4),
+        colours=np.array([WATER]),
+        walkable=False,
+    )
 
 
 def ground_under(surfaces: Sequence[Surface], places: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -138,7 +158,7 @@ def ground_under(surfaces: Sequence[Surface], places: FloatArray) -> tuple[Float
     return found, unit
 
 
-def _grid(name: str, axis: FloatArray, height, colours: FloatArray, *, triangles: bool = False) -> Surface:
+def _grid(name: str, axis: FloatArray, height: Height, colours: FloatArray, *, triangles: bool = False) -> Surface:
     """A height field over `axis` x `axis`."""
     count = len(axis)
     x, z = np.meshgrid(axis, axis, indexing="ij")
@@ -146,10 +166,14 @@ def _grid(name: str, axis: FloatArray, height, colours: FloatArray, *, triangles
     number = np.arange(count * count).reshape(count, count)
     a, b, c, d = number[:-1, :-1].ravel(), number[:-1, 1:].ravel(), number[1:, 1:].ravel(), number[1:, :-1].ravel()
     faces = np.stack([a, b, c, a, c, d], axis=1).reshape(-1, 3) if triangles else np.stack([a, b, c, d], axis=1)
-    return Surface(name=name, points=points, counts=np.full(len(faces), faces.shape[1]), indices=faces.ravel(), colours=colours)
+    return Surface(
+        name=name, points=points, counts=np.full(len(faces), faces.shape[1]), indices=faces.ravel(), colours=colours
+    )
 
 
-def _extrusion(name: str, profile: Sequence[tuple[float, float]], width: float, colour: tuple[float, float, float]) -> Surface:
+def _extrusion(
+    name: str, profile: Sequence[tuple[float, float]], width: float, colour: tuple[float, float, float]
+) -> Surface:
     """A closed body with the profile (z, y), from its first to its last point over a level floor, along x."""
     count = len(profile)
     ring = np.array([[0.0, y, z] for z, y in profile])
@@ -160,4 +184,6 @@ def _extrusion(name: str, profile: Sequence[tuple[float, float]], width: float, 
     counts = [4] * count + [count, count]
     lit = [1.0 if profile[k + 1][0] > profile[k][0] else 0.8 for k in range(count - 1)]
     colours = np.array(colour) * np.array([*lit, 0.6, 0.85, 0.85])[:, None]
-    return Surface(name=name, points=points, counts=np.array(counts), indices=np.array([*tops, *floor, *sides]), colours=colours)
+    return Surface(
+        name=name, points=points, counts=np.array(counts), indices=np.array([*tops, *floor, *sides]), colours=colours
+    )

@@ -38,8 +38,17 @@ class Signals:
     """Wave of breathing, -1..1."""
 
     @classmethod
-    def measure(cls, planar: FloatArray, heading: FloatArray, *, feet: list[FootPath], ankles: list[FloatArray],
-                running: FloatArray, breath: float, times: FloatArray) -> "Signals":
+    def measure(
+        cls,
+        planar: FloatArray,
+        heading: FloatArray,
+        *,
+        feet: list[FootPath],
+        ankles: list[FloatArray],
+        running: FloatArray,
+        breath: float,
+        times: FloatArray,
+    ) -> "Signals":
         """Signals of a body on the path `planar`, shape (T, 2), above feet with `ankles`, shape (T, 3) each."""
         forward = np.stack([np.sin(heading), np.cos(heading)], axis=1)
         velocity = np.gradient(planar, axis=0) * RATE
@@ -73,9 +82,11 @@ def pelvis_rotation(signals: Signals) -> FloatArray:
 def torso_rotations(signals: Signals, pelvis: FloatArray) -> dict[str, FloatArray]:
     """Spine, chest, neck and head to world, shape (T, 3, 3) each."""
     against = np.clip(9.0 * DEGREE * signals.separation, -10.0 * DEGREE, 10.0 * DEGREE)
-    chest = (about_y(signals.heading + against * (1.0 + 0.4 * signals.running))
-             @ about_z(-1.0 * DEGREE * signals.balance - signals.bank)
-             @ about_x(_lean(signals) + 0.9 * DEGREE * signals.breath))
+    chest = (
+        about_y(signals.heading + against * (1.0 + 0.4 * signals.running))
+        @ about_z(-1.0 * DEGREE * signals.balance - signals.bank)
+        @ about_x(_lean(signals) + 0.9 * DEGREE * signals.breath)
+    )
     gaze = signals.heading + np.clip(signals.ahead_heading - signals.heading, -0.5, 0.5)
     head = about_y(gaze) @ about_z(-0.3 * signals.bank) @ about_x(0.25 * _lean(signals) + 4.0 * DEGREE)
     return {
@@ -103,10 +114,19 @@ def arm_rotations(signals: Signals, chest: FloatArray, side: str) -> dict[str, F
     clavicle = chest @ about_y(sign * 0.10 * -swing) @ about_z(sign * 1.5 * DEGREE * (run - signals.breath))
     upper = clavicle @ about_x(-swing) @ about_z(-sign * (ARM_ANGLE - beside)) @ about_axis(along, sign * inward)
     fore = upper @ about_axis(hinge, -elbow)
-    hand = fore @ about_axis(along, sign * (12.0 + 25.0 * run) * DEGREE) @ about_z(-sign * 5.0 * DEGREE * np.ones_like(run))
+    hand = (
+        fore
+        @ about_axis(along, sign * (12.0 + 25.0 * run) * DEGREE)
+        @ about_z(-sign * 5.0 * DEGREE * np.ones_like(run))
+    )
     fingers = hand @ about_z(-sign * (22.0 + 40.0 * run) * DEGREE)
-    return {f"{side}Shoulder": clavicle, f"{side}Arm": upper, f"{side}ForeArm": fore, f"{side}Hand": hand,
-            f"{side}Fingers": fingers}
+    return {
+        f"{side}Shoulder": clavicle,
+        f"{side}Arm": upper,
+        f"{side}ForeArm": fore,
+        f"{side}Hand": hand,
+        f"{side}Fingers": fingers,
+    }
 
 
 def resting_arms() -> dict[str, FloatArray]:
@@ -118,7 +138,9 @@ def resting_arms() -> dict[str, FloatArray]:
 
 def _lean(signals: Signals) -> FloatArray:
     """Forward lean of the trunk [rad]: 2 degrees in a slow walk, 9 in a run (Novacheck 1998), more when speeding up."""
-    steady = 1.0 + 1.3 * np.clip(signals.speed, -0.8, 2.0) + (2.0 + 1.3 * np.clip(signals.speed, 0.0, 5.0)) * signals.running
+    steady = (
+        1.0 + 1.3 * np.clip(signals.speed, -0.8, 2.0) + (2.0 + 1.3 * np.clip(signals.speed, 0.0, 5.0)) * signals.running
+    )
     return DEGREE * (steady + 2.5 * np.clip(signals.gain, -1.6, 2.5))
 
 

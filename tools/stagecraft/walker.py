@@ -14,8 +14,17 @@ import numpy as np
 from stagecraft.foot_path import FootPath, feet_of, trace_foot
 from stagecraft.footprints import Footprint
 from stagecraft.leg_ik import solve_leg
-from stagecraft.pelvis_path import (RATE, allowed_height, exchanges, height_curve, height_knots, lower, planar_path,
-                                    smooth, standing_height)
+from stagecraft.pelvis_path import (
+    RATE,
+    allowed_height,
+    exchanges,
+    height_curve,
+    height_knots,
+    lower,
+    planar_path,
+    smooth,
+    standing_height,
+)
 from stagecraft.rig import FootShape, Rig
 from stagecraft.rotation import FloatArray, about_y, apply
 from stagecraft.upper_body import Signals, arm_rotations, pelvis_rotation, torso_rotations
@@ -49,8 +58,10 @@ def walk(prints: Sequence[Footprint], rig: Rig, foot: FootShape, *, breath: floa
     times = start + np.arange(int(np.ceil((end - start) * RATE)) + 1) / RATE
     left, right = feet_of(prints)
     feet = [trace_foot(left, right, times, foot), trace_foot(right, left, times, foot)]
-    ankles = [path.ball - apply(path.rotation, rig.bone(f"{side}Toe"))
-              for path, side in zip(feet, ("Left", "Right"), strict=True)]
+    ankles = [
+        path.ball - apply(path.rotation, rig.bone(f"{side}Toe"))
+        for path, side in zip(feet, ("Left", "Right"), strict=True)
+    ]
     planar, heading = planar_path(prints, times)
     planar = planar + breath * np.stack([0.007 * np.sin(np.pi * times / 2.0), 0.003 * np.sin(np.pi * times)], axis=1)
     running = _running(prints, times)
@@ -72,17 +83,30 @@ def covered(prints: Sequence[Footprint]) -> tuple[float, float]:
 def _running(prints: Sequence[Footprint], times: FloatArray) -> FloatArray:
     """1 where the steps have flight, 0 where they do not, gradual in between, shape (T,)."""
     changes = exchanges(prints)
-    return smooth(np.interp(times, [change.middle for change in changes],
-                            [1.0 if change.flight else 0.0 for change in changes]), 0.15)
+    return smooth(
+        np.interp(times, [change.middle for change in changes], [1.0 if change.flight else 0.0 for change in changes]),
+        0.15,
+    )
 
 
-def _height(prints: Sequence[Footprint], times: FloatArray, rig: Rig, foot: FootShape, *, planar: FloatArray,
-            turn: FloatArray, ankles: list[FloatArray], running: FloatArray) -> FloatArray:
+def _height(
+    prints: Sequence[Footprint],
+    times: FloatArray,
+    rig: Rig,
+    foot: FootShape,
+    *,
+    planar: FloatArray,
+    turn: FloatArray,
+    ankles: list[FloatArray],
+    running: FloatArray,
+) -> FloatArray:
     """Height of the pelvis [m], as high as the gait wants and the legs reach, shape (T,)."""
     length = sum(float(np.linalg.norm(rig.bone(name))) for name in ("LeftLeg", "LeftFoot"))
     longest = length * (WALK_REACH + (RUN_REACH - WALK_REACH) * running)
-    limits = [allowed_height(ankle, apply(turn, rig.bone(f"{side}UpLeg")), planar, longest)
-              for ankle, side in zip(ankles, ("Left", "Right"), strict=True)]
+    limits = [
+        allowed_height(ankle, apply(turn, rig.bone(f"{side}UpLeg")), planar, longest)
+        for ankle, side in zip(ankles, ("Left", "Right"), strict=True)
+    ]
     limit = np.minimum(*limits)
     knots = height_knots(prints, standing_height(foot, rig.place("Hips")[1]))
     for _ in range(12):
@@ -93,8 +117,15 @@ def _height(prints: Sequence[Footprint], times: FloatArray, rig: Rig, foot: Foot
     return np.minimum(height_curve(knots, times), limit + 5e-4)
 
 
-def _pose(rig: Rig, pelvis: FloatArray, pelvis_turn: FloatArray, signals: Signals, *, feet: list[FootPath],
-          ankles: list[FloatArray]) -> FloatArray:
+def _pose(
+    rig: Rig,
+    pelvis: FloatArray,
+    pelvis_turn: FloatArray,
+    signals: Signals,
+    *,
+    feet: list[FootPath],
+    ankles: list[FloatArray],
+) -> FloatArray:
     """World rotations of all joints, shape (T, J, 3, 3)."""
     found = {"Hips": pelvis_turn, **torso_rotations(signals, pelvis_turn)}
     for number, side in enumerate(("Left", "Right")):

@@ -66,8 +66,9 @@ def _shade(soup: Soup, seen: Coverage, hit: np.ndarray, nearness: FloatArray, ca
     number = seen.triangle[hit]
     share = seen.corners[hit] * nearness[number]
     share /= (share[:, 0] + share[:, 1] + share[:, 2])[:, None]
-    places, colours, normals = (np.einsum("pk,pkc->pc", share, field[number])
-                                for field in (soup.corners, soup.colours, soup.normals))
+    places, colours, normals = (
+        np.einsum("pk,pkc->pc", share, field[number]) for field in (soup.corners, soup.colours, soup.normals)
+    )
     normals /= np.maximum(np.sqrt(np.einsum("pc,pc->p", normals, normals)), 1e-9)[:, None]
     facing = np.einsum("pc,pc->p", normals, camera.eye - places) < 0.0
     normals[facing] *= -1.0

@@ -45,15 +45,27 @@ def cover(screen: FloatArray, nearness: FloatArray, size: tuple[int, int]) -> Co
         box = spans[members].max(axis=0)
         batch = max(1, CHUNK // int(box.prod()))
         for start in range(0, len(members), batch):
-            part = members[start:start + batch]
+            part = members[start : start + batch]
             _draw(part, screen[part], nearness[part], low[part], box, width, height, triangle, corners, near)
-    return Coverage(triangle=triangle.reshape(height, width), corners=corners.reshape(height, width, 3),
-                    nearness=near.reshape(height, width))
+    return Coverage(
+        triangle=triangle.reshape(height, width),
+        corners=corners.reshape(height, width, 3),
+        nearness=near.reshape(height, width),
+    )
 
 
-def _draw(numbers: NDArray[np.int64], screen: FloatArray, nearness: FloatArray, low: NDArray[np.int64],
-          box: NDArray[np.int64], width: int, height: int, triangle: NDArray[np.int64], corners: FloatArray,
-          near: FloatArray) -> None:
+def _draw(
+    numbers: NDArray[np.int64],
+    screen: FloatArray,
+    nearness: FloatArray,
+    low: NDArray[np.int64],
+    box: NDArray[np.int64],
+    width: int,
+    height: int,
+    triangle: NDArray[np.int64],
+    corners: FloatArray,
+    near: FloatArray,
+) -> None:
     """Test every pixel of each triangle's box and keep the nearest (writes into the last three)."""
     across, down, base = _share_planes(screen - low[:, None])
     x, y = np.arange(box[0], dtype=np.float32), np.arange(box[1], dtype=np.float32)
@@ -81,7 +93,12 @@ def _share_planes(screen: FloatArray) -> tuple[NDArray[np.float32], NDArray[np.f
     scale = 1.0 / np.where(np.abs(area) < 1e-9, np.inf, area)
     across = np.stack([b[:, 1] - c[:, 1], c[:, 1] - a[:, 1]], axis=1) * scale[:, None]
     down = np.stack([c[:, 0] - b[:, 0], a[:, 0] - c[:, 0]], axis=1) * scale[:, None]
-    base = -np.stack([across[:, 0] * (c[:, 0] - 0.5) + down[:, 0] * (c[:, 1] - 0.5),
-                      across[:, 1] * (c[:, 0] - 0.5) + down[:, 1] * (c[:, 1] - 0.5)], axis=1)
+    base = -np.stack(
+        [
+            across[:, 0] * (c[:, 0] - 0.5) + down[:, 0] * (c[:, 1] - 0.5),
+            across[:, 1] * (c[:, 0] - 0.5) + down[:, 1] * (c[:, 1] - 0.5),
+        ],
+        axis=1,
+    )
     base[np.abs(area) < 1e-9] = -1.0
     return across.astype(np.float32), down.astype(np.float32), base.astype(np.float32)

@@ -44,8 +44,13 @@ def read_mesh(mesh: UsdGeom.Mesh) -> MeshShape:
     corner_slots, faces = _fan(counts)
     triangles = indices[corner_slots] if len(indices) else np.zeros((0, 3), dtype=np.int64)
     smooth = mesh.GetNormalsInterpolation() in (UsdGeom.Tokens.vertex, UsdGeom.Tokens.varying)
-    return MeshShape(points=points, triangles=triangles, faceted=not (smooth and mesh.GetNormalsAttr().HasAuthoredValue()),
-                     colours=_corner_colours(mesh, triangles, corner_slots, faces))
+    faceted = not (smooth and mesh.GetNormalsAttr().HasAuthoredValue())
+    return MeshShape(
+        points=points,
+        triangles=triangles,
+        faceted=faceted,
+        colours=_corner_colours(mesh, triangles, corner_slots, faces),
+    )
 
 
 def place(shape: MeshShape, points: FloatArray) -> Soup:
@@ -72,9 +77,11 @@ def transform(points: FloatArray, matrix: Gf.Matrix4d) -> FloatArray:
 def join(soups: Sequence[Soup]) -> Soup:
     """All triangles of several soups."""
     empty = np.zeros((0, 3, 3))
-    return Soup(corners=np.concatenate([empty, *(soup.corners for soup in soups)]),
-                normals=np.concatenate([empty, *(soup.normals for soup in soups)]),
-                colours=np.concatenate([empty, *(soup.colours for soup in soups)]))
+    return Soup(
+        corners=np.concatenate([empty, *(soup.corners for soup in soups)]),
+        normals=np.concatenate([empty, *(soup.normals for soup in soups)]),
+        colours=np.concatenate([empty, *(soup.colours for soup in soups)]),
+    )
 
 
 def _fan(counts: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -87,8 +94,9 @@ def _fan(counts: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64
     return np.stack([first, first + number + 1, first + number + 2], axis=1), faces
 
 
-def _corner_colours(mesh: UsdGeom.Mesh, triangles: NDArray[np.int64], slots: NDArray[np.int64],
-                    faces: NDArray[np.int64]) -> FloatArray:
+def _corner_colours(
+    mesh: UsdGeom.Mesh, triangles: NDArray[np.int64], slots: NDArray[np.int64], faces: NDArray[np.int64]
+) -> FloatArray:
     primvar = mesh.GetDisplayColorPrimvar()
     values = np.array(primvar.ComputeFlattened() or [], dtype=np.float64).reshape(-1, 3)
     if not len(values):
@@ -98,4 +106,5 @@ def _corner_colours(mesh: UsdGeom.Mesh, triangles: NDArray[np.int64], slots: NDA
         return values[triangles]
     if kind == UsdGeom.Tokens.faceVarying:
         return values[slots]
-    return np.repeat((values[faces] if kind == UsdGeom.Tokens.uniform else values[np.zeros_like(faces)])[:, None], 3, axis=1)
+    of_face = values[faces] if kind == UsdGeom.Tokens.uniform else values[np.zeros_like(faces)]
+    return np.repeat(of_face[:, None], 3, axis=1)

@@ -36,7 +36,8 @@ class Character:
 
 def static_soup(stage: Usd.Stage, code: float) -> Soup:
     """Every visible mesh that no skeleton moves, and the instances of every PointInstancer."""
-    time, soups = Usd.TimeCode(code), []
+    time = Usd.TimeCode(code)
+    soups: list[Soup] = []
     xforms = UsdGeom.XformCache(time)
     prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), EVERYTHING))
     for prim in prims:
@@ -53,9 +54,12 @@ def static_soup(stage: Usd.Stage, code: float) -> Soup:
 
 def read_characters(stage: Usd.Stage) -> list[Character]:
     """All visible characters, instances included."""
-    return [character for prim in Usd.PrimRange(stage.GetPseudoRoot(), EVERYTHING)
-            if prim.IsA(UsdSkel.Root) and _visible(prim, Usd.TimeCode.EarliestTime())
-            for character in _characters(UsdSkel.Root(prim))]
+    return [
+        character
+        for prim in Usd.PrimRange(stage.GetPseudoRoot(), EVERYTHING)
+        if prim.IsA(UsdSkel.Root) and _visible(prim, Usd.TimeCode.EarliestTime())
+        for character in _characters(UsdSkel.Root(prim))
+    ]
 
 
 def character_soup(character: Character, code: float) -> Soup:
@@ -90,8 +94,11 @@ def _characters(root: UsdSkel.Root) -> Iterator[Character]:
     cache.Populate(root, EVERYTHING)
     for binding in cache.ComputeSkelBindings(root, EVERYTHING):
         targets = [query for query in binding.GetSkinningTargets() if query.GetPrim().IsA(UsdGeom.Mesh)]
-        yield Character(path=str(root.GetPath()), skeleton=cache.GetSkelQuery(binding.GetSkeleton()),
-                        skins=tuple(_skin(query) for query in targets))
+        yield Character(
+            path=str(root.GetPath()),
+            skeleton=cache.GetSkelQuery(binding.GetSkeleton()),
+            skins=tuple(_skin(query) for query in targets),
+        )
 
 
 def _skin(query: UsdSkel.SkinningQuery) -> Skin:
@@ -99,14 +106,17 @@ def _skin(query: UsdSkel.SkinningQuery) -> Skin:
     indices, weights = query.ComputeVaryingJointInfluences(len(shape.points))
     joints = np.array(indices, dtype=np.int64).reshape(len(shape.points), -1)
     shares = np.array(weights, dtype=np.float64).reshape(joints.shape)
-    return Skin(shape=shape, joints=joints, weights=shares / np.maximum(shares.sum(axis=1, keepdims=True), 1e-9), query=query)
+    shares /= np.maximum(shares.sum(axis=1, keepdims=True), 1e-9)
+    return Skin(shape=shape, joints=joints, weights=shares, query=query)
 
 
 def _instances(instancer: UsdGeom.PointInstancer, time: Usd.TimeCode, xforms: UsdGeom.XformCache) -> Iterator[Soup]:
     """The meshes at or below each prototype, once an instance."""
     to_world = xforms.GetLocalToWorldTransform(instancer.GetPrim())
-    prototypes = [_prototype(instancer.GetPrim().GetStage().GetPrimAtPath(target), xforms)
-                  for target in instancer.GetPrototypesRel().GetForwardedTargets()]
+    prototypes = [
+        _prototype(instancer.GetPrim().GetStage().GetPrimAtPath(target), xforms)
+        for target in instancer.GetPrototypesRel().GetForwardedTargets()
+    ]
     matrices = instancer.ComputeInstanceTransformsAtTime(time, time, UsdGeom.PointInstancer.ExcludeProtoXform)
     for number, matrix in zip(instancer.GetProtoIndicesAttr().Get(time) or [], matrices, strict=False):
         for shape, points in prototypes[number]:
@@ -118,8 +128,10 @@ def _prototype(prim: Usd.Prim, xforms: UsdGeom.XformCache) -> list[tuple[MeshSha
     above = xforms.GetLocalToWorldTransform(prim.GetParent()).GetInverse()
     meshes = [child for child in Usd.PrimRange(prim, EVERYTHING) if child.IsA(UsdGeom.Mesh)]
     shapes = [read_mesh(UsdGeom.Mesh(mesh)) for mesh in meshes]
-    return [(shape, transform(shape.points, xforms.GetLocalToWorldTransform(mesh) * above))
-            for mesh, shape in zip(meshes, shapes, strict=True)]
+    return [
+        (shape, transform(shape.points, xforms.GetLocalToWorldTransform(mesh) * above))
+        for mesh, shape in zip(meshes, shapes, strict=True)
+    ]
 
 
 def _visible(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
