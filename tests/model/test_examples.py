@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from usdfoot.model.examples import LIFTOFF_PHASES, event_knots
+from usdfoot.model.examples import LIFTOFF_PHASES, LIFTOFF_WINDOW, event_knots
 
 
 def knots(duration: float, swing: float, support: float) -> tuple[np.ndarray, np.ndarray]:
@@ -16,24 +17,21 @@ def knots(duration: float, swing: float, support: float) -> tuple[np.ndarray, np
 
 
 def test_events_inside_the_step_lie_on_their_phases() -> None:
-    times, phases = knots(0.6, 0.1, 0.5)
-    assert_allclose(times, [0.0, 0.1, 0.5, 0.6])
+    times, phases = knots(0.6, 0.1, 0.45)
+    assert_allclose(times, [0.0, 0.1, 0.45, 0.6])
     assert_allclose(phases, [0.0, *LIFTOFF_PHASES, 1.0])
 
 
-def test_a_walk_has_no_support_liftoff_so_its_phase_runs_straight_to_the_end() -> None:
-    times, phases = knots(0.6, 0.1, 0.7)
-    assert_allclose(np.interp(phases, [0.0, LIFTOFF_PHASES[0], 1.0], [0.0, 0.1, 0.6]), times)
+@pytest.mark.parametrize(("swing", "support"), [(-0.1, 0.7), (0.59, 0.01)])
+def test_events_outside_their_windows_stay_at_the_edge(swing: float, support: float) -> None:
+    edge, middle = LIFTOFF_WINDOW
+    times, _ = knots(0.6, swing, support)
+    expected = (edge, 1.0 - edge) if swing < 0.0 else (middle, 1.0 - middle)
+    assert_allclose(times[1:3], 0.6 * np.array(expected))
 
 
-def test_a_run_has_no_swing_liftoff_so_its_phase_runs_straight_from_the_start() -> None:
-    times, phases = knots(0.4, -0.1, 0.3)
-    assert_allclose(np.interp(phases, [0.0, LIFTOFF_PHASES[1], 1.0], [0.0, 0.3, 0.4]), times)
-
-
-def test_without_events_time_runs_straight() -> None:
-    times, phases = knots(0.4, -0.1, 0.5)
-    assert_allclose(times, 0.4 * phases)
+def test_knots_scale_with_the_step() -> None:
+    assert_allclose(knots(1.2, 0.2, 0.9)[0], 2.0 * knots(0.6, 0.1, 0.45)[0])
 
 
 @given(st.floats(0.05, 3.0), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))

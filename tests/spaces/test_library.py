@@ -82,6 +82,7 @@ def random_steps(generator: np.random.Generator, count: int) -> tuple[np.ndarray
         swing_liftoffs=generator.uniform(0.05, 0.2, count),
         turns=generator.uniform(-0.3, 0.3, count),
         landing_heights=generator.uniform(-0.1, 0.1, count),
+        departures=np.stack([across, generator.uniform(-0.9, 0.3, count)], axis=1),
     )
     return np.stack([across, generator.uniform(-0.4, 1.0, count)], axis=1), sides, features
 
@@ -106,7 +107,7 @@ def test_mirrored_steps_get_mirrored_examples_with_the_same_weights(
     library = shuffled(joined(originals, mirror_image(originals)), generator)
     partners = mirror_partners(library)
     landings, sides, features = random_steps(generator, 300)
-    mirrored_features = replace(features, turns=-features.turns)
+    mirrored_features = replace(features, turns=-features.turns, departures=features.departures * [-1.0, 1.0])
     given_features = (features, mirrored_features) if with_features else (None, None)
     straight = solve(library, landings, sides, features=given_features[0])
     mirrored = solve(library, landings * [-1.0, 1.0], 1 - sides, features=given_features[1])
@@ -159,7 +160,8 @@ def naive_coordinates(source: Examples | StepFeatures, landings: np.ndarray, sca
     for i, (x, z) in enumerate(landings):
         timing = [source.durations[i] / scales.duration, source.swing_liftoffs[i] / scales.swing_liftoff]
         shape = [source.turns[i] / scales.turn, source.landing_heights[i] / scales.landing_height]
-        rows.append([x / scales.landing, z / scales.landing, *timing, *shape])
+        before = source.departures[i] / scales.departure
+        rows.append([x / scales.landing, z / scales.landing, *timing, *shape, *before])
     return np.array(rows)
 
 

@@ -26,33 +26,42 @@ class StepFeatures:
     landing_heights: FloatArray
     """Height of the landing contact above the support contact [m], shape (N,)."""
 
+    departures: FloatArray
+    """Where the swing ball stood before, (x, z) from the support ball in the heading at the step's start [m],
+    shape (N, 2)."""
+
     def __getitem__(self, chosen: IntArray) -> StepFeatures:
         return StepFeatures(
             durations=self.durations[chosen],
             swing_liftoffs=self.swing_liftoffs[chosen],
             turns=self.turns[chosen],
             landing_heights=self.landing_heights[chosen],
+            departures=self.departures[chosen],
         )
 
     def as_left(self, swing_sides: IntArray) -> StepFeatures:
-        """The features as if the left foot swung: turns negated where the right one does."""
-        return replace(self, turns=np.where(np.asarray(swing_sides) == RIGHT, -1.0, 1.0) * self.turns)
+        """The features as if the left foot swung: turns and departures mirrored where the right one does."""
+        signs = np.where(np.asarray(swing_sides) == RIGHT, -1.0, 1.0)
+        departures = self.departures * np.stack([signs, np.ones_like(signs)], axis=-1)
+        return replace(self, turns=signs * self.turns, departures=departures)
 
 
 @dataclass(frozen=True, kw_only=True)
 class FeatureScales:
     """Differences between two steps that count the same."""
 
-    landing: float = 0.2
+    landing: float = 0.1
     """Landing [m]."""
-    duration: float = 0.05
+    duration: float = 0.1
     """Duration [s]."""
     swing_liftoff: float = 0.2
     """Double support [s]."""
-    turn: float = 1.0
+    turn: float = 0.25
     """Turn [rad]."""
     landing_height: float = 0.1
     """Rise of the ground [m]."""
+    departure: float = 0.2
+    """Departure [m]."""
 
 
 def example_features(examples: Examples) -> StepFeatures:
@@ -62,11 +71,12 @@ def example_features(examples: Examples) -> StepFeatures:
         swing_liftoffs=np.asarray(examples.swing_liftoffs, dtype=float),
         turns=np.asarray(examples.turns, dtype=float),
         landing_heights=np.asarray(examples.landing_heights, dtype=float),
+        departures=np.asarray(examples.departures, dtype=float),
     )
 
 
 def step_coordinates(landings: FloatArray, features: StepFeatures, scales: FeatureScales) -> FloatArray:
-    """Landings and features, each divided by its scale, shape (N, 6): distances between steps are Euclidean."""
+    """Landings and features, each divided by its scale, shape (N, 8): distances between steps are Euclidean."""
     return np.column_stack(
         [
             landings / scales.landing,
@@ -74,5 +84,6 @@ def step_coordinates(landings: FloatArray, features: StepFeatures, scales: Featu
             features.swing_liftoffs / scales.swing_liftoff,
             features.turns / scales.turn,
             features.landing_heights / scales.landing_height,
+            features.departures / scales.departure,
         ]
     )
