@@ -106,7 +106,7 @@ def test_a_bad_agent_is_skipped_and_the_crowd_goes_on(stages, tmp_path):
 def test_messages_of_what_cannot_be_done(stages, tmp_path):
     with pytest.raises(SceneError, match=r"nowhere\.usda: no such file"):
         animate(tmp_path / "nowhere.usda", tmp_path)
-    with pytest.raises(SceneError, match="match none of the scene.s agents: Walker"):
+    with pytest.raises(SceneError, match=r"match none of the scene's agents: Walker"):
         animate(stages / "stepping_stones.usda", tmp_path, agents="Nobody")
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot be made"):

@@ -1,0 +1,113 @@
+"""Validation sees what is wrong with a crowd, and by how much."""
+
+import shutil
+
+import numpy as np
+import pytest
+from pxr import Gf, Sdf, Usd
+
+from usdfoot.errors import SceneError
+from usdfoot.pipeline.validate import validate
+
+SHIFT = 0.005
+"""[m]"""
+
+
+@pytest.fixture(scope="module")
+def honest(stones):
+    return validate(stones.crowd_file)
+
+
+@pytest.fixture
+def crowd(stones, tmp_path):
+    """A copy of the stones crowd that may be tampered with; its scene and character are where they were."""
+    assert tmp_path.parent == stones.crowd_file.parent.parent  # so relative paths stay right
+    shutil.copytree(stones.crowd_file.parent, tmp_path, dirs_exist_ok=True)
+    return tmp_path / "crowd.usd"
+
+
+def figures(validation):
+    return {figure.name: figure for figure in validation.total.figures}
+
+
+def override(crowd, prim, name, change):
+    """Replace all time samples of an attribute by changed ones, in the artists' layer."""
+    stage = Usd.Stage.Open(str(crowd))
+    attribute = stage.GetPrimAtPath(prim).GetAttribute(name)
+    samples = [(code, change(attribute.Get(code))) for code in attribute.GetTimeSamples()]
+    layer = Sdf.Layer.FindOrOpen(str(crowd.parent / "overrides.usda"))
+    stage.SetEditTarget(layer)
+    for code, value in samples:
+        attribute.Set(value, code)
+    layer.Save()
+
+
+def test_figures_agree_with_those_recorded_when_written(stones, honest):
+    results, measured = stones.results["Walker"], figures(honest)
+    assert honest.total.steps == sum(status in ("ok", "outsideHull") for status in results.status)
+    assert measured["placement mean"].value == pytest.approx(1e3 * np.nanmean(results.placement_error), abs=0.01)
+    assert measured["slide"].value == pytest.approx(1e3 * np.nanmax(results.slide), abs=0.01)
+    assert measured["timing faults"].value == 0
+    assert all(np.isfinite(figure.value) for figure in honest.total.figures)
+
+
+def test_a_shifted_agent_misses_its_footsteps_by_the_shift(crowd, stages, honest):
+    scale = 1.0 / Usd.Stage.Open(str(crowd)).GetMetadata("metersPerUnit")
+    override(
+        crowd,
+        "/Crowd/Agents/Walker",
+        "xformOp:translate",
+        lambda value: value + Gf.Vec3d(SHIFT * scale, -SHIFT * scale, 0),
+    )
+    shifted, before = figures(validate(crowd)), figures(honest)
+    assert shifted["placement mean"].value == pytest.approx(5.0, abs=0.01)
+    assert not shifted["placement mean"].passed and not shifted["placement worst"].passed
+    assert shifted["lowest sole"].value == pytest.approx(before["lowest sole"].value - 5.0, abs=0.5)
+    assert not shifted["lowest sole"].passed
+    for name in ("slide", "yaw error", "timing faults", "heel slide"):
+        assert shifted[name].value == pytest.approx(before[name].value, abs=1e-3)
+
+
+def test_a_drifting_agent_slides(crowd):
+    scale = 1.0 / Usd.Stage.Open(str(crowd)).GetMetadata("metersPerUnit")
+    count = iter(range(10_000))
+    override(
+        crowd,
+        "/Crowd/Agents/Walker",
+        "xformOp:translate",
+        lambda value: value + Gf.Vec3d(0.001 * scale * (next(count) % 2), 0, 0),
+    )
+    drifting = figures(validate(crowd))
+    assert drifting["slide"].value == pytest.approx(1.0, abs=0.02)
+    assert drifting["joint jerk / clips"].passed
+
+
+def test_deleting_the_footsteps_leaves_the_agents(crowd):
+    before = Usd.Stage.Open(str(crowd))
+    matrix = before.GetPrimAtPath("/Crowd/Agents/Walker").GetAttribute("xformOp:translate").Get(20.0)
+    del before
+    (crowd.parent / "footsteps.usdc").unlink()
+    validation = validate(crowd)
+    assert not validation.passed
+    assert "/Crowd/Agents/Walker: has no plan" in str(validation.problems[0])
+    after = Usd.Stage.Open(str(crowd))
+    assert after.GetPrimAtPath("/Crowd/Agents/Walker").GetAttribute("xformOp:translate").Get(20.0) == matrix
+
+
+def test_a_lost_scene_leaves_the_terrain_unmeasured_and_says_so(crowd):
+    layer = Sdf.Layer.FindOrOpen(str(crowd))
+    data = layer.customLayerData
+    data["usdfoot"]["scene"] = "nowhere.usda"
+    layer.customLayerData = data
+    layer.Save()
+    validation = validate(crowd)
+    assert (
+        np.isnan(figures(validation)["lowest sole"].value)
+        and validation.to_json()["total"]["figures"]["clearance"]["value"] is None
+    )
+    assert "scene not found" in str(validation.problems[0])
+
+
+def test_what_is_no_crowd_is_refused(stages):
+    with pytest.raises(SceneError, match="has no agents below /Crowd/Agents"):
+        validate(stages / "stepping_stones.usda")

@@ -1,0 +1,47 @@
+"""usdfoot analyze: what clips contain."""
+
+from __future__ import annotations
+
+import argparse
+
+from usdfoot.cli.console import print_problems, results_console, shown_progress
+from usdfoot.cli.tables import clip_table
+
+__all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
+
+NAME = "analyze"
+HELP = "find the contacts and steps of clips"
+DESCRIPTION = (
+    "Prints what every clip of a USD file contains, and can write its contact events for an artist to correct."
+)
+EPILOG = """\
+example:
+  usdfoot analyze clips.usdc
+  usdfoot analyze clips.usdc -o clips_events.usda
+
+exit codes: 0 all clips analysed, 1 some could not be (listed), 2 none or nothing written
+
+in Python:
+  from usdfoot.pipeline.analyze import analyze
+  report = analyze("clips.usdc", output="clips_events.usda")
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's arguments."""
+    parser.add_argument("clips", metavar="CLIPS", help="USD file with SkelAnimations")
+    parser.add_argument("-o", "--output", metavar="OUT", help="layer over CLIPS to write the events to")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Analyze; 0 = all clips, 1 = some could not be used."""
+    from usdfoot.pipeline.analyze import analyze
+
+    with shown_progress(quiet=arguments.quiet) as progress:
+        report = analyze(arguments.clips, output=arguments.output, progress=progress)
+    print_problems(report.problems, quiet=arguments.quiet)
+    console = results_console()
+    console.print(clip_table(report.summaries))
+    if report.output is not None:
+        console.print(f"wrote {report.output}", soft_wrap=True)
+    return 1 if any(problem.severity == "error" for problem in report.problems) else 0

@@ -1,0 +1,69 @@
+"""Analyze: what clips contain, and their contact events in a layer that an artist can correct."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from usdfoot.analysis.summary import ClipSummary, summarise_clip
+from usdfoot.analysis.world import detect_contacts
+from usdfoot.errors import UsdfootError
+from usdfoot.model.contacts import Contacts
+from usdfoot.model.report import Problem
+from usdfoot.readers.libraries import read_libraries
+from usdfoot.writers.events import write_clip_events
+
+__all__ = ["AnalyzeReport", "analyze"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class AnalyzeReport:
+    """Outcome of one run of `analyze`."""
+
+    summaries: tuple[ClipSummary, ...]
+    """One for each clip."""
+    contacts: dict[str, Contacts]
+    """Contacts by prim path of the clip."""
+    problems: tuple[Problem, ...]
+    """Clips that could not be used."""
+    output: Path | None
+    """Layer written, if any."""
+
+
+def analyze(
+    clips_file: str | os.PathLike[str],
+    *,
+    output: str | os.PathLike[str] | None = None,
+    progress: Callable[[str], None] = lambda stage: None,
+) -> AnalyzeReport:
+    """Find the contacts and steps of every clip of a stage; write the contacts over it if asked to.
+
+    Args:
+        clips_file: USD file with SkelAnimations; never changed.
+        output: Layer to write: it sublayers the clips' file and adds the events as UsdfootClipAPI attributes, and
+            gives them back when it is read in the clips' place.
+        progress: Told which clip begins.
+
+    Raises:
+        SceneError: If the file cannot be opened or has no clips.
+        OutputError: If the layer cannot be written or would replace the clips' file.
+    """
+    progress("read")
+    clips = read_libraries(clips_file)
+    problems = list(clips.problems)
+    summaries: list[ClipSummary] = []
+    contacts: dict[str, Contacts] = {}
+    for library in clips.libraries:
+        for clip in library.clips:
+            progress(clip.name)
+            try:
+                contacts[clip.name] = detect_contacts(clip, library.skeleton, library.biped)
+                summaries.append(summarise_clip(clip, library.skeleton, library.biped))
+            except UsdfootError as error:
+                problems.append(Problem(severity="error", where=clip.name, message=str(error)))
+    written = None
+    if output is not None:
+        written = write_clip_events(output, contacts, info=clips.info, default_prim=clips.default_prim)
+    return AnalyzeReport(summaries=tuple(summaries), contacts=contacts, problems=tuple(problems), output=written)
