@@ -5,10 +5,10 @@ import logging
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from pxr import Gf, Sdf, UsdGeom, UsdSkel, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from tests.references import canonical_points, usdskel_positions
-from tests.scenes import BALL_HEIGHT, JOINTS, OFFSETS, Units, add_character, add_mesh, new_stage
+from tests.scenes import BALL_HEIGHT, JOINTS, OFFSETS, Units, add_character, add_ground, add_mesh, add_plan, new_stage
 from usdfoot.bridge.schema import apply_api
 from usdfoot.bridge.similarity import unfold_from_joints
 from usdfoot.bridge.tokens import Biped as Token
@@ -19,6 +19,7 @@ from usdfoot.model.skeleton import forward_kinematics
 from usdfoot.readers.assets import asset_of
 from usdfoot.readers.characters import character_key, only_character, read_character
 from usdfoot.readers.stage import collect_prims, read_stage_info
+from usdfoot.readers.terrain import read_terrain
 
 PARENTS = np.array([-1, 0, 1, 0, 3, 4, 5, 0, 7, 8, 9])
 REST = forward_kinematics(PARENTS, OFFSETS, np.tile([0, 0, 0, 1.0], (11, 1)))[0]
@@ -325,3 +326,16 @@ def test_real_characters(shared_data, name, height):
     to_world = UsdGeom.XformCache(0).GetLocalToWorldTransform(skeleton)
     expected = [tuple((m * to_world).ExtractTranslation()) for m in query.ComputeJointSkelTransforms(0, True)]
     assert_allclose(rest_positions(character), canonical_points(stage, expected), atol=1e-5)
+
+
+def test_a_skel_root_over_the_whole_scene_is_not_the_character():
+    """Blender makes the common root of everything the SkelRoot."""
+    stage = Usd.Stage.CreateInMemory()
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    UsdSkel.Root.Define(stage, "/Scene")
+    add_character(stage, "/Scene/Armature", Units(), root_type="Xform")
+    ground = add_ground(stage, "/Scene/Ground/Plane", Units(), terrain=False)
+    plan = add_plan(stage, "/Scene/Plan", Units())
+    prims = collect_prims(stage)
+    assert str(only_character(prims, [plan.GetPrim(), ground.GetPrim()]).GetPath()) == "/Scene/Armature"
+    assert read_terrain(stage, prims, read_stage_info(stage).units)[0].meshes == ("/Scene/Ground/Plane",)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from pxr import Kind, Sdf, Usd, UsdGeom, UsdSkel
 
 __all__ = ["asset_of", "character_prim_of"]
@@ -28,17 +30,23 @@ def asset_of(prim: Usd.Prim) -> tuple[str, str]:
     return layer.realPath or layer.identifier, str(path)
 
 
-def character_prim_of(skeleton: Usd.Prim) -> Usd.Prim:
+def character_prim_of(skeleton: Usd.Prim, foreign: Iterable[Usd.Prim] = ()) -> Usd.Prim:
     """The prim to reference for a Skeleton that no agent prim holds.
 
     The nearest prim above with a reference or payload, or of kind component; else the SkelRoot; else, as exporters
-    without SkelRoot leave it, the prim above the Skeleton.
+    without SkelRoot leave it, the prim above the Skeleton. Some exporters make the root of everything the SkelRoot: a
+    prim that also holds what is no part of the character is passed over for the highest below it that does not.
+
+    Args:
+        skeleton: Skeleton of the character.
+        foreign: Prims that are no part of a character: plans and terrain.
     """
-    ancestors = []
-    prim = skeleton
-    while prim and not prim.IsPseudoRoot():
-        ancestors.append(prim)
-        prim = prim.GetParent()
+    others = [prim.GetPath() for prim in foreign]
+    ancestors = [skeleton]
+    while not (parent := ancestors[-1].GetParent()).IsPseudoRoot():
+        if any(path.HasPrefix(parent.GetPath()) for path in others):
+            break
+        ancestors.append(parent)
     for prim in ancestors:
         is_component = Kind.Registry.IsA(Usd.ModelAPI(prim).GetKind(), Kind.Tokens.component)
         if _local_arcs(prim) or is_component:
@@ -46,6 +54,8 @@ def character_prim_of(skeleton: Usd.Prim) -> Usd.Prim:
     roots = [prim for prim in ancestors if prim.IsA(UsdSkel.Root)]
     if roots:
         return roots[0]
+    if UsdSkel.Root.Find(skeleton):
+        return ancestors[-1]
     return ancestors[1] if len(ancestors) > 1 and UsdGeom.Xformable(ancestors[1]) else skeleton
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Iterable
 
 import numpy as np
 from pxr import Usd, UsdGeom, UsdSkel
@@ -46,8 +47,12 @@ def find_skeleton(prim: Usd.Prim) -> Usd.Prim:
     return ranked[0]
 
 
-def only_character(prims: StagePrims) -> Usd.Prim:
+def only_character(prims: StagePrims, foreign: Iterable[Usd.Prim] = ()) -> Usd.Prim:
     """The character of a stage that names none: the one with skin, or the only one.
+
+    Args:
+        prims: Of the stage.
+        foreign: Prims that are no part of a character: plans and terrain.
 
     Raises:
         SkeletonError: If there is none, or several different ones.
@@ -69,7 +74,7 @@ def only_character(prims: StagePrims) -> Usd.Prim:
         )
     if len(candidates) > 1:
         _logger.info("%d characters with the same joints, %s is used", len(candidates), candidates[0].GetPath())
-    return character_prim_of(candidates[0])
+    return character_prim_of(candidates[0], foreign)
 
 
 def read_character(prim: Usd.Prim, units: StageUnits, frame_codes: FloatArray) -> Character:

@@ -109,11 +109,11 @@ def _readable(prims: Iterable[Usd.Prim]) -> Mapping[Sdf.Path, RawSkeleton]:
 
 
 def _distinct(prims: Iterable[Usd.Prim]) -> list[Usd.Prim]:
-    """Prims without those that the same layer and path give a second time, as instances and references do."""
+    """Prims without those that the same layers and paths give a second time, as instances and references do."""
     found: dict[object, Usd.Prim] = {}
     for prim in prims:
-        spec = prim.GetPrimStack()[-1]
-        found.setdefault((spec.layer.identifier, str(spec.path), _offset(prim)), prim)
+        specs = tuple((spec.layer.identifier, str(spec.path)) for spec in prim.GetPrimStack())
+        found.setdefault((specs, _offset(prim)), prim)
     return list(found.values())
 
 

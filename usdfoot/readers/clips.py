@@ -214,6 +214,10 @@ def _on_joints_of(
     their place in skeleton space. Joints that only the character has keep its rest pose.
     """
     order = match_joints(own.joints, skeleton.joints)
+    expected = np.where(skeleton.parents >= 0, order[skeleton.parents], -1)
+    copied = (order >= 0) & (own.parents[order] == expected) & ((skeleton.parents < 0) | (expected >= 0))
+    if copied.all():
+        return translations[:, order], rotations[:, order]
     clip_positions, clip_rotations = forward_kinematics(own.parents, translations, rotations)
     count = len(skeleton.joints)
     new_translations = np.repeat(skeleton.rest_translations[None], len(rotations), axis=0)
@@ -223,14 +227,12 @@ def _on_joints_of(
     for joint, parent in enumerate(skeleton.parents):
         source = order[joint]
         origin = (positions[:, parent], turns[:, parent]) if parent >= 0 else (np.zeros(3), np.array([0.0, 0, 0, 1.0]))
-        if source >= 0:
-            expected = order[parent] if parent >= 0 else -1
-            if own.parents[source] == expected and (parent < 0 or expected >= 0):
-                new_translations[:, joint], new_rotations[:, joint] = translations[:, source], rotations[:, source]
-            else:
-                back = quaternion.inverse(origin[1])
-                new_translations[:, joint] = quaternion.rotate(back, clip_positions[:, source] - origin[0])
-                new_rotations[:, joint] = quaternion.compose(back, clip_rotations[:, source])
+        if copied[joint]:
+            new_translations[:, joint], new_rotations[:, joint] = translations[:, source], rotations[:, source]
+        elif source >= 0:
+            back = quaternion.inverse(origin[1])
+            new_translations[:, joint] = quaternion.rotate(back, clip_positions[:, source] - origin[0])
+            new_rotations[:, joint] = quaternion.compose(back, clip_rotations[:, source])
         positions[:, joint] = origin[0] + quaternion.rotate(origin[1], new_translations[:, joint])
         turns[:, joint] = quaternion.compose(origin[1], new_rotations[:, joint])
     return new_translations, new_rotations

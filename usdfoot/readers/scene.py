@@ -57,7 +57,15 @@ def read_scene(
     plans, plan_problems = _read_plans(chosen, info.units)
     codes = _frame_codes(list(plans.values()), info.units, frames)
     terrain, terrain_problems = read_terrain(stage, prims, info.units)
-    casting = _Casting(stage=stage, prims=prims, units=info.units, frame_codes=codes, finder=ClipFinder(stage, prims))
+    foreign = (*(source.plan for source in everyone), *(stage.GetPrimAtPath(path) for path in terrain.meshes))
+    casting = _Casting(
+        stage=stage,
+        prims=prims,
+        foreign=foreign,
+        units=info.units,
+        frame_codes=codes,
+        finder=ClipFinder(stage, prims),
+    )
     cast = [agent for source in chosen if source.name in plans and (agent := casting.cast(source, plans[source.name]))]
     problems = (*agent_problems, *plan_problems, *casting.problems, *casting.unfit_clips(), *terrain_problems)
     _require_agents(info, everyone, cast, problems)
@@ -80,12 +88,15 @@ class _Casting:
 
     stage: Usd.Stage
     prims: StagePrims
+    foreign: tuple[Usd.Prim, ...]
+    """Plans and terrain."""
     units: StageUnits
     frame_codes: FloatArray
     finder: ClipFinder
     characters: list[Character] = field(default_factory=list)
     libraries: list[ClipLibrary] = field(default_factory=list)
     problems: list[Problem] = field(default_factory=list)
+    _only: Usd.Prim | None = None
     _unfit: dict[str, str] = field(default_factory=dict)
     _character_of: dict[object, int | UsdfootError] = field(default_factory=dict)
     _library_of: dict[object, int | UsdfootError] = field(default_factory=dict)
@@ -94,8 +105,8 @@ class _Casting:
         """The agent; None, and a problem noted, if it cannot be used."""
         try:
             options = read_agent_options(source, self.units)
-            character, skeleton = self._character(source)
-            library = self._library(source, character, skeleton, required=options.motion != Motion.PHYSICS)
+            character, prim = self._character(source)
+            library = self._library(source, character, prim, required=options.motion != Motion.PHYSICS)
         except UsdfootError as error:
             self.problems.append(_skipped(source, error))
             return None
@@ -112,10 +123,9 @@ class _Casting:
         )
 
     def _character(self, source: AgentSource) -> tuple[int, Usd.Prim]:
-        """Index of the agent's character, and its Skeleton prim."""
+        """Index of the agent's character, and its prim."""
         prim = source.character or (source.prim if source.is_authored and _holds_skeleton(source.prim) else None)
-        prim = prim or only_character(self.prims)
-        skeleton = find_skeleton(prim)
+        prim = prim or self._only_character()
         key = character_key(prim, self.units)
         if key not in self._character_of:
             try:
@@ -123,14 +133,20 @@ class _Casting:
                 self._character_of[key] = len(self.characters) - 1
             except UsdfootError as error:
                 self._character_of[key] = error
-        return _or_raise(self._character_of[key]), skeleton
+        return _or_raise(self._character_of[key]), prim
 
-    def _library(self, source: AgentSource, character: int, skeleton: Usd.Prim, *, required: bool) -> int:
+    def _only_character(self) -> Usd.Prim:
+        """The stage's only character, looked for once."""
+        if self._only is None:
+            self._only = only_character(self.prims, self.foreign)
+        return self._only
+
+    def _library(self, source: AgentSource, character: int, prim: Usd.Prim, *, required: bool) -> int:
         """Index of the library with the agent's clips on its character."""
         key = (character, source.clips, required)
         if key not in self._library_of:
             try:
-                clips = self._clips(source, character, skeleton, required=required)
+                clips = self._clips(source, character, find_skeleton(prim), required=required)
                 actor = self.characters[character]
                 self.libraries.append(ClipLibrary(skeleton=actor.skeleton, biped=actor.biped, clips=clips))
                 self._library_of[key] = len(self.libraries) - 1

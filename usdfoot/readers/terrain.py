@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pxr import Usd, UsdGeom
+from pxr import Usd, UsdGeom, UsdSkel
 
 from usdfoot.bridge.schema import has_api
 from usdfoot.bridge.tokens import Schema
@@ -47,7 +47,7 @@ def read_terrain(stage: Usd.Stage, prims: StagePrims, units: StageUnits) -> tupl
     """
     marked = prims.with_apis.get(Schema.TERRAIN, ())
     meshes = [mesh for mesh in prims.meshes if not _is_skinned(mesh)]
-    chosen = [mesh for mesh in meshes if _nearest_marked(mesh)] if marked else _named(meshes)
+    chosen = [mesh for mesh in meshes if _is_marked(mesh)] if marked else _named(meshes)
     if not marked and chosen:
         _logger.info("no UsdfootTerrainAPI, terrain by name: %s", ", ".join(str(mesh.GetPath()) for mesh in chosen))
     parts, problems = [], _without_meshes(marked, meshes)
@@ -117,13 +117,15 @@ def _is_walkable(prim: Usd.Prim) -> bool:
     return True
 
 
-def _nearest_marked(prim: Usd.Prim) -> Usd.Prim | None:
-    """The prim itself or the nearest above it with UsdfootTerrainAPI; None if there is none."""
+def _is_marked(prim: Usd.Prim) -> bool:
+    """Whether a mesh or a prim above it has UsdfootTerrainAPI; from above a SkelRoot what is in it is not meant."""
     while prim and not prim.IsPseudoRoot():
         if has_api(prim, Schema.TERRAIN):
-            return prim
+            return True
+        if prim.IsA(UsdSkel.Root):
+            return False
         prim = prim.GetParent()
-    return None
+    return False
 
 
 def _named(meshes: Sequence[Usd.Prim]) -> list[Usd.Prim]:
