@@ -179,6 +179,17 @@ def naive_costs(points: np.ndarray, known: np.ndarray, query: np.ndarray, wanted
     return costs
 
 
+@pytest.mark.parametrize("with_features", [False, True])
+def test_order_of_examples_does_not_matter(with_features: bool, generator: np.random.Generator) -> None:
+    library = random_examples(generator, 60)
+    mixed = shuffled(library, generator)
+    landings, sides, features = random_steps(generator, 200)
+    straight = solve(library, landings, sides, features=features if with_features else None)
+    other = solve(mixed, landings, sides, features=features if with_features else None)
+    assert_array_equal(straight.weights, other.weights)
+    assert_array_equal(library.start_times[straight.examples], mixed.start_times[other.examples])
+
+
 def test_neighbours_tell_a_quick_step_from_a_slow_one_to_the_same_spot(generator: np.random.Generator) -> None:
     slow = replace(random_examples(generator, 12), swing_sides=np.zeros(12, dtype=int), durations=np.full(12, 0.9))
     slow = replace(slow, support_liftoffs=np.full(12, 1.1), swing_liftoffs=np.full(12, 0.2))
