@@ -20,7 +20,7 @@ def terrain(points: np.ndarray, mesh_indices: list[int]) -> Terrain:
 
 
 def test_a_mesh_without_faces_is_named() -> None:
-    with pytest.raises(TerrainError, match="/World/Step: has no faces. remove the mesh or UsdfootTerrainAPI"):
+    with pytest.raises(TerrainError, match=r"/World/Step: has no faces\. remove the mesh or UsdfootTerrainAPI"):
         terrain(np.eye(3), [0])
 
 
