@@ -2,19 +2,50 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from rich.table import Table
 
 if TYPE_CHECKING:
+    from usdfoot.analysis.summary import ClipSummary
     from usdfoot.model.motion import StepResults
     from usdfoot.pipeline.validate import AgentFigures, Figure
 
-__all__ = ["figure_table", "step_table", "target_table", "unpromised_table"]
+__all__ = ["clip_table", "figure_table", "step_table", "target_table", "unpromised_table"]
 
 MOST_ROWS = 40
 """Agents listed at most; the total covers all."""
+MOST_NOTES = 3
+"""Notes on a clip at most."""
+
+
+def clip_table(summaries: Sequence[ClipSummary]) -> Table:
+    """What every clip contains."""
+    table = Table(title="clips")
+    table.add_column("clip")
+    table.add_column("style")
+    for heading in ("steps", "speed m/s", "direction deg", "turn deg/s", "step length m", "on the ground"):
+        table.add_column(heading, justify="right")
+    table.add_column("notes")
+    for summary in summaries:
+        lengths = summary.step_lengths
+        notes = [*(["in place"] if summary.in_place else []), *(["loop"] if summary.period else []), *summary.warnings]
+        if len(notes) > MOST_NOTES:
+            notes = [*notes[:MOST_NOTES], f"and {len(notes) - MOST_NOTES} more"]
+        table.add_row(
+            summary.name.rsplit("/", 1)[-1],
+            summary.style,
+            str(summary.steps),
+            _number(summary.speed, 2),
+            _number(math.degrees(summary.direction), 0),
+            _number(math.degrees(summary.turn_rate), 0),
+            f"{lengths.min():.2f} to {lengths.max():.2f}" if lengths.size else "-",
+            _number(100.0 * summary.duty_factor, 0) + (" %" if math.isfinite(summary.duty_factor) else ""),
+            "\n".join(notes),
+        )
+    return table
 
 
 def step_table(results: Mapping[str, StepResults]) -> Table:
@@ -117,7 +148,11 @@ def unpromised_table(agents: Sequence[AgentFigures]) -> Table:
 
 
 def _value(figure: Figure) -> str:
-    if figure.value != figure.value:
+    if not math.isfinite(figure.value):
         return "-"
     text = f"{figure.value:.3g}"
     return text if figure.passed else f"[bold red]{text} ![/]"
+
+
+def _number(value: float, digits: int) -> str:
+    return f"{round(value, digits) + 0.0:.{digits}f}" if math.isfinite(value) else "-"

@@ -7,10 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from usdfoot.analysis.summary import ClipSummary, summarise_clip
-from usdfoot.analysis.world import detect_contacts
-from usdfoot.errors import UsdfootError
-from usdfoot.model.contacts import Contacts
+from usdfoot.analysis.summary import ClipSummary, summarise
 from usdfoot.model.report import Problem
 from usdfoot.readers.libraries import read_libraries
 from usdfoot.writers.events import write_clip_events
@@ -23,9 +20,7 @@ class AnalyzeReport:
     """Outcome of one run of `analyze`."""
 
     summaries: tuple[ClipSummary, ...]
-    """One for each clip."""
-    contacts: dict[str, Contacts]
-    """Contacts by prim path of the clip."""
+    """One for each clip, with its contacts."""
     problems: tuple[Problem, ...]
     """Clips that could not be used."""
     output: Path | None
@@ -44,7 +39,7 @@ def analyze(
         clips_file: USD file with SkelAnimations; never changed.
         output: Layer to write: it sublayers the clips' file and adds the events as UsdfootClipAPI attributes, and
             gives them back when it is read in the clips' place.
-        progress: Told which clip begins.
+        progress: Told which skeleton's clips begin.
 
     Raises:
         SceneError: If the file cannot be opened or has no clips.
@@ -52,18 +47,17 @@ def analyze(
     """
     progress("read")
     clips = read_libraries(clips_file)
-    problems = list(clips.problems)
     summaries: list[ClipSummary] = []
-    contacts: dict[str, Contacts] = {}
     for library in clips.libraries:
-        for clip in library.clips:
-            progress(clip.name)
-            try:
-                contacts[clip.name] = detect_contacts(clip, library.skeleton, library.biped)
-                summaries.append(summarise_clip(clip, library.skeleton, library.biped))
-            except UsdfootError as error:
-                problems.append(Problem(severity="error", where=clip.name, message=str(error)))
+        progress(library.skeleton.name)
+        summaries += summarise(library)
+    unusable = [
+        Problem(severity="error", where=summary.name, message="; ".join(summary.warnings))
+        for summary in summaries
+        if summary.contacts is None
+    ]
     written = None
     if output is not None:
+        contacts = {summary.name: summary.contacts for summary in summaries if summary.contacts is not None}
         written = write_clip_events(output, contacts, info=clips.info, default_prim=clips.default_prim)
-    return AnalyzeReport(summaries=tuple(summaries), contacts=contacts, problems=tuple(problems), output=written)
+    return AnalyzeReport(summaries=tuple(summaries), problems=(*clips.problems, *unusable), output=written)

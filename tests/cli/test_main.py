@@ -1,0 +1,88 @@
+"""The command line from argument to exit code."""
+
+import json
+
+import pytest
+
+from usdfoot import __version__
+from usdfoot.cli.main import main
+
+
+@pytest.fixture(scope="module")
+def written(stages, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("cli") / "out"
+    assert main(["animate", str(stages / "stepping_stones.usda"), "-o", str(folder), "--quiet"]) == 0
+    return folder
+
+
+@pytest.mark.parametrize("verb", ["animate", "analyze", "validate"])
+def test_every_verb_has_help_with_an_example_and_a_python_twin(verb, capsys):
+    assert main([verb, "--help"]) == 0
+    text = capsys.readouterr().out
+    assert f"usdfoot {verb}" in text and "example:" in text and "in Python:" in text and "exit codes:" in text
+
+
+def test_version_and_usage(capsys):
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out.strip() == f"usdfoot {__version__}"
+    assert main([]) == 2
+    assert main(["dance"]) == 2
+    assert main(["animate", "scene.usda"]) == 2
+    assert "-o" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("text", ["10", "a:b", "20:10", "1:2:3"])
+def test_frames_must_be_a_range(text, tmp_path, capsys):
+    assert main(["animate", "scene.usda", "-o", str(tmp_path), "--frames", text]) == 2
+    assert f"{text!r} is not a range of frames; give first:last, like 1:240" in capsys.readouterr().err
+
+
+def test_animate_prints_the_steps_on_stdout_and_talks_on_stderr(stages, tmp_path, capsys):
+    arguments = ["animate", str(stages / "stepping_stones.usda"), "-o", str(tmp_path / "out"), "--frames", "0:40"]
+    assert main([*arguments, "--no-correction", "--seam", "crossfade", "--agents", "Walk*"]) == 0
+    out, err = capsys.readouterr()
+    assert "Walker" in out and "placement mean mm" in out and f"wrote {tmp_path / 'out' / 'crowd.usd'}" in out
+    assert "warning: " in err and "warning" not in out
+    options = json.loads((tmp_path / "out" / "report.json").read_text())["options"]
+    assert options["correction"] is False and options["seam"] == "crossfade"
+
+
+def test_quiet_is_quiet(written, stages, capfd):
+    assert main(["animate", str(stages / "stepping_stones.usda"), "-o", str(written), "-q", "--frames", "0:9"]) == 0
+    assert capfd.readouterr().err == ""
+
+
+def test_validate_prints_a_table_or_json(stages, tmp_path, capsys):
+    assert main(["animate", str(stages / "stepping_stones.usda"), "-o", str(tmp_path), "--quiet"]) == 0
+    capsys.readouterr()
+    code = main(["validate", str(tmp_path / "crowd.usd")])
+    out = capsys.readouterr().out
+    assert "placement mean" in out and "Walker" in out and ("NOT passed" in out) == (code == 1)
+    assert main(["validate", str(tmp_path / "crowd.usd"), "--json"]) == code
+    figures = json.loads(capsys.readouterr().out)
+    assert figures["passed"] is (code == 0)
+    assert figures["agents"]["Walker"]["figures"]["slide"]["target"] == 1.0
+    assert all(figure["passed"] for figure in figures["total"]["figures"].values()) is figures["passed"]
+
+
+def test_a_figure_over_its_target_is_exit_code_1(written, capsys):
+    (written / "report.json").write_text(
+        json.dumps({"agents": [{"name": "Walker", "source": {"kneeSpeedP99": 0.01, "jointJerkP99": 0.01}}]})
+    )
+    assert main(["validate", str(written / "crowd.usd")]) == 1
+    out = capsys.readouterr().out
+    assert "OVER" in out and "NOT passed" in out
+
+
+def test_errors_are_one_line_and_exit_code_2(tmp_path, stages, capsys):
+    assert main(["animate", str(tmp_path / "none.usda"), "-o", str(tmp_path)]) == 2
+    err = capsys.readouterr().err
+    assert "none.usda: no such file" in err and "Traceback" not in err
+    assert main(["validate", str(stages / "terrain_flat.usda")]) == 2
+    assert main(["analyze", str(tmp_path / "none.usda")]) == 2
+
+
+def test_analyze_prints_a_table(stages, tmp_path, capsys):
+    code = main(["analyze", str(stages / "clips.usdc"), "-o", str(tmp_path / "events.usda")])
+    out = capsys.readouterr().out
+    assert code == 0 and "walk_110" in out and "step length m" in out and (tmp_path / "events.usda").is_file()

@@ -1,0 +1,82 @@
+"""Clips are summed up, and their events written so that they read back."""
+
+import hashlib
+
+import numpy as np
+import pytest
+from pxr import Sdf, Usd
+
+from usdfoot.bridge import tokens
+from usdfoot.errors import OutputError, SceneError
+from usdfoot.pipeline.analyze import analyze
+
+
+@pytest.fixture(scope="module")
+def clips(stages, tmp_path_factory):
+    """Three of the project's clips in a file of their own."""
+    source = Usd.Stage.Open(str(stages / "clips.usdc"))
+    names = [prim.GetName() for prim in source.GetDefaultPrim().GetChild("Clips").GetChildren()]
+    kept = {"walk_110", "run_320", "side_left_035"}
+    assert kept <= set(names)
+    path = tmp_path_factory.mktemp("clips") / "clips.usda"
+    layer = Sdf.Layer.CreateNew(str(path))
+    layer.subLayerPaths = [str(stages / "clips.usdc")]
+    stage = Usd.Stage.Open(layer)
+    stage.SetTimeCodesPerSecond(source.GetTimeCodesPerSecond())
+    for key in ("metersPerUnit", "upAxis", "defaultPrim"):
+        stage.SetMetadata(key, source.GetMetadata(key))
+    for name in set(names) - kept:
+        stage.OverridePrim(source.GetDefaultPrim().GetPath().AppendPath(f"Clips/{name}")).SetActive(False)
+    stage.Save()
+    return path
+
+
+def by_name(report):
+    return {summary.name.rsplit("/", 1)[-1]: summary for summary in report.summaries}
+
+
+def test_summaries(clips):
+    found = by_name(analyze(clips))
+    assert set(found) == {"walk_110", "run_320", "side_left_035"}
+    assert found["walk_110"].speed == pytest.approx(1.1, abs=0.05)
+    assert found["run_320"].speed == pytest.approx(3.2, abs=0.15)
+    assert np.degrees(found["side_left_035"].direction) == pytest.approx(90.0, abs=5.0)
+    assert found["walk_110"].duty_factor > 0.5 > found["run_320"].duty_factor
+
+
+@pytest.mark.parametrize("suffix", [".usda", ".usdc", ".usd"])
+def test_events_read_back_and_can_be_corrected(clips, tmp_path, suffix):
+    before = hashlib.sha256(clips.read_bytes()).digest()
+    first = analyze(clips, output=tmp_path / f"events{suffix}")
+    again = analyze(first.output)
+    assert hashlib.sha256(clips.read_bytes()).digest() == before
+    for name, summary in by_name(first).items():
+        for side in (0, 1):
+            for events in ("strike_times", "flat_times", "liftoff_times"):
+                expected = getattr(summary.contacts[side], events)
+                np.testing.assert_allclose(
+                    getattr(by_name(again)[name].contacts[side], events),
+                    expected,
+                    atol=1e-4,
+                    err_msg=f"{name} {events}",
+                )
+    stage = Usd.Stage.Open(str(first.output))
+    prim = stage.GetPrimAtPath(by_name(first)["walk_110"].name)
+    attribute = prim.GetAttribute(tokens.Clip.STRIKE_TIMES[0])
+    codes = [float(code) + 1.0 for code in attribute.Get()]
+    attribute.Set(Sdf.TimeCodeArray([Sdf.TimeCode(code) for code in codes]))
+    stage.Save()
+    corrected = by_name(analyze(first.output))["walk_110"].contacts[0].strike_times
+    shift = 1.0 / stage.GetTimeCodesPerSecond()
+    np.testing.assert_allclose(corrected, by_name(first)["walk_110"].contacts[0].strike_times + shift, atol=1e-4)
+
+
+def test_messages(clips, tmp_path, stages):
+    with pytest.raises(OutputError, match="would replace a layer of the clips"):
+        analyze(clips, output=clips)
+    with pytest.raises(OutputError, match=r"is not a USD file name. end it with \.usd"):
+        analyze(clips, output=tmp_path / "events.txt")
+    with pytest.raises(SceneError, match="has no clips"):
+        analyze(stages / "terrain_slope.usda")
+    with pytest.raises(SceneError, match="no such file"):
+        analyze(tmp_path / "none.usda")
