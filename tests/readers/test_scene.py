@@ -359,3 +359,29 @@ def test_files_of_blender_with_a_plan_and_no_schema(shared_data, name):
     assert len(scene.crowd.libraries[agent.library].clips) == 1
     assert len(character.skeleton_to_agent) == (len(scene.frame_codes) if "pab" in name else 1)
     assert isinstance(stage, Usd.Stage)
+
+
+@pytest.mark.parametrize("name", ["walk_flat", "stepping_stones"])
+@pytest.mark.parametrize("units", [Units(1.0, "Z", 24.0), Units(0.0254, "Y", 120.0), Units(0.01, "Z", 48.0)])
+def test_a_real_scene_brought_into_another_stage_is_the_same_scene(shared_data, name, units):
+    """Referenced below a transform that resolves units and axes, as an assembly does; USD rescales the times."""
+    path = str(shared_data / "scenes" / f"{name}.usda")
+    stage = new_stage(None, units)
+    prim = UsdGeom.Xform.Define(stage, "/World/Set")
+    prim.GetPrim().GetReferences().AddReference(path)
+    if units.up == "Z":
+        prim.AddRotateXOp().Set(90.0)
+    prim.AddScaleOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Vec3d(0.01 / units.meters))
+    here, there = read_scene(stage), read_scene(path)
+    plan, expected = here.crowd.agents[0].plan, there.crowd.agents[0].plan
+    assert_allclose(plan.positions, expected.positions, atol=1e-6)
+    assert_allclose(plan.yaws, expected.yaws, atol=1e-6)
+    assert_allclose(plan.strike_times, expected.strike_times, atol=1e-9)
+    assert_allclose(here.crowd.terrain.points, there.crowd.terrain.points, atol=1e-5)
+    assert here.characters[0].asset == there.characters[0].asset
+    assert_allclose(here.characters[0].biped.ball_heights, there.characters[0].biped.ball_heights, atol=1e-6)
+    for clip, other in zip(here.crowd.libraries[0].clips, there.crowd.libraries[0].clips, strict=True):
+        assert clip.rate == pytest.approx(30.0)
+        assert (clip.range_start, clip.range_end) == pytest.approx((other.range_start, other.range_end))
+        assert_allclose(clip.translations, other.translations, atol=1e-5)
+        assert_allclose(clip.rotations, other.rotations, atol=1e-5)

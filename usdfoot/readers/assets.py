@@ -17,16 +17,17 @@ def asset_of(prim: Usd.Prim) -> tuple[str, str]:
 
     That is the asset itself where the scene only places it; the scene's own prim where the scene changes the asset.
     """
-    stage = prim.GetStage()
-    arc = None if _is_changed(prim) else _single_arc(prim)
-    if arc is None:
-        root = stage.GetRootLayer()
-        return root.realPath or root.identifier, str(prim.GetPath())
-    layer, path = arc.GetTargetLayer(), arc.GetTargetPrimPath()
-    if layer in stage.GetLayerStack(includeSessionLayers=False):
-        inner = stage.GetPrimAtPath(path)
-        if inner:
-            return asset_of(inner)
+    root = prim.GetStage().GetRootLayer()
+    layer, path = root, prim.GetPath()
+    arcs = _direct_arcs(prim)
+    for i, arc in enumerate(arcs):
+        starts = [(other.GetIntroducingLayer(), other.GetIntroducingPrimPath()) for other in arcs]
+        follows = i == 0 or arc.GetIntroducingPrimPath() == path
+        if not follows or starts.count(starts[i]) > 1 or _is_changed_above(prim, arc):
+            break
+        layer, path = arc.GetTargetLayer(), arc.GetTargetPrimPath()
+        if layer != arc.GetIntroducingLayer():
+            break
     return layer.realPath or layer.identifier, str(path)
 
 
@@ -49,8 +50,11 @@ def character_prim_of(skeleton: Usd.Prim, foreign: Iterable[Usd.Prim] = ()) -> U
         ancestors.append(parent)
     for prim in ancestors:
         is_component = Kind.Registry.IsA(Usd.ModelAPI(prim).GetKind(), Kind.Tokens.component)
-        if _local_arcs(prim) or is_component:
+        if _has_local_arc(prim) or is_component:
             return prim
+    referenced = [prim for prim in ancestors if _direct_arcs(prim)]
+    if referenced:
+        return referenced[-1]
     roots = [prim for prim in ancestors if prim.IsA(UsdSkel.Root)]
     if roots:
         return roots[0]
@@ -59,32 +63,35 @@ def character_prim_of(skeleton: Usd.Prim, foreign: Iterable[Usd.Prim] = ()) -> U
     return ancestors[1] if len(ancestors) > 1 and UsdGeom.Xformable(ancestors[1]) else skeleton
 
 
-def _local_arcs(prim: Usd.Prim) -> list[Usd.CompositionArc]:
-    """References and payloads the scene itself authors on the prim."""
-    if prim.IsInstanceProxy():
-        return []
+def _direct_arcs(prim: Usd.Prim) -> list[Usd.CompositionArc]:
+    """References and payloads on the prim itself, strongest first, those of referenced scenes too."""
     query = Usd.PrimCompositionQuery(prim)
-    kinds = query.Filter()
+    kinds = query.filter
     kinds.arcTypeFilter = Usd.PrimCompositionQuery.ArcTypeFilter.ReferenceOrPayload
     kinds.dependencyTypeFilter = Usd.PrimCompositionQuery.DependencyTypeFilter.Direct
     query.filter = kinds
+    return list(query.GetCompositionArcs())
+
+
+def _has_local_arc(prim: Usd.Prim) -> bool:
+    """Whether the scene itself, not something it references, authors a reference or payload on the prim."""
     layers = prim.GetStage().GetLayerStack(includeSessionLayers=False)
-    return [
-        arc
-        for arc in query.GetCompositionArcs()
-        if arc.GetIntroducingLayer() in layers and arc.GetIntroducingPrimPath() == prim.GetPath()
-    ]
+    return any(
+        arc.GetIntroducingLayer() in layers and arc.GetIntroducingPrimPath() == prim.GetPath()
+        for arc in _direct_arcs(prim)
+    )
 
 
-def _single_arc(prim: Usd.Prim) -> Usd.CompositionArc | None:
-    arcs = _local_arcs(prim)
-    return arcs[0] if len(arcs) == 1 else None
-
-
-def _is_changed(prim: Usd.Prim) -> bool:
-    """Whether the scene's own layers say more about the prim than where it stands and what it does."""
-    layers = prim.GetStage().GetLayerStack(includeSessionLayers=False)
-    return any(_changes(spec) for spec in prim.GetPrimStack() if spec.layer in layers and spec.path == prim.GetPath())
+def _is_changed_above(prim: Usd.Prim, arc: Usd.CompositionArc) -> bool:
+    """Whether layers stronger than an arc's target say more than where the prim stands and what it does."""
+    session = prim.GetStage().GetSessionLayer()
+    targets = arc.GetTargetNode().layerStack.layers
+    for spec in prim.GetPrimStack():
+        if spec.layer in targets and spec.path == arc.GetTargetPrimPath():
+            return False
+        if spec.layer != session and _changes(spec):
+            return True
+    return False
 
 
 def _changes(spec: Sdf.PrimSpec) -> bool:

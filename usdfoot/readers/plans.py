@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from dataclasses import replace
 
 import numpy as np
 from pxr import Usd, UsdGeom
@@ -23,6 +24,8 @@ __all__ = ["is_plan", "path_orientations", "read_plan"]
 
 _logger = logging.getLogger(__name__)
 
+_UPRIGHT = 0.5
+"""Prints whose normals rise less than this, on average, are read with the wrong axes: nobody stands on 60 degrees."""
 _IN_PLACE = 0.1
 """Shorter than this [m] the way past a footstep does not tell where it faces."""
 
@@ -121,8 +124,8 @@ def _orientations(
 def _to_world(prim: Usd.Prim, units: StageUnits, matrix: FloatArray, orientations: FloatArray) -> FloatArray:
     """Orientations with the plan's own transform applied, in the canonical world.
 
-    Forward goes with the surface the prints lie on and the normal stays at right angles to it, so that transforms
-    with different scales work too.
+    Whether +Z or -Y of a print is its forward depends on the stage's up axis. A plan from a stage with the other up
+    axis that a transform stands up here lies on its side when read so; then its own stage's axes are meant.
     """
     if np.linalg.det(matrix[:3, :3]) <= 0.0:
         raise PlanError(prim.GetPath(), "is mirrored by its transform", "left would be right; bake the mirror into it")
@@ -130,12 +133,35 @@ def _to_world(prim: Usd.Prim, units: StageUnits, matrix: FloatArray, orientation
     if not np.all(np.isfinite(lengths) & (lengths > 1e-3)):
         return np.full_like(orientations, np.nan)  # the plan's own check names the footstep
     own = orientations / lengths
-    forward_own, normal_own = units.directions_to_stage(np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]))
+    other = replace(units, up_axis="Y" if units.up_axis == "Z" else "Z")
+    forward, normal = _print_axes(units, matrix, own, units)
+    if normal[:, 1].mean() < _UPRIGHT:
+        forward_other, normal_other = _print_axes(units, matrix, own, other)
+        if normal_other[:, 1].mean() > _UPRIGHT:
+            _logger.info("%s: its prints stand as in a stage with %s up", prim.GetPath(), other.up_axis)
+            forward, normal = forward_other, normal_other
+    axes = np.stack([np.cross(normal, forward), normal, forward], axis=-1)  # columns are X, Y, Z
+    return quaternion.from_matrix(axes)
+
+
+def _print_axes(
+    units: StageUnits, matrix: FloatArray, own: FloatArray, axes: StageUnits
+) -> tuple[FloatArray, FloatArray]:
+    """Forward and normal of prints in the canonical world, unit and at right angles, shape (N, 3) each.
+
+    Forward goes with the surface the prints lie on and the normal stays at right angles to it, so that transforms
+    with different scales work too.
+
+    Args:
+        units: Of the stage.
+        matrix: Plan to world (row vectors), shape (4, 4).
+        own: Orientations as authored, unit xyzw, shape (N, 4).
+        axes: Units whose up axis tells which axes of a print are forward and normal.
+    """
+    forward_own, normal_own = axes.directions_to_stage(np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]))
     linear = matrix[:3, :3]
     forward = units.directions_to_canonical(quaternion.rotate(own, forward_own) @ linear)
     normal = units.directions_to_canonical(quaternion.rotate(own, normal_own) @ np.linalg.inv(linear).T)
     normal = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
     forward = forward - np.sum(forward * normal, axis=-1, keepdims=True) * normal
-    forward = forward / np.linalg.norm(forward, axis=-1, keepdims=True)
-    axes = np.stack([np.cross(normal, forward), normal, forward], axis=-1)  # columns are X, Y, Z
-    return quaternion.from_matrix(axes)
+    return forward / np.linalg.norm(forward, axis=-1, keepdims=True), normal
