@@ -9,19 +9,17 @@ import numpy as np
 from pxr import Usd, UsdGeom, UsdSkel
 
 from usdfoot.bridge.similarity import Similarity, fold_into_joints, similarity_of_matrices
-from usdfoot.bridge.tokens import Clip as Token
-from usdfoot.bridge.tokens import RootMotion
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import ClipError
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.biped import Biped
-from usdfoot.model.clip import AuthoredEvents, Clip
+from usdfoot.model.clip import Clip
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
+from usdfoot.readers.clip_attributes import read_clip_attributes
 from usdfoot.readers.joints import leaf_name, match_joints
 from usdfoot.readers.samples import SampledArray, interpolate_linear, interpolate_rotations, read_samples, regular_codes
 from usdfoot.readers.skeleton import RawSkeleton, fold_scales, is_moving, matrices_of, skeleton_in
-from usdfoot.readers.stage import authored
 
 __all__ = ["ClipSource", "missing_leg_joints", "read_clip"]
 
@@ -69,7 +67,7 @@ def read_clip(source: ClipSource, skeleton: Skeleton, biped: Biped, units: Stage
         )
     codes, translations, rotations = _sample(source, units)
     times = units.codes_to_times(codes)
-    start, end = _range(source.prim, times, units)
+    attributes = read_clip_attributes(source.prim, times, units)
     similarity = _skeleton_to_world(source, codes, units)
     own = skeleton_in(source.skeleton, similarity)
     similarity = _without_unit_mismatch(source, similarity, own, skeleton, biped)
@@ -81,14 +79,14 @@ def read_clip(source: ClipSource, skeleton: Skeleton, biped: Biped, units: Stage
         start_time=float(times[0]),
         translations=translations,
         rotations=quaternion.continuous(rotations),
-        style=str(authored(source.prim, Token.STYLE) or "default"),
-        root_motion=_root_motion(source.prim),
-        cyclic=_optional_bool(source.prim, Token.CYCLIC),
-        range_start=start,
-        range_end=end,
-        mirror=_optional_bool(source.prim, Token.MIRROR) is not False,
-        events=(_events(source.prim, 0, units), _events(source.prim, 1, units)),
-        synthetic=bool(source.prim.GetCustomDataByKey("synthetic")),
+        style=attributes.style,
+        root_motion=attributes.root_motion,
+        cyclic=attributes.cyclic,
+        range_start=attributes.range_start,
+        range_end=attributes.range_end,
+        mirror=attributes.mirror,
+        events=attributes.events,
+        synthetic=attributes.synthetic,
     )
 
 
@@ -236,52 +234,3 @@ def _on_joints_of(
         positions[:, joint] = origin[0] + quaternion.rotate(origin[1], new_translations[:, joint])
         turns[:, joint] = quaternion.compose(origin[1], new_rotations[:, joint])
     return new_translations, new_rotations
-
-
-def _root_motion(prim: Usd.Prim) -> str:
-    value = str(authored(prim, Token.ROOT_MOTION) or RootMotion.AUTO)
-    if value not in RootMotion.ALL:
-        raise ClipError(prim.GetPath(), f"{Token.ROOT_MOTION} is {value}", f"author one of {', '.join(RootMotion.ALL)}")
-    return value
-
-
-def _optional_bool(prim: Usd.Prim, name: str) -> bool | None:
-    value = authored(prim, name)
-    return None if value is None else bool(value)
-
-
-def _range(prim: Usd.Prim, times: FloatArray, units: StageUnits) -> tuple[float | None, float | None]:
-    """Authored start and end of the range to use [s]."""
-    start, end = _time(prim, Token.START, units), _time(prim, Token.END, units)
-    first, last = times[0] if start is None else start, times[-1] if end is None else end
-    if not first < last or first >= times[-1] or last <= times[0]:
-        raise ClipError(
-            prim.GetPath(),
-            f"has the range {first:.4g} to {last:.4g} s but samples from {times[0]:.4g} to {times[-1]:.4g} s",
-            f"author {Token.START} before {Token.END}, both within the samples",
-        )
-    return start, end
-
-
-def _time(prim: Usd.Prim, name: str, units: StageUnits) -> float | None:
-    value = authored(prim, name)
-    return None if value is None else float(units.codes_to_times(np.array(value, dtype=float)))
-
-
-def _events(prim: Usd.Prim, side: int, units: StageUnits) -> AuthoredEvents:
-    """Contact events an artist authored for one foot."""
-    return AuthoredEvents(
-        strike_times=_event_times(prim, Token.STRIKE_TIMES[side], units),
-        flat_times=_event_times(prim, Token.FLAT_TIMES[side], units),
-        liftoff_times=_event_times(prim, Token.LIFTOFF_TIMES[side], units),
-    )
-
-
-def _event_times(prim: Usd.Prim, name: str, units: StageUnits) -> FloatArray | None:
-    value = authored(prim, name)
-    if value is None:
-        return None
-    times = units.codes_to_times(np.array(value, dtype=float))
-    if not np.isfinite(times).all() or np.any(np.diff(times) <= 0.0):
-        raise ClipError(prim.GetPath(), f"{name} do not increase", "author event times in order")
-    return times

@@ -1,0 +1,157 @@
+"""Casting: gives agents their character and clips."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from pxr import Usd, UsdSkel
+
+from usdfoot.bridge.scene import Character
+from usdfoot.bridge.tokens import Motion
+from usdfoot.bridge.units import StageUnits
+from usdfoot.errors import ClipError, UsdfootError
+from usdfoot.maths.types import FloatArray
+from usdfoot.model.agent import Agent
+from usdfoot.model.clip import Clip, ClipLibrary
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.report import Problem
+from usdfoot.readers.agents import AgentSource, read_agent_options
+from usdfoot.readers.characters import character_key, find_skeleton, only_character, read_character
+from usdfoot.readers.clip_sources import ClipFinder
+from usdfoot.readers.clips import missing_leg_joints, read_clip
+from usdfoot.readers.stage import StagePrims
+
+__all__ = ["Casting", "skipped"]
+
+
+@dataclass(kw_only=True)
+class Casting:
+    """Gives agents their character and clips, reading each only once."""
+
+    prims: StagePrims
+    foreign: tuple[Usd.Prim, ...]
+    """Plans and terrain."""
+    units: StageUnits
+    frame_codes: FloatArray
+    finder: ClipFinder
+    characters: list[Character] = field(default_factory=list)
+    libraries: list[ClipLibrary] = field(default_factory=list)
+    problems: list[Problem] = field(default_factory=list)
+    _only: Usd.Prim | None = None
+    _unfit: dict[str, str] = field(default_factory=dict)
+    _character_of: dict[object, int | UsdfootError] = field(default_factory=dict)
+    _library_of: dict[object, int | UsdfootError] = field(default_factory=dict)
+
+    def cast(self, source: AgentSource, plan: FootstepPlan) -> Agent | None:
+        """The agent; None, and a problem noted, if it cannot be used."""
+        try:
+            options = read_agent_options(source, self.units)
+            character, prim = self._character(source)
+            library = self._library(source, character, prim, required=options.motion != Motion.PHYSICS)
+        except UsdfootError as error:
+            self.problems.append(skipped(source, error))
+            return None
+        return Agent(
+            name=source.name,
+            source=str(source.prim.GetPath()),
+            plan=plan,
+            library=library,
+            character=character,
+            ik_reach=options.ik_reach,
+            root_weight=options.root_weight,
+            replace_distance=options.replace_distance,
+            motion=options.motion,
+        )
+
+    def _character(self, source: AgentSource) -> tuple[int, Usd.Prim]:
+        """Index of the agent's character, and its prim."""
+        prim = source.character or (source.prim if source.is_authored and _holds_skeleton(source.prim) else None)
+        prim = prim or self._only_character()
+        key = character_key(prim, self.units)
+        if key not in self._character_of:
+            try:
+                self.characters.append(read_character(prim, self.units, self.frame_codes))
+                self._character_of[key] = len(self.characters) - 1
+            except UsdfootError as error:
+                self._character_of[key] = error
+        return _or_raise(self._character_of[key]), prim
+
+    def _only_character(self) -> Usd.Prim:
+        """The stage's only character, looked for once."""
+        if self._only is None:
+            self._only = only_character(self.prims, self.foreign)
+        return self._only
+
+    def _library(self, source: AgentSource, character: int, prim: Usd.Prim, *, required: bool) -> int:
+        """Index of the library with the agent's clips on its character."""
+        key = (character, source.clips, required)
+        if key not in self._library_of:
+            try:
+                clips = self._clips(source, character, find_skeleton(prim), required=required)
+                actor = self.characters[character]
+                self.libraries.append(ClipLibrary(skeleton=actor.skeleton, biped=actor.biped, clips=clips))
+                self._library_of[key] = len(self.libraries) - 1
+            except UsdfootError as error:
+                self._library_of[key] = error
+        return _or_raise(self._library_of[key])
+
+    def _clips(self, source: AgentSource, character: int, skeleton: Usd.Prim, *, required: bool) -> tuple[Clip, ...]:
+        """Clips of the agent's scopes that can be used. Clips nobody asked for may be of other skeletons."""
+        actor = self.characters[character]
+        animations = self.finder.animations_below(source.clips)
+        clips, reasons = [], []
+        for animation in animations:
+            path = str(animation.GetPath())
+            try:
+                clip_source = self.finder.source_of(animation, skeleton)
+                if not source.clips and missing_leg_joints(clip_source, actor.skeleton, actor.biped):
+                    self._unfit.setdefault(path, actor.skeleton.name)
+                    reasons.append(path)
+                    continue
+                clips.append(read_clip(clip_source, actor.skeleton, actor.biped, self.units))
+            except UsdfootError as error:
+                reasons.append(path)
+                severity = "error" if source.clips else "warning"
+                self.problems.append(Problem(severity=severity, where=path, message=str(error)))
+        if required and not clips:
+            raise _no_clips(source, actor, len(animations), reasons)
+        return tuple(clips)
+
+    def unfit_clips(self) -> tuple[Problem, ...]:
+        """A warning for each clip nobody asked for that fits none of the characters."""
+        used = {clip.name for library in self.libraries for clip in library.clips}
+        return tuple(
+            Problem(severity="warning", where=path, message=f"{path}: not used, lacks leg joints of {skeleton}")
+            for path, skeleton in self._unfit.items()
+            if path not in used
+        )
+
+
+def skipped(source: AgentSource, error: UsdfootError) -> Problem:
+    """The problem of an agent that cannot be used."""
+    path = str(source.prim.GetPath())
+    message = str(error) if error.where.startswith(path) else f"{path}: {error}"
+    return Problem(severity="error", where=path, message=message)
+
+
+def _no_clips(source: AgentSource, character: Character, count: int, names: Sequence[str]) -> ClipError:
+    where = ", ".join(str(path) for path in source.clips) or "the stage"
+    if not count:
+        return ClipError(where, "has no clips (SkelAnimation prims)", "add some, or point usdfoot:agent:clips at them")
+    return ClipError(
+        where,
+        f"none of {count} clip(s) fits {character.skeleton.name}",
+        "their joints must have the names of the Skeleton's leg joints and at least two samples",
+        names,
+    )
+
+
+def _or_raise(result: int | UsdfootError) -> int:
+    if isinstance(result, UsdfootError):
+        raise result
+    return result
+
+
+def _holds_skeleton(prim: Usd.Prim) -> bool:
+    return any(below.IsA(UsdSkel.Skeleton) for below in Usd.PrimRange(prim, Usd.TraverseInstanceProxies()))
