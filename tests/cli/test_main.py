@@ -4,14 +4,20 @@ import json
 
 import pytest
 
+from tests.few_clips import write_few_clips_scene
 from usdfoot import __version__
 from usdfoot.cli.main import main
 
 
 @pytest.fixture(scope="module")
-def written(stages, tmp_path_factory):
+def scene(stages, tmp_path_factory):
+    return write_few_clips_scene(stages, tmp_path_factory.mktemp("scene"))
+
+
+@pytest.fixture(scope="module")
+def written(scene, tmp_path_factory):
     folder = tmp_path_factory.mktemp("cli") / "out"
-    assert main(["animate", str(stages / "stepping_stones.usda"), "-o", str(folder), "--quiet"]) == 0
+    assert main(["animate", str(scene), "-o", str(folder), "--quiet"]) == 0
     return folder
 
 
@@ -37,8 +43,8 @@ def test_frames_must_be_a_range(text, tmp_path, capsys):
     assert f"{text!r} is not a range of frames; give first:last, like 1:240" in capsys.readouterr().err
 
 
-def test_animate_prints_the_steps_on_stdout_and_talks_on_stderr(stages, tmp_path, capsys):
-    arguments = ["animate", str(stages / "stepping_stones.usda"), "-o", str(tmp_path / "out"), "--frames", "0:40"]
+def test_animate_prints_the_steps_on_stdout_and_talks_on_stderr(scene, tmp_path, capsys):
+    arguments = ["animate", str(scene), "-o", str(tmp_path / "out"), "--frames", "0:40"]
     assert main([*arguments, "--no-correction", "--seam", "crossfade", "--agents", "Walk*"]) == 0
     out, err = capsys.readouterr()
     assert "Walker" in out and "placement mean mm" in out and f"wrote {tmp_path / 'out' / 'crowd.usd'}" in out
@@ -47,13 +53,13 @@ def test_animate_prints_the_steps_on_stdout_and_talks_on_stderr(stages, tmp_path
     assert options["correction"] is False and options["seam"] == "crossfade"
 
 
-def test_quiet_is_quiet(written, stages, capfd):
-    assert main(["animate", str(stages / "stepping_stones.usda"), "-o", str(written), "-q", "--frames", "0:9"]) == 0
+def test_quiet_is_quiet(written, scene, capfd):
+    assert main(["animate", str(scene), "-o", str(written), "-q", "--frames", "0:9"]) == 0
     assert capfd.readouterr().err == ""
 
 
-def test_validate_prints_a_table_or_json(stages, tmp_path, capsys):
-    assert main(["animate", str(stages / "stepping_stones.usda"), "-o", str(tmp_path), "--quiet"]) == 0
+def test_validate_prints_a_table_or_json(scene, tmp_path, capsys):
+    assert main(["animate", str(scene), "-o", str(tmp_path), "--quiet"]) == 0
     capsys.readouterr()
     code = main(["validate", str(tmp_path / "crowd.usd")])
     out = capsys.readouterr().out

@@ -2,13 +2,17 @@
 
 import pytest
 
+from tests.few_clips import write_few_clips_scene
 from usdfoot.pipeline.animate import animate
 
 
 @pytest.fixture(scope="session")
-def stones(stages, tmp_path_factory):
-    """Report of the project's stepping stones, animated once."""
-    scene = stages / "stepping_stones.usda"
-    if not scene.is_file():
-        pytest.skip("stages/ has not been made: run make stages")
+def scene(stages, tmp_path_factory):
+    """The stepping stones with few clips."""
+    return write_few_clips_scene(stages, tmp_path_factory.mktemp("scene"))
+
+
+@pytest.fixture(scope="session")
+def stones(scene, tmp_path_factory):
+    """Report of the stepping stones, animated once."""
     return animate(scene, tmp_path_factory.mktemp("stones"))

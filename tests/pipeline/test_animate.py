@@ -42,16 +42,16 @@ def test_every_step_is_reported(stones):
     }
 
 
-def test_provenance_and_metadata(stones, stages):
+def test_provenance_and_metadata(stones, scene):
     layer = Sdf.Layer.FindOrOpen(str(stones.crowd_file))
     provenance = layer.customLayerData[tokens.PROVENANCE]
     assert provenance["version"] == __version__ and len(provenance["contentHash"]) == 64
     assert provenance["options"]["seam"] == "inertialise" and provenance["options"]["correction"] is True
-    assert (stones.crowd_file.parent / provenance["scene"]).resolve() == (stages / "stepping_stones.usda").resolve()
-    stage, scene = Usd.Stage.Open(layer), Usd.Stage.Open(str(stages / "stepping_stones.usda"))
-    assert UsdGeom.GetStageUpAxis(stage) == UsdGeom.GetStageUpAxis(scene)
-    assert UsdGeom.GetStageMetersPerUnit(stage) == UsdGeom.GetStageMetersPerUnit(scene)
-    assert stage.GetTimeCodesPerSecond() == scene.GetTimeCodesPerSecond()
+    assert (stones.crowd_file.parent / provenance["scene"]).resolve() == scene.resolve()
+    stage, source = Usd.Stage.Open(layer), Usd.Stage.Open(str(scene))
+    assert UsdGeom.GetStageUpAxis(stage) == UsdGeom.GetStageUpAxis(source)
+    assert UsdGeom.GetStageMetersPerUnit(stage) == UsdGeom.GetStageMetersPerUnit(source)
+    assert stage.GetTimeCodesPerSecond() == source.GetTimeCodesPerSecond()
 
 
 def test_nothing_written_names_this_machine_or_the_day(stones):
@@ -73,24 +73,24 @@ def test_validators_are_silent(stones):
         assert not own
 
 
-def test_another_process_writes_the_same_bytes(stones, stages):
+def test_another_process_writes_the_same_bytes(stones, scene):
     again = stones.crowd_file.parent.with_name("again")
     script = "import sys; from usdfoot.pipeline.animate import animate; animate(sys.argv[1], sys.argv[2])"
-    subprocess.run([sys.executable, "-c", script, str(stages / "stepping_stones.usda"), str(again)], check=True)
+    subprocess.run([sys.executable, "-c", script, str(scene), str(again)], check=True)
     assert digests(again) == digests(stones.crowd_file.parent)
 
 
-def test_the_source_is_untouched(stages, tmp_path):
-    before = digests(stages)
-    animate(stages / "stepping_stones.usda", tmp_path / "out", frames=(10, 30))
-    assert digests(stages) == before
+def test_the_source_is_untouched(scene, stages, tmp_path):
+    before = digests(stages), digests(scene.parent)
+    animate(scene, tmp_path / "out", frames=(10, 30))
+    assert (digests(stages), digests(scene.parent)) == before
     stage = Usd.Stage.Open(str(tmp_path / "out" / "crowd.usd"))
     assert (stage.GetStartTimeCode(), stage.GetEndTimeCode()) == (10, 30)
 
 
-def test_a_bad_agent_is_skipped_and_the_crowd_goes_on(stages, tmp_path):
+def test_a_bad_agent_is_skipped_and_the_crowd_goes_on(scene, tmp_path):
     layer = Sdf.Layer.CreateNew(str(tmp_path / "scene.usda"))
-    layer.subLayerPaths.append(str(stages / "stepping_stones.usda"))
+    layer.subLayerPaths.append(str(scene))
     layer.Save()
     stage = Usd.Stage.Open(layer)
     bad = stage.DefinePrim("/World/Lost", "Xform")
@@ -103,12 +103,12 @@ def test_a_bad_agent_is_skipped_and_the_crowd_goes_on(stages, tmp_path):
     assert "Nowhere" in json.loads(report.report_file.read_text())["problems"][0]["message"]
 
 
-def test_messages_of_what_cannot_be_done(stages, tmp_path):
+def test_messages_of_what_cannot_be_done(scene, tmp_path):
     with pytest.raises(SceneError, match=r"nowhere\.usda: no such file"):
         animate(tmp_path / "nowhere.usda", tmp_path)
     with pytest.raises(SceneError, match=r"match none of the scene's agents: Walker"):
-        animate(stages / "stepping_stones.usda", tmp_path, agents="Nobody")
+        animate(scene, tmp_path, agents="Nobody")
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot be made"):
-        animate(stages / "stepping_stones.usda", tmp_path / "file" / "out", frames=(0, 10))
+        animate(scene, tmp_path / "file" / "out", frames=(0, 10))
     assert {path.name for path in tmp_path.iterdir()} == {"file"}

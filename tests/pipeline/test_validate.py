@@ -51,7 +51,7 @@ def test_figures_agree_with_those_recorded_when_written(stones, honest):
     assert all(np.isfinite(figure.value) for figure in honest.total.figures)
 
 
-def test_a_shifted_agent_misses_its_footsteps_by_the_shift(crowd, stages, honest):
+def test_a_shifted_agent_misses_its_footsteps_by_the_shift(crowd, honest):
     scale = 1.0 / Usd.Stage.Open(str(crowd)).GetMetadata("metersPerUnit")
     override(
         crowd,
@@ -108,6 +108,6 @@ def test_a_lost_scene_leaves_the_terrain_unmeasured_and_says_so(crowd):
     assert "scene not found" in str(validation.problems[0])
 
 
-def test_what_is_no_crowd_is_refused(stages):
+def test_what_is_no_crowd_is_refused(scene):
     with pytest.raises(SceneError, match="has no agents below /Crowd/Agents"):
-        validate(stages / "stepping_stones.usda")
+        validate(scene)

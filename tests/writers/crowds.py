@@ -7,7 +7,7 @@ import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
 
 from usdfoot.bridge.scene import Character, Scene, StageInfo
-from usdfoot.bridge.similarity import similarity_of_matrices
+from usdfoot.bridge.similarity import Similarity, similarity_of_matrices
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths import quaternion
 from usdfoot.model.agent import Agent, Crowd
@@ -96,8 +96,14 @@ def write_character(path: Path, rig: Rig) -> Path:
     return path
 
 
-def character_of(path: Path) -> Character:
-    """The character as a reader would describe it, with a biped known from the joint order."""
+def character_of(path: Path, *, tilt: float = 0.0, size: float = 1.0) -> Character:
+    """The character as a reader would describe it, with a biped known from the joint order.
+
+    Args:
+        path: Its file.
+        tilt: Rotation of the character prim about the stage's x axis in the scene [rad].
+        size: Scale of the character prim in the scene.
+    """
     stage = Usd.Stage.Open(str(path))
     units = StageUnits(
         meters_per_unit=UsdGeom.GetStageMetersPerUnit(stage),
@@ -108,11 +114,12 @@ def character_of(path: Path) -> Character:
     raw = read_skeleton(prim)
     above = np.array(UsdGeom.XformCache().GetLocalToWorldTransform(prim))
     to_prim = similarity_of_matrices(above[None], prim.GetPath())
-    to_agent = type(to_prim)(
-        scale=to_prim.scale * units.meters_per_unit,
-        rotation=units.frames_to_canonical(to_prim.rotation),
-        translation=units.points_to_canonical(to_prim.translation),
-    )
+    stance = quaternion.from_axis_angle(np.array([1.0, 0.0, 0.0]), np.array(tilt))
+    to_agent = Similarity(
+        scale=size * units.meters_per_unit,
+        rotation=units.frames_to_canonical(stance)[None],
+        translation=np.zeros((1, 3)),
+    ).after(to_prim)
     skeleton = skeleton_in(raw, to_agent)
     biped = Biped(
         pelvis=1,
@@ -131,8 +138,8 @@ def character_of(path: Path) -> Character:
         asset_prim="/Hero",
         skeleton_path="Group/Skeleton",
         has_skel_root=True,
-        agent_rotation=np.array([0.0, 0.0, 0.0, 1.0]),
-        agent_scale=1.0,
+        agent_rotation=stance,
+        agent_scale=size,
         skeleton_to_agent=to_agent,
         skeleton=skeleton,
         biped=biped,

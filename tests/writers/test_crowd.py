@@ -24,12 +24,12 @@ FILES = {
 CENTIMETRES = StageUnits(time_codes_per_second=30.0)
 
 
-def write(tmp_path, *, rig=None, agents=2, frames=20, folder="out", collect=False):
+def write(tmp_path, *, rig=None, agents=2, frames=20, folder="out", collect=False, **stance):
     rig = rig or Rig(units=CENTIMETRES)
     path = tmp_path / "hero.usda"
     if not path.exists():
         write_character(path, rig)
-    character = character_of(path)
+    character = character_of(path, **stance)
     scene = scene_of(character, rig.units, agents=agents, frames=frames)
     motions = [
         wandering_motion(f"A{i}", character, frames=frames, rate=rig.units.time_codes_per_second, seed=i)
@@ -75,6 +75,23 @@ def test_written_crowd_reads_back_as_the_motion(tmp_path, meters, up, rate, scal
     for motion in motions:
         read = read_joints(crowd, motion.name, units, motion.times * rate)
         np.testing.assert_allclose(read, world_joints(motion, character), atol=1e-5)
+
+
+@pytest.mark.parametrize("up", ["Y", "Z"])
+def test_a_character_that_lies_down_in_its_file_is_stood_up_and_scaled(tmp_path, up):
+    units = StageUnits(up_axis=up, time_codes_per_second=30.0)
+    crowd, character, motions = write(tmp_path, rig=Rig(units=units), frames=4, tilt=-0.5 * np.pi, size=0.3)
+    read = read_joints(crowd, "A0", units, motions[0].times * 30.0)
+    np.testing.assert_allclose(read, world_joints(motions[0], character), atol=1e-5)
+    stage = Usd.Stage.Open(str(crowd))
+    agent = stage.GetPrimAtPath("/Crowd/Agents/A0")
+    names = [op.GetOpName() for op in UsdGeom.Xformable(agent).GetOrderedXformOps()]
+    assert names[2:] == ["xformOp:orient:stance", "xformOp:scale:stance"]
+    matrix = np.array(UsdGeom.XformCache(2.0).GetLocalToWorldTransform(agent))
+    low, high = np.array(agent.GetAttribute("extent").Get(2.0), dtype=float)
+    local = (units.points_to_stage(read[2]) - matrix[3, :3]) @ np.linalg.inv(matrix[:3, :3])
+    margin = 0.01 / (units.meters_per_unit * 0.3)
+    np.testing.assert_allclose([low, high], [local.min(axis=0) - margin, local.max(axis=0) + margin], atol=1e-2)
 
 
 @pytest.mark.parametrize(("bound", "collect"), [(True, False), (False, True), (True, True)])
