@@ -10,7 +10,7 @@ import warp as wp
 
 from usdfoot.analysis.examples import build_examples
 from usdfoot.analysis.standing import find_standing_pose
-from usdfoot.engine.contacts import lay_contacts
+from usdfoot.engine.contacts import lay_contacts, lay_on_ground
 from usdfoot.engine.detours import plan_detours
 from usdfoot.engine.feet import ContactFeet, device_feet, lead_swings, roll_contacts
 from usdfoot.engine.frames import Frames, lay_frames
@@ -25,6 +25,7 @@ from usdfoot.engine.seams import measure_seams
 from usdfoot.engine.segments import cut_segments
 from usdfoot.engine.stand import with_stand
 from usdfoot.engine.weights import weigh_steps
+from usdfoot.errors import ClipError
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.agent import Agent, Crowd
@@ -62,6 +63,9 @@ def prepare_library(library: ClipLibrary, options: EngineOptions) -> PreparedLib
     """
     start_warp()
     examples, problems = build_examples(library, samples=options.samples)
+    if not len(examples):
+        reasons = [problem.message for problem in problems]
+        raise ClipError(library.skeleton.name, "has no clip with a usable step", names=reasons)
     rig = build_rig(library.skeleton, library.biped, examples)
     whole = with_stand(examples, find_standing_pose(library, examples))
     styles = list(examples.styles)
@@ -119,6 +123,10 @@ def animate_agents(
     )
     reach = np.array([agent.ik_reach for agent in agents])
     setup, blend, landings = weigh_steps(setup, library.spaces, stand=len(library.examples) - 1, reach=reach)
+    contacts = lay_on_ground(setup.contacts, ground)
+    setup = replace(
+        setup, contacts=contacts, path=lay_root(contacts, setup.segments, step_height_share=options.step_height_share)
+    )
     arrays = device_segments(setup, blend, measure_seams(setup, blend) if options.seam != "none" else None)
     feet = _prepare_feet(setup, blend, arrays, ground)
     detours = plan_detours(setup, blend, arrays, feet, ground)

@@ -9,9 +9,13 @@ import numpy as np
 
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 
-__all__ = ["ContactTable", "lay_contacts", "with_headings"]
+__all__ = ["ContactTable", "lay_contacts", "lay_on_ground", "with_headings"]
+
+NEAR_GROUND = 0.3
+"""Ground farther than this above or below a contact is not its own [m]."""
 
 UNKNOWN_STEP_TIME = 0.6
 """Duration of a step when a plan has no other to copy from [s]."""
@@ -162,3 +166,14 @@ def with_headings(contacts: ContactTable) -> ContactTable:
     total = np.cumsum(jumps)
     offsets = total[starts] - jumps[starts]
     return replace(contacts, headings=total - np.repeat(offsets, np.diff(contacts.first)))
+
+
+def lay_on_ground(contacts: ContactTable, ground: Ground) -> ContactTable:
+    """The table with the contacts that are no footsteps put on the walkable ground under them, if it is near."""
+    rows = np.flatnonzero(contacts.steps < 0)
+    places = contacts.positions[rows]
+    found = ground.heights(places[:, [0, 2]], places[:, 1], step_up=NEAR_GROUND)
+    near = found.hit & found.walkable & (np.abs(found.heights - places[:, 1]) < NEAR_GROUND)
+    positions = contacts.positions.copy()
+    positions[rows, 1] = np.where(near, found.heights, places[:, 1])
+    return replace(contacts, positions=positions)

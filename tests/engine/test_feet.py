@@ -1,0 +1,230 @@
+"""What the feet do: stand, roll, swing; on level and uneven ground."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from tests.builders import BALL_HEIGHT
+from tests.engine.plans import moved, slope, stairs, way
+from tests.engine.walkers import between, in_world
+from usdfoot.engine.options import EngineOptions
+from usdfoot.maths import planar, quaternion
+
+RATE = 240.0
+
+PLANS = {
+    "walk": way(turn=0.1),
+    "from stand to stand": way(stand_first=0.9, stand_last=1.0),
+    "run": way(length=1.0, width=0.15, step_time=0.35, duty=0.4),
+    "backward": way(length=-0.3, step_time=0.55),
+    "to the side": way(length=0.0, sideways=0.1, width=0.3, step_time=0.6),
+    "on the spot": way(length=0.0, width=0.18, step_time=0.6),
+    "upstairs": way(length=0.4, rise=0.15, step_time=0.6),
+}
+plans = pytest.mark.parametrize("plan", PLANS.values(), ids=PLANS.keys())
+
+
+def planted(motion, side: int, number: int) -> tuple[float, float]:
+    """From flat to liftoff of a contact [s]."""
+    contacts = motion.contacts[side]
+    return float(contacts.flat_times[number]), float(contacts.liftoff_times[number])
+
+
+@plans
+def test_the_ball_stands_on_its_footstep_from_flat_to_liftoff(animate, walker_library, plan):
+    motion = animate([plan], rate=RATE)[0]
+    feet = in_world(walker_library.source, motion)
+    for side in (0, 1):
+        footsteps = plan.positions[plan.sides == side]
+        strikes = plan.strike_times[plan.sides == side]
+        own = motion.contacts[side]
+        for step, strike in zip(footsteps, strikes, strict=True):
+            number = int(np.argmin(np.abs(own.strike_times - strike)))
+            assert_allclose(own.strike_times[number], strike)
+            assert_allclose(own.positions[number], step, atol=1e-9)
+            balls = feet.balls[between(feet.times, *planted(motion, side, number)), side]
+            assert len(balls) > 3
+            assert np.ptp(balls, axis=0).max() < 1e-3
+            assert_allclose(balls - step, np.broadcast_to([0.0, BALL_HEIGHT, 0.0], balls.shape), atol=1e-3)
+
+
+@plans
+def test_results_say_what_the_feet_do(animate, plan):
+    results = animate([plan], rate=60.0)[0].results
+    assert set(results.status) <= {"ok", "outsideHull"}
+    assert results.placement_error.max() < 1e-3
+    assert results.slide.max() < 1e-3
+    assert np.abs(results.yaw_error).max() < np.radians(0.5)
+
+
+@plans
+def test_the_heel_stays_from_strike_to_flat(animate, walker_library, plan):
+    motion = animate([plan], rate=RATE)[0]
+    feet = in_world(walker_library.source, motion)
+    for side in (0, 1):
+        contacts = motion.contacts[side]
+        for strike, flat in zip(contacts.strike_times, contacts.flat_times, strict=True):
+            heels = feet.heels[between(feet.times, strike, flat), side]
+            if len(heels) > 2:
+                assert np.ptp(heels, axis=0).max() < 5e-3
+
+
+@plans
+def test_flat_comes_soon_after_the_strike(animate, plan):
+    contacts = animate([plan])[0].contacts
+    for side in (0, 1):
+        real = np.isin(contacts[side].strike_times, plan.strike_times)
+        wait = (contacts[side].flat_times - contacts[side].strike_times)[real]
+        duration = (contacts[side].liftoff_times - contacts[side].strike_times)[real]
+        assert np.all(wait >= 0.0)
+        assert np.all(wait <= np.minimum(0.12, 0.25 * duration) + 1e-9)
+
+
+@plans
+def test_the_foot_points_where_the_print_does(animate, walker_library, plan):
+    motion = animate([plan], rate=RATE)[0]
+    feet = in_world(walker_library.source, motion)
+    for side in (0, 1):
+        own = plan.sides == side
+        for yaw, strike, liftoff in zip(plan.yaws[own], plan.strike_times[own], plan.liftoff_times[own], strict=True):
+            middle = int(np.argmin(np.abs(feet.times - 0.5 * (strike + liftoff))))
+            forward = (feet.balls - feet.ankles)[middle, side][[0, 2]]
+            assert abs(float(planar.wrap_angle(planar.yaw_of(forward) - yaw))) < np.radians(0.5)
+
+
+@plans
+def test_swinging_soles_clear_the_ground(animate, walker_library, plan):
+    motion = animate([plan], rate=RATE)[0]
+    feet = in_world(walker_library.source, motion)
+    ground = plan.positions[:, 1].min()
+    for side in (0, 1):
+        contacts = motion.contacts[side]
+        for liftoff, strike in zip(contacts.liftoff_times[:-1], contacts.strike_times[1:], strict=True):
+            middle = between(feet.times, liftoff + 0.2 * (strike - liftoff), strike - 0.2 * (strike - liftoff))
+            if not middle.any():
+                continue
+            sole = np.minimum(feet.balls[middle, side, 1] - BALL_HEIGHT, feet.heels[middle, side, 1])
+            assert sole.min() - ground >= 0.01
+
+
+@plans
+def test_nothing_sinks_into_the_ground(animate, walker_library, plan):
+    motion = animate([plan], rate=60.0)[0]
+    feet = in_world(walker_library.source, motion)
+    ground = plan.positions[:, 1].min()
+    assert feet.balls[..., 1].min() - BALL_HEIGHT - ground > -2e-3
+    assert feet.heels[..., 1].min() - ground > -2e-3
+
+
+def test_feet_leave_the_ground_in_time(animate, walker_library):
+    plan = way()
+    motion = animate([plan], rate=30.0)[0]
+    feet = in_world(walker_library.source, motion)
+    for side in (0, 1):
+        for liftoff in motion.contacts[side].liftoff_times[:-1]:
+            last = int(np.flatnonzero(feet.times <= liftoff + 1e-9)[-1])
+            assert np.linalg.norm(feet.balls[last + 2, side] - feet.balls[last, side]) > 1e-3
+
+
+def test_legs_pass_each_other(animate, walker_library):
+    """Prints on one line: the swinging foot goes around the standing one."""
+    plan = way(width=0.0, length=0.55)
+    options = EngineOptions()
+    motion = animate([plan], options=options, rate=120.0)[0]
+    feet = in_world(walker_library.source, motion)
+    closest = np.inf
+    for side in (0, 1):
+        contacts = motion.contacts[side]
+        for liftoff, strike in zip(contacts.liftoff_times[:-1], contacts.strike_times[1:], strict=True):
+            apart = (feet.balls[:, side] - feet.balls[:, 1 - side])[between(feet.times, liftoff, strike)]
+            beside = np.abs(apart[:, 2]) < 0.03
+            closest = min(closest, np.abs(apart[beside, 0]).min())
+    assert closest > 0.8 * options.foot_spacing
+
+
+@pytest.mark.parametrize(("tilt_x", "tilt_z"), [(0.0, 0.15), (0.12, 0.0), (-0.08, -0.12)])
+def test_soles_lie_on_a_slope(animate, walker_library, tilt_x, tilt_z):
+    """The prints know nothing of the slope; pitch and roll come from the ground under them."""
+    flat = way(length=0.45)
+    heights = flat.positions[:, 0] * tilt_x + flat.positions[:, 2] * tilt_z
+    plan = replace(flat, positions=flat.positions + np.array([0.0, 1.0, 0.0]) * heights[:, None])
+    motion = animate([plan], terrain=slope(tilt_x, tilt_z), rate=120.0)[0]
+    feet = in_world(walker_library.source, motion)
+    normal = np.array([-tilt_x, 1.0, -tilt_z]) / np.sqrt(1.0 + tilt_x**2 + tilt_z**2)
+    assert set(motion.results.status) <= {"ok", "outsideHull"}
+    for side in (0, 1):
+        own = plan.sides == side
+        for flat_time, liftoff in zip(
+            motion.contacts[side].flat_times, motion.contacts[side].liftoff_times, strict=True
+        ):
+            at = int(np.argmin(np.abs(feet.times - (flat_time + 0.02 * (liftoff - flat_time)))))
+            if not (plan.strike_times[own][0] <= flat_time < plan.strike_times[own][-1]):
+                continue
+            heel = feet.heels[at, side]
+            assert abs(heel @ normal) < 0.008
+    vertical = feet.balls[..., 1] - tilt_x * feet.balls[..., 0] - tilt_z * feet.balls[..., 2]
+    assert vertical.min() > BALL_HEIGHT - 2e-3
+
+
+@pytest.mark.parametrize("rise", [0.12, -0.12])
+def test_feet_clear_the_edges_of_stairs(animate, walker_library, rise):
+    tread = 0.45
+    plan = way(6, length=tread, rise=rise, step_time=0.6)
+    motion = animate([plan], terrain=stairs(rise, tread), rate=120.0)[0]
+    feet = in_world(walker_library.source, motion)
+    assert set(motion.results.status) <= {"ok", "outsideHull"}
+    assert motion.results.placement_error.max() < 3e-3
+    inside = between(feet.times, plan.strike_times[0], plan.strike_times[-1])
+    for points, above in ((feet.balls, BALL_HEIGHT), (feet.heels, 0.0)):
+        treads = np.maximum(np.floor(points[inside, :, 2] / tread + 0.5), 0.0) * rise
+        assert (points[inside, :, 1] - above - treads).min() > -2e-3
+
+
+def test_a_footstep_beside_the_terrain_is_reported_and_the_others_are_exact(animate):
+    plan = way()
+    terrain = slope(0.0, 0.0, size=float(plan.positions[-1, 2]) - 0.1)
+    results = animate([plan], terrain=terrain)[0].results
+    assert results.status[-1] == "offTerrain"
+    assert "offTerrain" not in results.status[:-1]
+    assert results.placement_error[:-1].max() < 1e-3
+
+
+def test_ground_that_is_not_walkable_does_not_carry(animate):
+    results = animate([way()], terrain=slope(0.0, 0.0, walkable=False))[0].results
+    assert set(results.status) == {"offTerrain"}
+
+
+def test_the_agent_walks_at_the_height_of_its_ground(animate, walker_library):
+    low, high = way(), moved(way(), shift=(0.0, 7.5, 0.0))
+    first, second = (animate([plan])[0] for plan in (low, high))
+    assert_allclose(
+        second.root_positions - first.root_positions, np.tile([0.0, 7.5, 0.0], (len(first.times), 1)), atol=1e-9
+    )
+    assert_allclose(second.pelvis_positions, first.pelvis_positions, atol=1e-5)
+
+
+def test_the_root_follows_the_footsteps(animate):
+    plan = way(turn=0.1)
+    motion = animate([plan], rate=60.0)[0]
+    for number in range(1, len(plan)):
+        at = int(np.argmin(np.abs(motion.times - plan.strike_times[number])))
+        middle = 0.5 * (plan.positions[number] + plan.positions[number - 1])
+        assert_allclose(motion.root_positions[at], middle, atol=0.02)
+    steps = np.diff(motion.root_positions, axis=0)
+    assert np.linalg.norm(np.diff(steps, axis=0), axis=1).max() < 0.01
+    assert np.abs(np.diff(motion.root_yaws)).max() < 0.02
+
+
+def test_rotations_are_unit_and_pelvis_entry_repeats(animate, walker_library):
+    motion = animate([way()])[0]
+    assert_allclose(np.linalg.norm(motion.rotations, axis=-1), 1.0, atol=1e-5)
+    pelvis = walker_library.source.biped.pelvis
+    assert_allclose(motion.rotations[:, pelvis], motion.pelvis_rotations, atol=1e-6)
+    apart = quaternion.to_rotation_vector(
+        quaternion.compose(quaternion.inverse(motion.rotations[:-1]), motion.rotations[1:]).astype(float)
+    )
+    assert np.linalg.norm(apart, axis=-1).max() < 0.5

@@ -1,0 +1,142 @@
+"""The kernels against slow, obvious numpy, one frame at a time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from tests.engine.plans import way
+from tests.engine.synthesis import synthesise
+from usdfoot.engine.poses import device_segments, pose_feet, pose_frames
+from usdfoot.engine.segments import phases_at
+from usdfoot.maths import quaternion
+from usdfoot.model.skeleton import forward_kinematics
+
+SEGMENT_TIMES = 9
+
+
+@pytest.fixture(scope="module")
+def made(walker_library):
+    return synthesise(walker_library, [way(turn=0.15, length=0.5), way(length=0.95, step_time=0.35, duty=0.4)])
+
+
+@pytest.fixture(scope="module")
+def frames(made):
+    """Instants in all segments, with their poses from the kernels, seams left open."""
+    setup, joints = made.setup, np.arange(len(made.setup.skeleton.joints))
+    rows = np.repeat(np.arange(len(setup.segments)), SEGMENT_TIMES)
+    shares = np.tile(np.linspace(0.0, 1.0, SEGMENT_TIMES), len(setup.segments))
+    begins, ends = setup.segments.begins[rows], setup.segments.ends[rows]
+    times = begins + shares * (ends - begins)
+    poses = pose_frames(setup, made.blend, device_segments(setup, made.blend), rows, times, joints=joints)
+    samples = phases_at(setup.segments, rows, times) * (setup.examples.rotations.shape[1] - 1)
+    return rows, times, samples, poses
+
+
+def naive_blend(rotations: np.ndarray, examples: np.ndarray, weights: np.ndarray, sample: float) -> np.ndarray:
+    """Joint-local rotations (J, 4) of one frame: the examples at the sample, signs aligned to the heaviest, summed."""
+    row = min(int(sample), rotations.shape[1] - 2)
+    fraction = sample - row
+    poses = [
+        (1.0 - fraction) * rotations[example, row].astype(float) + fraction * rotations[example, row + 1]
+        for example in examples
+    ]
+    total = np.zeros_like(poses[0])
+    for weight, pose in zip(weights, poses, strict=True):
+        total += weight * quaternion.align_signs(pose, poses[0])
+    return quaternion.normalised(total)
+
+
+def naive_position(values: np.ndarray, examples: np.ndarray, weights: np.ndarray, sample: float) -> np.ndarray:
+    row = min(int(sample), values.shape[1] - 2)
+    fraction = sample - row
+    each = (1.0 - fraction) * values[examples, row].astype(float) + fraction * values[examples, row + 1]
+    return weights @ each
+
+
+def test_blended_rotations_are_the_aligned_sums(made, frames):
+    rows, _, samples, poses = frames
+    rotations, pelvis = poses.rotations.numpy(), made.setup.library.pelvis
+    joints = np.delete(np.arange(rotations.shape[1]), pelvis)
+    for frame, (row, sample) in enumerate(zip(rows, samples, strict=True)):
+        expected = naive_blend(made.setup.examples.rotations, made.blend.examples[row], made.blend.weights[row], sample)
+        got = quaternion.align_signs(rotations[frame].astype(float), expected)
+        assert_allclose(got[joints], expected[joints], atol=2e-6)
+
+
+def test_the_sum_is_near_the_mean_rotation(made, frames):
+    """Design.md section 7: the eigenvector mean is the oracle of the aligned sums."""
+    rows, _, samples, poses = frames
+    rotations = poses.rotations.numpy().astype(float)
+    for frame in range(0, len(rows), 7):
+        row, sample = rows[frame], int(samples[frame])
+        whole = made.setup.examples.rotations[made.blend.examples[row], sample].astype(float)
+        mean = quaternion.mean(whole, made.blend.weights[row])
+        apart = quaternion.to_rotation_vector(quaternion.compose(quaternion.inverse(mean), rotations[frame]))
+        body = np.delete(np.linalg.norm(apart, axis=-1), [0, made.setup.library.pelvis])
+        step = np.linalg.norm(
+            quaternion.to_rotation_vector(
+                quaternion.compose(
+                    quaternion.inverse(whole),
+                    made.setup.examples.rotations[made.blend.examples[row], min(sample + 1, 63)].astype(float),
+                )
+            ),
+            axis=-1,
+        ).max()
+        assert body.max() < 0.02 + step
+
+
+def test_the_support_ball_is_where_it_was_in_the_examples(made, frames):
+    """[B] Eq. 2: root(t) = footstep * FK_ball(t)^-1, with the ball's own drift in the examples kept."""
+    rows, times, samples, poses = frames
+    setup, blend = made.setup, made.blend
+    contacts, examples = setup.contacts, setup.examples
+    skeleton = setup.skeleton
+    pelvis = setup.library.pelvis
+    balls = pose_feet(setup.rig, poses).balls
+    checked = 0
+    for frame, row in enumerate(rows):
+        support = setup.segments.supports[row]
+        if setup.segments.stands[row] or times[frame] > contacts.liftoffs[support]:
+            continue
+        checked += 1
+        side = contacts.sides[support]
+        origin = contacts.positions[support] - setup.origins[setup.segments.agents[row]]
+        local = naive_position(examples.support_balls, blend.examples[row], blend.weights[row], samples[frame])
+        offset = balls[frame, side] - origin
+        assert_allclose(np.linalg.norm(offset[[0, 2]]), np.linalg.norm(local[[0, 2]]), atol=1e-5)
+        if contacts.agents[support] == 0:  # a flat walk without flight: nothing is added to the height
+            assert_allclose(offset[1], local[1], atol=1e-5)
+        rotations = naive_blend(examples.rotations, blend.examples[row], blend.weights[row], samples[frame])
+        rotations[pelvis] = poses.pelvis_rotations.numpy()[frame]
+        translations = skeleton.rest_translations.copy()
+        translations[pelvis] = poses.pelvis_positions.numpy()[frame]
+        parents = skeleton.parents.copy()
+        parents[pelvis] = -1
+        positions, _ = forward_kinematics(parents, translations, rotations)
+        ball = [11, 15][side]
+        assert_allclose(positions[ball], balls[frame, side], atol=1e-5)
+    assert checked > 60
+
+
+def test_the_body_turns_with_the_plan(made, frames):
+    """At the strikes the pelvis has the blended heading plus the plan's."""
+    rows, times, samples, poses = frames
+    setup, blend = made.setup, made.blend
+    pelvis = setup.library.pelvis
+    for frame, row in enumerate(rows):
+        if setup.segments.stands[row] or times[frame] != setup.segments.begins[row]:
+            continue
+        own = naive_blend(setup.examples.rotations, blend.examples[row], blend.weights[row], samples[frame])[pelvis]
+        heading = quaternion.yaw_quaternion(setup.contacts.headings[setup.segments.supports[row]])
+        expected = quaternion.compose(heading, own)
+        got = quaternion.align_signs(poses.pelvis_rotations.numpy()[frame].astype(float), expected)
+        assert_allclose(got, expected, atol=1e-5)
+
+
+def test_weights_are_a_partition_heaviest_first(made):
+    weights = made.blend.weights
+    assert_allclose(weights.sum(axis=1), 1.0, atol=1e-12)
+    assert weights.min() >= 0.0
+    assert np.all(weights[:, 0] >= weights.max(axis=1) - 1e-12)
