@@ -6,10 +6,10 @@ import numpy as np
 import warp as wp
 
 from usdfoot.engine.feet import ContactFeet, device_feet
+from usdfoot.engine.kernels import SegmentArrays
 from usdfoot.engine.legs import LegRig, leg_kinematics
 from usdfoot.engine.plant import FootArrays, swinging_foot
 from usdfoot.engine.poses import Poses, Setup, StepBlend, pose_frames
-from usdfoot.engine.kernels import SegmentArrays
 from usdfoot.engine.segments import locate
 from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray, IntArray
@@ -50,7 +50,9 @@ def swing_soles(
     heels[frame] = pose.ankle + wp.quat_rotate(pose.rotation, rig.heel_offsets[side])
 
 
-def plan_detours(setup: Setup, blend: StepBlend, arrays: SegmentArrays, feet: ContactFeet, ground: Ground) -> FloatArray:
+def plan_detours(
+    setup: Setup, blend: StepBlend, arrays: SegmentArrays, feet: ContactFeet, ground: Ground
+) -> FloatArray:
     """What to add to each swing so that the sole clears the terrain and the foot passes beside the standing leg.
 
     Returns:

@@ -65,7 +65,9 @@ def lay_prints(setup: Setup, ground: Ground) -> tuple[FloatArray, BoolArray]:
     plane_drop = np.sum(normals[:, [0, 2]] * forward, axis=1) / normals[:, 1] * lengths
     heel_rise = behind.heights - contacts.positions[:, 1]
     follow = behind.hit & ((np.abs(heel_rise - plane_drop) < EDGE_HEIGHT) | (heel_rise > plane_drop))
-    slope = np.where(follow & ground.has_terrain, np.clip(heel_rise, -0.15, 0.15), plane_drop) / lengths  # rise towards the heel
+    slope = (
+        np.where(follow & ground.has_terrain, np.clip(heel_rise, -0.15, 0.15), plane_drop) / lengths
+    )  # rise towards the heel
     sideways = np.stack([forward[:, 1], -forward[:, 0]], axis=1)  # +X of the print
     lateral = -np.sum(normals[:, [0, 2]] * sideways, axis=1) / normals[:, 1]
     ahead = np.stack([forward[:, 0], -slope, forward[:, 1]], axis=1)
@@ -156,7 +158,9 @@ def pose_contacts(
     balls[k] = pose.ankle + wp.quat_rotate(pose.rotation, rig.ball_offsets[sides[k]])
 
 
-def _planted(setup: Setup, arrays: FootArrays, rows: IntArray, times: FloatArray, pitches: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _planted(
+    setup: Setup, arrays: FootArrays, rows: IntArray, times: FloatArray, pitches: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Balls [m] (N, 3) and ankle rotations (N, 4) of contacts `rows` at `times` on the agents' clocks [s]."""
     balls = wp.empty(len(rows), dtype=wp.vec3f)
     rotations = wp.empty(len(rows), dtype=wp.quatf)

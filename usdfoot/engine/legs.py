@@ -43,7 +43,12 @@ class Leg:
 
 @wp.func
 def leg_kinematics(
-    rig: LegRig, side: int, pelvis: wp.vec3f, pelvis_rotation: wp.quatf, rotations: wp.array2d(dtype=wp.quatf), frame: int
+    rig: LegRig,
+    side: int,
+    pelvis: wp.vec3f,
+    pelvis_rotation: wp.quatf,
+    rotations: wp.array2d(dtype=wp.quatf),
+    frame: int,
 ) -> Leg:
     """Leg joints from the pelvis and the joint-local rotations of a frame."""
     leg = Leg()
@@ -82,7 +87,9 @@ def rotation_between(start: wp.vec3f, end: wp.vec3f) -> wp.quatf:
 
 
 @wp.func
-def bend_leg(rig: LegRig, side: int, leg: Leg, target: wp.vec3f, rotations: wp.array2d(dtype=wp.quatf), frame: int) -> wp.quatf:
+def bend_leg(
+    rig: LegRig, side: int, leg: Leg, target: wp.vec3f, rotations: wp.array2d(dtype=wp.quatf), frame: int
+) -> wp.quatf:
     """Bends hip and knee so that the ankle comes to `target`; writes their local rotations.
 
     The knee stays in the plane of the clip's pose ([B] 4.5); for a nearly straight leg that plane fades into the one of

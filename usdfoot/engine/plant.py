@@ -141,7 +141,14 @@ def needed_drop(rig: LegRig, leg: Leg, ankle: wp.vec3f) -> float:
 
 @wp.func
 def finish_foot(
-    rig: LegRig, feet: FootArrays, contact: int, side: int, pose: FootPose, leg: Leg, rotations: wp.array2d(dtype=wp.quatf), frame: int
+    rig: LegRig,
+    feet: FootArrays,
+    contact: int,
+    side: int,
+    pose: FootPose,
+    leg: Leg,
+    rotations: wp.array2d(dtype=wp.quatf),
+    frame: int,
 ) -> float:
     """Bends the leg and sets the foot; returns 0."""
     parent = bend_leg(rig, side, leg, pose.ankle, rotations, frame)

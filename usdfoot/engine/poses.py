@@ -20,7 +20,17 @@ from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.examples import LIFTOFF_PHASES, Examples
 from usdfoot.model.skeleton import Skeleton
 
-__all__ = ["Feet", "Poses", "Seams", "Setup", "StepBlend", "device_library", "device_segments", "pose_feet", "pose_frames"]
+__all__ = [
+    "Feet",
+    "Poses",
+    "Seams",
+    "Setup",
+    "StepBlend",
+    "device_library",
+    "device_segments",
+    "pose_feet",
+    "pose_frames",
+]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -132,7 +142,9 @@ def no_seams(count: int, joints: int) -> Seams:
 
 def turn_fraction(segments: Segments, rows: IntArray, times: FloatArray) -> FloatArray:
     """How much of a step's twist is done, 0..1 without velocity or acceleration at the ends, shape (F,)."""
-    x = np.clip((times - segments.begins[rows]) / np.maximum(segments.ends[rows] - segments.begins[rows], 1e-6), 0.0, 1.0)
+    x = np.clip(
+        (times - segments.begins[rows]) / np.maximum(segments.ends[rows] - segments.begins[rows], 1e-6), 0.0, 1.0
+    )
     return x**3 * (10.0 + x * (6.0 * x - 15.0))
 
 

@@ -21,7 +21,13 @@ PLACED = 0.003
 
 
 def measure_steps(
-    setup: Setup, blend: StepBlend, landings: Landings, feet: ContactFeet, frames: Frames, measured: Feet, agents: list[Agent]
+    setup: Setup,
+    blend: StepBlend,
+    landings: Landings,
+    feet: ContactFeet,
+    frames: Frames,
+    measured: Feet,
+    agents: list[Agent],
 ) -> list[StepResults]:
     """Results of each agent's footsteps, in the order of its plan."""
     contacts = setup.contacts

@@ -90,8 +90,12 @@ def measure_rolls(skeleton: Skeleton, biped: Biped, examples: Examples) -> Float
         turned = quaternion.compose(upright, rotation)
         flat_direction = quaternion.rotate(feet[side].flat_rotation, feet[side].ball_offset)
         flat_direction = flat_direction / np.linalg.norm(flat_direction)
-        pitch = quaternion.between(flat_direction, quaternion.rotate(upright, direction / np.linalg.norm(direction, axis=1, keepdims=True)))
-        rest = quaternion.compose(quaternion.inverse(pitch), quaternion.compose(turned, quaternion.inverse(feet[side].flat_rotation)))
+        pitch = quaternion.between(
+            flat_direction, quaternion.rotate(upright, direction / np.linalg.norm(direction, axis=1, keepdims=True))
+        )
+        rest = quaternion.compose(
+            quaternion.inverse(pitch), quaternion.compose(turned, quaternion.inverse(feet[side].flat_rotation))
+        )
         rolls[side] = np.median(quaternion.to_rotation_vector(rest) @ flat_direction)
     return rolls
 

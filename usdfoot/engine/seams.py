@@ -69,7 +69,10 @@ def measure_seams(setup: Setup, blend: StepBlend) -> Seams:
     if seams.size:
         _put_pelvis(poses, setup.library.pelvis)
         wp.launch(
-            joint_jumps, dim=(len(seams), joints), inputs=[poses.rotations, targets, PROBE_TIME], outputs=[values, slopes]
+            joint_jumps,
+            dim=(len(seams), joints),
+            inputs=[poses.rotations, targets, PROBE_TIME],
+            outputs=[values, slopes],
         )
     position_values, position_slopes = np.zeros((count + 1, 3)), np.zeros((count + 1, 3))
     before, left, right, after = np.moveaxis(poses.pelvis_positions.numpy().reshape(-1, 4, 3).astype(float), 1, 0)

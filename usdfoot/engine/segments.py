@@ -51,7 +51,9 @@ def cut_segments(contacts: ContactTable, options: EngineOptions) -> Segments:
     ends = contacts.ends[contacts.agents[candidates]]
     standing_start = (strikes == contacts.strikes[candidates - 1]) & ~contacts.has_previous[candidates - 1]
     stands = np.where(has_next, (released - strikes > options.stand_time) | standing_start, ends > strikes)
-    stand_ends = np.where(has_next, np.minimum(released, contacts.strikes[np.minimum(candidates + 1, len(contacts.sides) - 1)]), ends)
+    stand_ends = np.where(
+        has_next, np.minimum(released, contacts.strikes[np.minimum(candidates + 1, len(contacts.sides) - 1)]), ends
+    )
     step_begins = np.where(stands, released, strikes)
     step_ends = np.where(has_next, contacts.strikes[np.minimum(candidates + 1, len(contacts.sides) - 1)], -np.inf)
     supports = np.concatenate([candidates[stands], candidates[has_next]])

@@ -63,11 +63,15 @@ def weigh_steps(
         shift = errors * (excess / np.maximum(distance, 1e-12))[:, None] * first[:, None]
         setup = _move_targets(setup, shift)
         setup, blend, landings = _solve(setup, spaces, stand)
-    return align_events(setup, blend), blend, Landings(
-        blend_error=np.linalg.norm(landings.offsets, axis=1),
-        hull_distance=landings.hull_distances,
-        time_warp=landings.time_warps,
-        limited=limited,
+    return (
+        align_events(setup, blend),
+        blend,
+        Landings(
+            blend_error=np.linalg.norm(landings.offsets, axis=1),
+            hull_distance=landings.hull_distances,
+            time_warp=landings.time_warps,
+            limited=limited,
+        ),
     )
 
 
@@ -78,7 +82,11 @@ def align_events(setup: Setup, blend: StepBlend) -> Setup:
     follows the plan.
     """
     segments, examples = setup.segments, setup.examples
-    own, _ = event_knots(np.ones(len(examples)), examples.swing_liftoffs / examples.durations, examples.support_liftoffs / examples.durations)
+    own, _ = event_knots(
+        np.ones(len(examples)),
+        examples.swing_liftoffs / examples.durations,
+        examples.support_liftoffs / examples.durations,
+    )
     blended = np.sum(blend.weights[..., None] * own[blend.examples], axis=1)
     begins = segments.knot_times[:, :1]
     durations = segments.knot_times[:, -1:] - begins
@@ -114,7 +122,11 @@ def _move_targets(setup: Setup, shifts: FloatArray) -> Setup:
     targets = setup.segments.supports[steps] + 1
     positions[np.ix_(targets, GROUND_AXES)] -= shifts[steps]
     contacts = replace(setup.contacts, positions=positions)
-    return replace(setup, contacts=contacts, path=lay_root(contacts, setup.segments, step_height_share=setup.options.step_height_share))
+    return replace(
+        setup,
+        contacts=contacts,
+        path=lay_root(contacts, setup.segments, step_height_share=setup.options.step_height_share),
+    )
 
 
 def _solve(setup: Setup, spaces: FootstepSpaces, stand: int) -> tuple[Setup, StepBlend, _Solution]:
@@ -239,7 +251,12 @@ def place_departures(setup: Setup, blend: StepBlend) -> Setup:
     contacts = replace(contacts, positions=positions, yaws=yaws, liftoffs=liftoffs)
     contacts = replace(contacts, headings=_keep_start(with_headings(contacts).headings, contacts, supports))
     segments = cut_segments(contacts, setup.options)
-    return replace(setup, contacts=contacts, segments=segments, path=lay_root(contacts, segments, step_height_share=setup.options.step_height_share))
+    return replace(
+        setup,
+        contacts=contacts,
+        segments=segments,
+        path=lay_root(contacts, segments, step_height_share=setup.options.step_height_share),
+    )
 
 
 def _keep_start(headings: FloatArray, contacts: ContactTable, supports: IntArray) -> FloatArray:

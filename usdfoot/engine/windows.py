@@ -26,8 +26,8 @@ def seam_windows(
         options: Kind and times of the seams.
 
     Returns:
-        For the joints and for the pelvis's position, float32, shape (F, 4) each. The position decays over the whole
-        segment on either side, so that a corrected landing does not make the body dart.
+        For the joints and for the pelvis's position, float32, shape (F, 4) each. The position's value decays over the
+        whole segment on either side, so that the body does not dart; its rate as fast as the joints'.
     """
     durations = segments.ends - segments.begins
     beside_stand = np.zeros(len(segments) + 1, dtype=bool)
@@ -39,20 +39,25 @@ def seam_windows(
     joint = np.minimum(np.stack([wanted[rows], wanted[rows + 1]]), durations[rows])
     whole = np.stack([durations[rows], durations[rows]])
     whole = np.where(segments.stands[rows], np.minimum(whole, options.stand_seam_time), whole)
-    return _factors(after, before, joint, options.seam), _factors(after, before, whole, options.seam, share=0.0)
+    return (
+        _factors(after, before, joint, joint, options.seam),
+        _factors(after, before, whole, np.minimum(whole, joint), options.seam),
+    )
 
 
 def _factors(
-    after: FloatArray, before: FloatArray, lengths: FloatArray, seam: str, *, share: float = 0.5
+    after: FloatArray, before: FloatArray, lengths: FloatArray, slope_lengths: FloatArray, seam: str
 ) -> FloatArray:
-    """Factors at times `after` the begin and `before` the end, decaying over `lengths` (2, F) [s]."""
+    """Factors at times `after` the begin and `before` the end; values and rates decay over lengths (2, F) [s]."""
     lengths = np.maximum(lengths, 1e-6)
+    slope_lengths = np.maximum(slope_lengths, 1e-6)
     factors = np.zeros((len(after), 4), dtype=np.float32)
     if seam == "inertialise":
-        for column, (time, length, sign) in enumerate(((after, lengths[0], -2.0 * (1.0 - share)), (before, lengths[1], 2.0 * share))):
-            x = np.clip(time / length, 0.0, 1.0)
+        for column, (time, sign) in enumerate(((after, -1.0), (before, 1.0))):
+            x = np.clip(time / lengths[column], 0.0, 1.0)
             factors[:, 2 * column] = sign * (1.0 - x**3 * (10.0 + x * (6.0 * x - 15.0)))
-            factors[:, 2 * column + 1] = -abs(sign) * length * x * (1.0 - x) ** 3 * (1.0 + 3.0 * x)
+            x = np.clip(time / slope_lengths[column], 0.0, 1.0)
+            factors[:, 2 * column + 1] = -slope_lengths[column] * x * (1.0 - x) ** 3 * (1.0 + 3.0 * x)
     elif seam == "crossfade":
         factors[:, 0] = -2.0 * np.clip(1.0 - after / lengths[0], 0.0, 1.0)
     return factors
