@@ -1,7 +1,7 @@
 """The analytic walker: a small biped and clips whose strikes, flats, liftoffs and footsteps are known exactly.
 
-Every foot follows quintic curves that rest between their events: the heel is exactly still from strike to flat, the ball
-from flat to liftoff. The legs reach them by analytic inverse kinematics.
+Every foot rests between its events: the heel is exactly still from strike to flat, the ball from flat to liftoff. The
+legs reach the feet by analytic inverse kinematics.
 """
 
 from __future__ import annotations
@@ -200,7 +200,8 @@ def _plan(gait: Gait, footsteps: int) -> _Plan:
     numbers = np.arange(-4, footsteps + 4)
     yaws = gait.turn * numbers
     middle = np.zeros((len(numbers), 2))
-    stride = planar.rotate(yaws[:-1] + 0.5 * gait.turn, np.tile([gait.sideways, gait.step_length], (len(numbers) - 1, 1)))
+    advance = np.tile([gait.sideways, gait.step_length], (len(numbers) - 1, 1))
+    stride = planar.rotate(yaws[:-1] + 0.5 * gait.turn, advance)
     middle[1:] = np.cumsum(stride, axis=0)
     middle -= middle[4]
     sides = numbers % 2

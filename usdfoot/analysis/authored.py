@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from usdfoot.analysis.contacts import ContactOptions, flat_times
+from usdfoot.analysis.contact_options import ContactOptions
+from usdfoot.analysis.contacts import flat_times
 from usdfoot.analysis.motion import FootMotion
 from usdfoot.errors import ClipError
 from usdfoot.maths import planar
@@ -62,7 +63,7 @@ def _tiled(times: FloatArray | None, period: float | None) -> FloatArray | None:
 def _paired(
     clip: Clip, label: str, events: AuthoredEvents, detected: FootContacts, period: float | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Strikes and the liftoff that ends each contact [s], shape (K,) each, -inf and +inf where the clip cuts them off."""
+    """Strikes and the liftoff that ends each contact [s], (K,) each, -inf and +inf where the clip cuts them off."""
     strikes, liftoffs = _tiled(events.strike_times, period), _tiled(events.liftoff_times, period)
     both = strikes is not None and liftoffs is not None
     strikes = detected.strike_times[np.isfinite(detected.strike_times)] if strikes is None else strikes

@@ -24,8 +24,8 @@ def detect_period(clip: Clip, skeleton: Skeleton, biped: Biped, *, tolerance: fl
     """Duration of one cycle [s], or None where the clip is no loop.
 
     Exporters repeat the first pose at the end, stop one sample short of it, or, where the cycle is no whole number of
-    their samples, anywhere in between. So the last pose, moved on at the velocity of the ends by a part of a sample, must
-    be the first. Poses are compared by the joints below the pelvis, in the pelvis's heading.
+    their samples, anywhere in between. So the last pose, moved on at the velocity of the ends by a part of a sample,
+    must be the first. Poses are compared by the joints below the pelvis, in the pelvis's heading.
 
     Args:
         clip: The clip; `clip.cyclic` True or False overrules the comparison.

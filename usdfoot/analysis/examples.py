@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 
 from usdfoot.analysis.character import CharacterMotion, foot_stands, on_character
-from usdfoot.analysis.contacts import ContactOptions
+from usdfoot.analysis.contact_options import ContactOptions
 from usdfoot.analysis.mirror import MirrorMap, mirror_contacts, mirror_map, mirrored_clip
 from usdfoot.analysis.steps import Step, StepLimits, cut_steps
 from usdfoot.analysis.world import WorldClip, world_clip
@@ -61,9 +62,7 @@ def build_examples(
             images.append(_mirror_examples(library, world, steps, reflection, samples, limits))
         parts += [replace(image, clip_indices=image.clip_indices + index) for image in images]
         faults = (*faults, *more_faults, *(() if len(own) else (f"no usable step in its range: {REMEDY}",)))
-        problems += [
-            Problem(severity="warning", where=clip.name, message=f"{clip.name}: {fault}") for fault in faults
-        ]
+        problems += [Problem(severity="warning", where=clip.name, message=f"{clip.name}: {fault}") for fault in faults]
     return _joined(parts), problems
 
 
@@ -76,9 +75,7 @@ def _mirror_examples(
     limits: StepLimits,
 ) -> Examples:
     """Examples of the mirror image of a clip."""
-    image = replace(
-        world, clip=mirrored_clip(world.clip, reflection), contacts=mirror_contacts(world.contacts)
-    )
+    image = replace(world, clip=mirrored_clip(world.clip, reflection), contacts=mirror_contacts(world.contacts))
     swapped = tuple(replace(step, swing_side=1 - step.swing_side) for step in steps)
     examples, _ = _clip_examples(library, image, swapped, samples, limits)
     return replace(examples, mirrored=np.ones(len(examples), dtype=bool))
@@ -199,7 +196,7 @@ def _continuous(rotations: FloatArray) -> FloatArray:
 
 def _selected(examples: Examples, keep: BoolArray) -> Examples:
     """Examples at which `keep` (E,) is True."""
-    changes: dict[str, FloatArray | tuple[str, ...]] = {}
+    changes: dict[str, Any] = {}
     for field in fields(Examples):
         values = getattr(examples, field.name)
         if isinstance(values, np.ndarray):
@@ -210,7 +207,7 @@ def _selected(examples: Examples, keep: BoolArray) -> Examples:
 
 def _joined(parts: list[Examples]) -> Examples:
     """Examples one after the other."""
-    changes: dict[str, FloatArray | tuple[str, ...]] = {}
+    changes: dict[str, Any] = {}
     for field in fields(Examples):
         values = [getattr(part, field.name) for part in parts]
         if isinstance(values[0], np.ndarray):

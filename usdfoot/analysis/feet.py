@@ -20,8 +20,8 @@ def heel_offsets(
     """Heel points of both soles in the frames of the ankle joints.
 
     The heel is the point of the sole under the ankle, moved back by 0.4 of the distance from ankle to ball. Under and
-    back refer to the flat foot: its upward direction is taken from the samples in which the foot is low and hardly turns,
-    because rest poses of exported rigs are often a frame of some animation.
+    back refer to the flat foot: its upward direction is taken from the samples in which the foot is low and hardly
+    turns, because rest poses of exported rigs are often a frame of some animation.
 
     Args:
         ankles: Ankle joints [m], shape (T, 2, 3).

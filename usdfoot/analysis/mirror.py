@@ -1,8 +1,8 @@
 """Mirror images: the left/right reflection of clips for rigs with any orientation of joints.
 
-Let S reflect in the plane x = 0. Each joint j takes the mirror image of its partner p(j) = the joint of the other side, or
-itself in the middle: its rotation in the world becomes S R_p S C with a constant C that holds the difference between the
-two joints' local axes. In joint-local terms, with C' of the parent: q_j = C'^-1 (S q_p S) C, t_j = C'^-1 S t_p.
+Let S reflect in the plane x = 0. Each joint j takes the mirror image of its partner p(j), the joint of the other side
+or itself in the middle: its rotation in the world becomes S R_p S C with a constant C for the difference between the
+local axes of the two. In joint-local terms, with C' of the parent: q_j = C'^-1 (S q_p S) C, t_j = C'^-1 S t_p.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ def mirror_map(skeleton: Skeleton, biped: Biped) -> MirrorMap:
     """Partners and relations of a skeleton's joints.
 
     The relation follows from the children: C must turn each child's rest translation onto the mirror image of its
-    partner's. Where that leaves a turn free (one child or none), the rest rotations decide, accumulated from the parent's
-    relation so that a rest pose that is a frame of a walk does little harm.
+    partner's. Where that leaves a turn free (one child or none), the rest rotations decide, from the parent's relation
+    on, so that a rest pose that is a frame of a walk does little harm.
     """
     partners = joint_pairs(skeleton, biped)
     count = len(skeleton.joints)
@@ -51,9 +51,8 @@ def mirror_map(skeleton: Skeleton, biped: Biped) -> MirrorMap:
         if parent >= 0:
             inverses[joint] = quaternion.inverse(relations[parent])
         image = quaternion.mirror_x(skeleton.rest_rotations[partners[joint]])
-        expected = quaternion.compose(
-            quaternion.inverse(image), quaternion.compose(quaternion.inverse(inverses[joint]), skeleton.rest_rotations[joint])
-        )
+        own = quaternion.compose(quaternion.inverse(inverses[joint]), skeleton.rest_rotations[joint])
+        expected = quaternion.compose(quaternion.inverse(image), own)
         children = np.flatnonzero(skeleton.parents == joint)
         offsets = skeleton.rest_translations[children]
         images = skeleton.rest_translations[partners[children]] * REFLECTION

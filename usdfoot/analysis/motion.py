@@ -34,9 +34,7 @@ class FootMotion:
     """Pelvis joint, xyzw, shape (T, 4)."""
 
 
-def partial_kinematics(
-    skeleton: Skeleton, clip: Clip, joints: IntArray
-) -> tuple[FloatArray, FloatArray]:
+def partial_kinematics(skeleton: Skeleton, clip: Clip, joints: IntArray) -> tuple[FloatArray, FloatArray]:
     """World positions (T, K, 3) and rotations (T, K, 4) of K joints of a clip, from its own translations."""
     needed = set()
     for joint in joints:

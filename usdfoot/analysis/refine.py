@@ -2,8 +2,8 @@
 
 A foot that starts to move does so like a power of time, so the instants at which its speed passes a threshold, half
 and a quarter of it converge geometrically to the true onset, and Aitken's extrapolation finds their limit whatever the
-power. Recorded feet never stand quite still and leave gradually; the less still they are, the closer the instant is kept
-to the crossing of the threshold.
+power. Recorded feet never stand quite still and leave gradually; the less still they are, the closer the instant is
+kept to the crossing of the threshold.
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ STEEPEST = 0.8
 a square law."""
 REACH = (0.02, 0.036)
 """How far the onset may lie from the crossing of the threshold, of a restless and of a still foot [s]."""
+SMEAR = 0.15
+"""How much earlier a spline starts to move than the foot it was sampled from [samples]."""
 RESTLESS = 0.2
 """Mean speed beside the onset at which a foot counts as restless, relative to the threshold."""
 REST = (0.015, 0.075)
@@ -45,7 +47,7 @@ def still_end(
     speeds = signal.speeds[middle : last + 1]
     fast = _lasting(speeds >= threshold, end - middle)
     raised = np.flatnonzero(signal.positions[middle : last + 1, 1] >= highest)
-    time = _onset(grid[middle : last + 1], speeds, fast, threshold)
+    time = _onset(grid[middle : last + 1], speeds, fast, threshold, SMEAR / signal.rate)
     return min(time, float(grid[middle + raised[0]])) if raised.size else time
 
 
@@ -64,7 +66,7 @@ def still_start(grid: FloatArray, signal: PointSignal, start: int, end: int, lim
     first = max(limit, 0)
     speeds = signal.speeds[first : middle + 1][::-1]
     fast = _lasting(speeds >= threshold, middle - start)
-    return -_onset(-grid[first : middle + 1][::-1], speeds, fast, threshold)
+    return -_onset(-grid[first : middle + 1][::-1], speeds, fast, threshold, SMEAR / signal.rate)
 
 
 def _lasting(fast: BoolArray, coarse: int) -> int:
@@ -73,8 +75,8 @@ def _lasting(fast: BoolArray, coarse: int) -> int:
     return int(slow[-1]) + 1 if slow.size else 0
 
 
-def _onset(times: FloatArray, speeds: FloatArray, fast: int, threshold: float) -> float:
-    """Onset of motion [s] before the sample `fast`, the first at or above the threshold."""
+def _onset(times: FloatArray, speeds: FloatArray, fast: int, threshold: float, smear: float) -> float:
+    """Onset of motion [s] before the sample `fast`, the first at or above the threshold; `smear` [s] later."""
     if fast == 0 or fast >= len(times):
         return float(times[min(fast, len(times) - 1)])
     crossings = [_crossing(times, speeds, fast, part * threshold) for part in (1.0, 0.5, 0.25)]
@@ -83,7 +85,8 @@ def _onset(times: FloatArray, speeds: FloatArray, fast: int, threshold: float) -
     limit = max(limit, crossings[2] - STEEPEST * (late + early))
     beside = speeds[(times > limit - REST[1]) & (times < limit - REST[0])]
     restless = min(float(beside.mean()) / (RESTLESS * threshold), 1.0) if beside.size else 1.0
-    return max(limit, crossings[0] - REACH[1] + restless * (REACH[1] - REACH[0]))
+    limit = max(limit, crossings[0] - REACH[1] + restless * (REACH[1] - REACH[0]))
+    return min(limit + smear, crossings[0])
 
 
 def _crossing(times: FloatArray, speeds: FloatArray, fast: int, level: float) -> float:

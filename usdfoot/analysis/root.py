@@ -132,13 +132,11 @@ def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
     return float(values[order][np.searchsorted(share, 0.5 * share[-1])])
 
 
-def restored(
-    clip: Clip, skeleton: Skeleton, biped: Biped, root_motion: RootMotion, *, origin_time: float
-) -> Clip:
+def restored(clip: Clip, skeleton: Skeleton, biped: Biped, root_motion: RootMotion, *, origin_time: float) -> Clip:
     """The clip with its travel given back so that what stands on the ground stays; unmoved at `origin_time`.
 
-    At every instant the root moves against whatever stands lowest, heels and balls weighted by how near they are to their
-    own floor and to the common velocity; where nothing stands, at the common velocity.
+    At every instant the root moves against whatever stands lowest, heels and balls weighted by how near they are to
+    their own floor and to the common velocity; where nothing stands, at the common velocity.
 
     Args:
         clip: A clip that runs in place.

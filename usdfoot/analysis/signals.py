@@ -23,6 +23,8 @@ class PointSignal:
     """Length of the velocity [m/s], shape (N,)."""
     thresholds: FloatArray
     """Speed below which the point counts as still, from the fastest it moves nearby [m/s], shape (N,)."""
+    rate: float
+    """Samples a second of the clip [Hz]."""
 
 
 def fine_times(start_time: float, frames: int, rate: float, fine_rate: float) -> FloatArray:
@@ -59,7 +61,10 @@ def point_signal(
     size = 2 * int(neighbourhood / (grid[1] - grid[0])) + 1
     fastest = maximum_filter1d(speeds, size, mode="nearest")
     return PointSignal(
-        positions=spline(grid), speeds=speeds, thresholds=np.clip(still_fraction * fastest, *still_limits)
+        positions=spline(grid),
+        speeds=speeds,
+        thresholds=np.clip(still_fraction * fastest, *still_limits),
+        rate=rate,
     )
 
 

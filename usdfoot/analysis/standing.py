@@ -51,13 +51,11 @@ class StandingPose:
     """Index of the clip it comes from; of one of the nearest clip if none stands."""
 
 
-def find_standing_pose(
-    library: ClipLibrary, examples: Examples, *, limits: StandLimits | None = None
-) -> StandingPose:
+def find_standing_pose(library: ClipLibrary, examples: Examples, *, limits: StandLimits | None = None) -> StandingPose:
     """A symmetric standing pose: the calmest stand in the clips, else put together from the examples.
 
-    Without a stand the legs are those of mid stance, when the pelvis is highest, set upright below the hips; the rest of
-    the body is the mean over all examples and phases.
+    Without a stand the legs are those of mid stance, when the pelvis is highest, set upright below the hips; the rest
+    of the body is the mean over all examples and phases.
 
     Args:
         library: Skeleton, biped and clips.
@@ -129,7 +127,7 @@ def _composed(library: ClipLibrary, examples: Examples) -> tuple[FloatArray, int
 
 
 def _with_upright_legs(library: ClipLibrary, rotations: FloatArray) -> FloatArray:
-    """Rotations (J, 4) with each leg turned at the hip so that the ankle is below it, the foot keeping its direction."""
+    """Rotations (J, 4) with each leg turned at the hip so that the ankle is below it; the foot keeps its direction."""
     skeleton, biped = library.skeleton, library.biped
     result = rotations.copy()
     for side in range(2):

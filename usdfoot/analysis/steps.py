@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -70,7 +71,7 @@ def cut_steps(world: WorldClip, *, limits: StepLimits | None = None) -> tuple[tu
         if np.isfinite(time)
     )
     steps, reasons = [], []
-    for (start, side, support), (end, other, landing) in zip(strikes[:-1], strikes[1:], strict=True):
+    for (start, side, support), (end, other, landing) in pairwise(strikes):
         if not _in_range(world, start, end, limits.overlap):
             continue
         fault = ""
@@ -82,6 +83,8 @@ def cut_steps(world: WorldClip, *, limits: StepLimits | None = None) -> tuple[tu
             fault = f"both feet strike within {end - start:.2f} s"
         elif end - start > limits.longest:
             fault = f"a stand of {end - start:.1f} s"
+        elif _is_jump(world, side, support, landing, start):
+            fault = "both feet leave the ground together"
         if fault:
             reasons.append(f"step at {start:.2f} s dropped: {fault}")
             continue
@@ -99,6 +102,12 @@ def cut_steps(world: WorldClip, *, limits: StepLimits | None = None) -> tuple[tu
             )
         )
     return tuple(steps), tuple(reasons)
+
+
+def _is_jump(world: WorldClip, side: int, support: int, landing: int, start: float) -> bool:
+    """Whether the support foot leaves no later than the swing foot: it never carries the body alone."""
+    swing_liftoff = max(float(world.contacts[1 - side].liftoff_times[landing - 1]), start)
+    return float(world.contacts[side].liftoff_times[support]) < swing_liftoff + 0.02
 
 
 def _in_range(world: WorldClip, start: float, end: float, overlap: float) -> bool:

@@ -7,17 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdfoot.analysis.authored import with_authored_events
-from usdfoot.analysis.contacts import ContactOptions, contacts_of
+from usdfoot.analysis.contact_options import ContactOptions
+from usdfoot.analysis.contacts import contacts_of
 from usdfoot.analysis.cycle import detect_period, repeated
 from usdfoot.analysis.motion import foot_motion
 from usdfoot.analysis.root import RootMotion, detect_root_motion, restored
-from usdfoot.maths.types import FloatArray
+from usdfoot.maths.types import BoolArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.clip import Clip
 from usdfoot.model.contacts import Contacts, FootContacts
 from usdfoot.model.skeleton import Skeleton
 
-__all__ = ["WorldClip", "clip_leg_length", "detect_contacts", "world_clip"]
+__all__ = ["WorldClip", "clip_leg_length", "detect_contacts", "listed_contacts", "world_clip"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,9 +41,7 @@ class WorldClip:
     """Hip to ankle with the knee straight, in the clip's own proportions [m]."""
 
 
-def detect_contacts(
-    clip: Clip, skeleton: Skeleton, biped: Biped, *, options: ContactOptions | None = None
-) -> Contacts:
+def detect_contacts(clip: Clip, skeleton: Skeleton, biped: Biped, *, options: ContactOptions | None = None) -> Contacts:
     """Contacts of a clip: strikes, flats, liftoffs and where the balls stand (design.md sections 2 and 5).
 
     Authored events replace the detected ones. Positions are in the clip's world, with its travel given back if the clip
@@ -54,7 +53,11 @@ def detect_contacts(
         biped: Its leg joints.
         options: Thresholds.
     """
-    world = world_clip(clip, skeleton, biped, options=options)
+    return listed_contacts(world_clip(clip, skeleton, biped, options=options))
+
+
+def listed_contacts(world: WorldClip) -> Contacts:
+    """Contacts of the original clip: of a loop those that begin in its own cycle."""
     if world.period is None:
         return world.contacts
     left, right = (_begun_within(world.contacts[side], world.start, world.end) for side in range(2))
@@ -99,8 +102,8 @@ def _begun_within(foot: FootContacts, start: float, end: float) -> FootContacts:
     return select_contacts(foot, keep)
 
 
-def select_contacts(foot: FootContacts, keep: FloatArray) -> FootContacts:
-    """Contacts at the places `keep` (indices or flags)."""
+def select_contacts(foot: FootContacts, keep: BoolArray) -> FootContacts:
+    """Contacts at which `keep` (K,) is True."""
     return FootContacts(
         strike_times=foot.strike_times[keep],
         flat_times=foot.flat_times[keep],
