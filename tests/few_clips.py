@@ -1,5 +1,6 @@
 """The project's stepping stones with few of its clips, so that a test need not analyse them all."""
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -9,10 +10,10 @@ KEPT = ("walk_050", "walk_070", "walk_090", "walk_110", "walk_130", "walk_long",
 
 
 def write_few_clips_scene(stages: Path, folder: Path) -> Path:
-    """A scene over stages/stepping_stones.usda in which only the clips of KEPT are active."""
-    source = stages / "stepping_stones.usda"
-    if not source.is_file():
+    """A scene over a copy of stages/stepping_stones.usda in which only the clips of KEPT are active."""
+    if not (stages / "stepping_stones.usda").is_file():
         pytest.skip("stages/ has not been made: run make stages")
+    source = shutil.copytree(stages, folder / "stages") / "stepping_stones.usda"
     layer = Sdf.Layer.CreateNew(str(folder / "few_clips.usda"))
     layer.subLayerPaths = [str(source)]
     scene = Sdf.Layer.FindOrOpen(str(source))
