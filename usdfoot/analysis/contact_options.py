@@ -14,7 +14,9 @@ class ContactOptions:
     fine_rate: float = 240.0
     """Least number of samples a second the events are looked for in [Hz]."""
     smoothing: float = 0.003
-    """Standard deviation of the smoothing of positions [s]."""
+    """Standard deviation of the smoothing of positions where instants are found [s]."""
+    calming: float = 0.012
+    """The same where contacts are told from swings [s]."""
     still_fraction: float = 0.08
     """A point is still below this fraction of the fastest it moves nearby."""
     still_limits: tuple[float, float] = (0.1, 0.8)

@@ -10,7 +10,7 @@ from usdfoot.analysis.contact_options import ContactOptions
 from usdfoot.analysis.motion import FootMotion
 from usdfoot.analysis.refine import still_end, still_start
 from usdfoot.analysis.signals import PointSignal, fine_times, point_signal
-from usdfoot.analysis.stillness import intervals_of, still_flags, without_raised, without_rolls
+from usdfoot.analysis.stillness import intervals_of, still_flags, without_pauses, without_raised, without_rolls
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.contacts import Contacts, FootContacts
@@ -40,6 +40,8 @@ def contacts_of(
     heels_still = np.stack([still_flags(heel, grid, options) for heel in heels])  # (2, N)
     still = np.stack([still_flags(ball, grid, options) for ball in balls])
     for side in range(2):
+        reach = int(options.shortest_swing / (grid[1] - grid[0]))
+        still[side] = without_pauses(still[side], balls[side], scale * options.lift, reach)
         still[side] = without_rolls(still[side], heels_still[side], balls[side], scale * options.lift)
     still = without_raised(still, balls, scale * options.raised)
     feet = []
@@ -60,6 +62,7 @@ def _signal(
         positions,
         grid,
         smoothing=options.smoothing,
+        calming=options.calming,
         still_fraction=options.still_fraction,
         still_limits=(scale * low, scale * high),
         neighbourhood=options.neighbourhood,

@@ -21,6 +21,8 @@ class PointSignal:
     """World [m], shape (N, 3)."""
     speeds: FloatArray
     """Length of the velocity [m/s], shape (N,)."""
+    calm_speeds: FloatArray
+    """The same of a smoother trajectory, for coarse decisions [m/s], shape (N,)."""
     thresholds: FloatArray
     """Speed below which the point counts as still, from the fastest it moves nearby [m/s], shape (N,)."""
     rate: float
@@ -39,6 +41,7 @@ def point_signal(
     grid: FloatArray,
     *,
     smoothing: float,
+    calming: float,
     still_fraction: float,
     still_limits: tuple[float, float],
     neighbourhood: float,
@@ -50,19 +53,20 @@ def point_signal(
         positions: Samples [m], shape (T, 3).
         grid: Times wanted, within `times` [s], shape (N,).
         smoothing: Standard deviation of the Gaussian that takes noise off [s].
+        calming: The same for the coarse decisions [s].
         still_fraction: Still below this fraction of the fastest speed in the neighbourhood.
         still_limits: Least and greatest threshold [m/s].
         neighbourhood: Half width of the neighbourhood [s].
     """
     rate = (len(times) - 1) / (times[-1] - times[0])
-    smooth = _smoothed(positions, smoothing * rate)
-    spline = CubicSpline(times, smooth)
-    speeds = np.linalg.norm(spline(grid, 1), axis=-1)
+    spline = CubicSpline(times, _smoothed(positions, smoothing * rate))
+    calm_speeds = np.linalg.norm(CubicSpline(times, _smoothed(positions, calming * rate))(grid, 1), axis=-1)
     size = 2 * int(neighbourhood / (grid[1] - grid[0])) + 1
-    fastest = maximum_filter1d(speeds, size, mode="nearest")
+    fastest = maximum_filter1d(calm_speeds, size, mode="nearest")
     return PointSignal(
         positions=spline(grid),
-        speeds=speeds,
+        speeds=np.linalg.norm(spline(grid, 1), axis=-1),
+        calm_speeds=calm_speeds,
         thresholds=np.clip(still_fraction * fastest, *still_limits),
         rate=rate,
     )

@@ -9,7 +9,7 @@ from usdfoot.analysis.contact_options import ContactOptions
 from usdfoot.analysis.signals import PointSignal
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 
-__all__ = ["flags_of", "intervals_of", "still_flags", "without_raised", "without_rolls"]
+__all__ = ["flags_of", "intervals_of", "still_flags", "without_pauses", "without_raised", "without_rolls"]
 
 
 def intervals_of(flags: BoolArray) -> tuple[IntArray, IntArray]:
@@ -29,8 +29,8 @@ def flags_of(starts: IntArray, ends: IntArray, size: int) -> BoolArray:
 def still_flags(signal: PointSignal, grid: FloatArray, options: ContactOptions) -> BoolArray:
     """Where a point stands still: hysteresis, median filter, shortest gap and duration; shape (N,)."""
     step = grid[1] - grid[0]
-    slow = signal.speeds < signal.thresholds
-    loose = signal.speeds < options.hysteresis * signal.thresholds
+    slow = signal.calm_speeds < signal.thresholds
+    loose = signal.calm_speeds < options.hysteresis * signal.thresholds
     flags = _containing(loose, slow)
     width = 2 * int(0.5 * options.median_width / step) + 1
     flags = median_filter(flags.astype(np.uint8), size=width, mode="nearest").astype(bool)
@@ -87,6 +87,29 @@ def without_raised(still: BoolArray, balls: list[PointSignal], raised: float) ->
             height = balls[side].positions[start : end + 1, 1] - balls[1 - side].positions[start : end + 1, 1]
             if other.mean() > 0.95 and np.median(height) > raised:
                 result[side, start : end + 1] = False
+    return result
+
+
+def without_pauses(still: BoolArray, ball: PointSignal, lift: float, reach: int) -> BoolArray:
+    """Flags (N,) without those intervals in which the foot only pauses in the air.
+
+    It came up into such an interval from well below, or from a little below and goes down again: a foot comes down to
+    where it stands and leaves it upward.
+
+    Args:
+        still: Where the ball stands still, shape (N,).
+        ball: The ball.
+        lift: A little [m]; well is twice as much.
+        reach: How far before and after to look [samples].
+    """
+    result = still.copy()
+    heights = ball.positions[:, 1]
+    starts, ends = intervals_of(still)
+    for start, end in zip(starts, ends, strict=True):
+        rise = heights[start] - heights[max(start - reach, 0) : start + 1].min()
+        fall = heights[end] - heights[end : end + reach + 1].min()
+        if rise > 2.0 * lift or (rise > lift and fall > lift):
+            result[start : end + 1] = False
     return result
 
 
