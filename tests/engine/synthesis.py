@@ -1,25 +1,13 @@
-"""A synthesis with its inner parts: what the recipe handed from one room to the next."""
+"""A synthesis with its inner parts."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from unittest.mock import patch
 
 from tests.engine.plans import crowd
-from usdfoot.engine import animate
-from usdfoot.engine.animate import PreparedLibrary, animate_agents
+from usdfoot.engine.animate import PreparedLibrary, PreparedSteps, prepare_steps
 from usdfoot.engine.options import EngineOptions
-from usdfoot.engine.poses import Setup, StepBlend
-from usdfoot.model.motion import Motion
 from usdfoot.model.plan import FootstepPlan
-
-
-@dataclass(frozen=True, kw_only=True)
-class Synthesis:
-    motions: list[Motion]
-    setup: Setup
-    blend: StepBlend
 
 
 def synthesise(
@@ -28,10 +16,7 @@ def synthesise(
     *,
     options: EngineOptions | None = None,
     **about: object,
-) -> Synthesis:
-    """Motions of plans, with the contacts, segments and weights they were made from."""
+) -> PreparedSteps:
+    """The contacts, segments and weights that motions of the plans are made from."""
     scene = crowd(library.source, plans, **about)
-    with patch.object(animate, "measure_steps", wraps=animate.measure_steps) as watched:
-        motions = animate_agents(library, scene.agents, scene, options=options or EngineOptions())
-    setup, blend = watched.call_args.args[:2]
-    return Synthesis(motions=motions, setup=setup, blend=blend)
+    return prepare_steps(library, scene.agents, scene, options=options or EngineOptions())

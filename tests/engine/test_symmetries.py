@@ -65,7 +65,7 @@ def test_results_do_not_depend_on_where_and_when(animate, yaw, x, start):
 
 
 def test_agents_do_not_know_of_each_other(animate):
-    together = [PLANS["walk"], moved(PLANS["run"], yaw=1.0, shift=(30.0, 0.0, 0.0)), PLANS["starts and ends standing"]]
+    together = [PLANS["walk"], moved(PLANS["run"], yaw=1.0, shift=(30.0, -2.0, 0.0)), PLANS["starts and ends standing"]]
     times = np.arange(-30, 200) / 30.0
     crowd_of_three = animate(together, times=times)
     for plan, motion in zip(together, crowd_of_three, strict=True):

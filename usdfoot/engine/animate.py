@@ -22,9 +22,9 @@ from usdfoot.engine.results import achieved_contacts, measure_steps
 from usdfoot.engine.rig import Rig, build_rig
 from usdfoot.engine.root import lay_root, root_at
 from usdfoot.engine.seams import measure_seams
-from usdfoot.engine.segments import cut_segments
+from usdfoot.engine.segments import cut_segments, locate
 from usdfoot.engine.stand import with_stand
-from usdfoot.engine.weights import weigh_steps
+from usdfoot.engine.weights import Landings, weigh_steps
 from usdfoot.errors import ClipError
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
@@ -37,7 +37,15 @@ from usdfoot.model.motion import Motion
 from usdfoot.model.report import Problem
 from usdfoot.spaces.library import FootstepSpaces, build_spaces
 
-__all__ = ["PreparedLibrary", "animate_agents", "animate_crowd", "prepare_library"]
+__all__ = [
+    "PreparedLibrary",
+    "PreparedSteps",
+    "animate_agents",
+    "animate_crowd",
+    "plant_frames",
+    "prepare_library",
+    "prepare_steps",
+]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,6 +61,20 @@ class PreparedLibrary:
     style: str
     """Style of plans that name none."""
     problems: tuple[Problem, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PreparedSteps:
+    """All steps of all agents of a library: any frame can be computed from them on its own."""
+
+    setup: Setup
+    blend: StepBlend
+    landings: Landings
+    arrays: SegmentArrays
+    """Segments and their seams on the device."""
+    feet: ContactFeet
+    detours: FloatArray
+    """Offsets of each contact's swing [m], shape (C, K, 3)."""
 
 
 def prepare_library(library: ClipLibrary, options: EngineOptions) -> PreparedLibrary:
@@ -105,6 +127,18 @@ def animate_agents(
     library: PreparedLibrary, agents: Sequence[Agent], crowd: Crowd, *, options: EngineOptions
 ) -> list[Motion]:
     """Motions of agents that share one library, all steps and frames at once."""
+    steps = prepare_steps(library, agents, crowd, options=options)
+    frames = lay_frames(steps.setup.contacts, steps.setup.segments, crowd.frame_times)
+    poses = plant_frames(steps, frames)
+    feet = pose_feet(library.rig, poses)
+    results = measure_steps(steps.setup, steps.blend, steps.landings, steps.feet, frames, feet, list(agents))
+    return _motions(steps.setup, steps.feet, frames, poses, results, agents)
+
+
+def prepare_steps(
+    library: PreparedLibrary, agents: Sequence[Agent], crowd: Crowd, *, options: EngineOptions
+) -> PreparedSteps:
+    """Weights, seams, prints and swings of all steps of agents that share one library."""
     lowest = min(float(agent.plan.positions[:, 1].min()) for agent in agents)
     ground = Ground(crowd.terrain, fallback_height=lowest)
     contacts = lay_contacts([agent.plan for agent in agents])
@@ -130,10 +164,7 @@ def animate_agents(
     arrays = device_segments(setup, blend, measure_seams(setup, blend) if options.seam != "none" else None)
     feet = _prepare_feet(setup, blend, arrays, ground)
     detours = plan_detours(setup, blend, arrays, feet, ground)
-    frames = lay_frames(setup.contacts, setup.segments, crowd.frame_times)
-    poses = _plant(setup, blend, arrays, feet, detours, frames)
-    results = measure_steps(setup, blend, landings, feet, frames, pose_feet(setup.rig, poses), list(agents))
-    return _motions(setup, feet, frames, poses, results, agents)
+    return PreparedSteps(setup=setup, blend=blend, landings=landings, arrays=arrays, feet=feet, detours=detours)
 
 
 def _prepare_feet(setup: Setup, blend: StepBlend, arrays: SegmentArrays, ground: Ground) -> ContactFeet:
@@ -149,27 +180,24 @@ def _prepare_feet(setup: Setup, blend: StepBlend, arrays: SegmentArrays, ground:
 
 def _feet_at(setup: Setup, blend: StepBlend, arrays: SegmentArrays, times: FloatArray) -> Feet:
     """Blended feet at one time for each contact [s], within its agent's interval."""
-    from usdfoot.engine.segments import locate
-
     contacts, segments = setup.contacts, setup.segments
     times = np.clip(times, contacts.starts[contacts.agents], contacts.ends[contacts.agents])
     rows = locate(segments.agents, segments.begins, contacts.starts, contacts.agents, times)
     return pose_feet(setup.rig, pose_frames(setup, blend, arrays, rows, times, joints=setup.rig.leg_joints))
 
 
-def _plant(
-    setup: Setup, blend: StepBlend, arrays: SegmentArrays, feet: ContactFeet, detours: FloatArray, frames: Frames
-) -> Poses:
-    """All output frames, blended and planted."""
+def plant_frames(steps: PreparedSteps, frames: Frames) -> Poses:
+    """Frames blended, placed and planted."""
+    setup = steps.setup
     joints = np.setdiff1d(np.arange(len(setup.skeleton.joints)), [setup.library.pelvis])
-    poses = pose_frames(setup, blend, arrays, frames.segments, frames.times, joints=joints)
+    poses = pose_frames(setup, steps.blend, steps.arrays, frames.segments, frames.times, joints=joints)
     clock = frames.times - setup.contacts.starts[frames.agents]
     wp.launch(
         plant_feet,
         dim=len(frames.times),
         inputs=[
             setup.rig.arrays,
-            device_feet(setup, feet, detours),
+            device_feet(setup, steps.feet, steps.detours),
             wp.array(frames.contacts.astype(np.int32), dtype=wp.int32),
             wp.array(clock.astype(np.float32), dtype=wp.float32),
             poses.pelvis_positions,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from usdfoot.maths import planar
+from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
@@ -102,11 +102,12 @@ def lay_contacts(plans: Sequence[FootstepPlan]) -> ContactTable:
             ("liftoffs", (), float),
         )
     }
+    orientations = np.concatenate([plan.orientations for plan in plans])
+    table["yaws"][real] = planar.yaw_of(quaternion.rotate(orientations, np.array([0.0, 0.0, 1.0]))[:, [0, 2]])
+    table["normals"][real] = quaternion.rotate(orientations, np.array([0.0, 1.0, 0.0]))
     for name, values in (
         ("sides", [plan.sides for plan in plans]),
         ("positions", [plan.positions for plan in plans]),
-        ("yaws", [plan.yaws for plan in plans]),
-        ("normals", [plan.normals for plan in plans]),
         ("strikes", [plan.strike_times for plan in plans]),
         ("liftoffs", [plan.liftoff_times for plan in plans]),
     ):
@@ -173,7 +174,7 @@ def lay_on_ground(contacts: ContactTable, ground: Ground) -> ContactTable:
     rows = np.flatnonzero(contacts.steps < 0)
     places = contacts.positions[rows]
     found = ground.heights(places[:, [0, 2]], places[:, 1], step_up=NEAR_GROUND)
-    near = found.hit & found.walkable & (np.abs(found.heights - places[:, 1]) < NEAR_GROUND)
+    near = ground.has_terrain & found.walkable & (np.abs(found.heights - places[:, 1]) < NEAR_GROUND)
     positions = contacts.positions.copy()
     positions[rows, 1] = np.where(near, found.heights, places[:, 1])
     return replace(contacts, positions=positions)

@@ -120,12 +120,14 @@ def _over_ground(setup: Setup, rows: IntArray, balls: FloatArray, heels: FloatAr
     middle = np.clip(np.minimum(fractions, 1.0 - fractions) / 0.18, 0.0, 1.0)
     clearance = setup.options.clearance * middle**2 * (3.0 - 2.0 * middle)
     highest = np.maximum(setup.contacts.positions[rows, 1], setup.contacts.positions[rows + 2, 1])
+    floors = np.minimum.reduceat(setup.contacts.positions[:, 1], setup.contacts.first[:-1])
+    lowest = np.repeat(floors[setup.contacts.agents[rows]], len(fractions))
     missing = np.zeros((len(rows), len(fractions)))
     for soles in (balls, heels):
         path = _refine(soles)
         near = np.broadcast_to(highest[:, None], path.shape[:2])
         found = ground.heights(path[..., [0, 2]].reshape(-1, 2), near.ravel(), step_up=BLIND_HEIGHT)
-        heights = found.heights.reshape(near.shape)
+        heights = np.where(found.hit & ground.has_terrain, found.heights, lowest).reshape(near.shape)
         missing = np.maximum(missing, heights + clearance - path[..., 1])
     missing = np.clip(missing, 0.0, BLIND_HEIGHT)
     missing[:, [0, -1]] = 0.0

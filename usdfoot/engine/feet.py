@@ -58,7 +58,7 @@ def lay_prints(setup: Setup, ground: Ground) -> tuple[FloatArray, BoolArray]:
     places = contacts.positions[:, [0, 2]]
     under = ground.heights(places, contacts.positions[:, 1], step_up=0.1)
     near = np.abs(under.heights - contacts.positions[:, 1]) < 0.05
-    normals = np.where((under.hit & near)[:, None], under.normals, contacts.normals)
+    normals = np.where((ground.has_terrain & under.hit & near)[:, None], under.normals, contacts.normals)
     lengths = np.array([_heel_distance(setup, side) for side in (0, 1)])[contacts.sides]
     forward = planar.direction(contacts.yaws)
     behind = ground.heights(places - lengths[:, None] * forward, contacts.positions[:, 1], step_up=0.1)
