@@ -161,9 +161,7 @@ def _close(show: Show, followed: Character, codes: Sequence[float], number: int,
 def _turned_view(show: Show, followed: Character, code: float) -> FloatArray:
     """Direction from the character to the camera: to its right and a little ahead, slightly above."""
     matrix = np.array(followed.skeleton.ComputeJointSkelTransforms(Usd.TimeCode(code))[0])[:3, :3]
-    to_world = np.array(UsdGeom.XformCache(Usd.TimeCode(code)).GetLocalToWorldTransform(followed.skeleton.GetPrim()))[
-        :3, :3
-    ]
+    to_world = np.array(UsdGeom.XformCache(Usd.TimeCode(code)).GetLocalToWorldTransform(followed.prim))[:3, :3]
     rest = np.array(followed.skeleton.ComputeJointSkelTransforms(Usd.TimeCode(code), True)[0])[:3, :3]
     ahead = show.to_metres @ (np.array([0.0, 0.0, 1.0]) @ np.linalg.inv(rest) @ matrix @ to_world)
     yaw = np.arctan2(ahead[0], ahead[2]) - 1.15

@@ -124,7 +124,8 @@ def _swing(
     air -= ends[0] + (ends[1] - ends[0]) * _smooth(phase)
     ball[:, 1] = ground + shape.ball_height + _rounded_depth(pitch, shape) + air
     room = np.clip((ball[:, 1] - shape.ball_height - ground) / shape.toe_length, 0.0, 0.95)
-    return ball, pitch, np.minimum(pitch, np.arcsin(room))
+    unbent = pitch * np.where(pitch > 0.0, _smooth(np.clip(phase / 0.45, 0.0, 1.0)), 1.0)
+    return ball, pitch, np.minimum(unbent, np.arcsin(room))
 
 
 def _detour(here: Footprint, there: Footprint, others: Sequence[Footprint], shape: FootShape) -> FloatArray:

@@ -14,8 +14,8 @@ from stagecraft.upper_body import resting_arms
 from stagecraft.walker import joint_positions, local_rotations
 
 SEGMENTS = (
-    ("Neck", None, 0.081, 1.0),
-    ("Hips", "Neck", 0.497, 0.5),
+    ("Neck", "Head", 0.081, 1.9),
+    ("LeftUpLeg", "LeftArm", 0.2485, 0.5),
     ("LeftArm", "LeftForeArm", 0.028, 0.436),
     ("LeftForeArm", "LeftHand", 0.016, 0.430),
     ("LeftHand", "LeftFingers", 0.006, 0.9),
@@ -23,7 +23,7 @@ SEGMENTS = (
     ("LeftLeg", "LeftFoot", 0.0465, 0.433),
     ("LeftFoot", "LeftToe", 0.0145, 0.5),
 )
-"""Joint, next joint, part of the body's mass, place of the centre between them (Winter, table 4.1)."""
+"""First joint, second joint, part of the body's mass, place of the centre from one to the other (Winter, table 4.1)."""
 
 
 def write_human(path: Path, rig: Rig, foot: FootShape) -> None:
@@ -55,7 +55,7 @@ def centre_of_mass(rig: Rig, turns: FloatArray) -> FloatArray:
     for start, end, mass, part in SEGMENTS:
         for side in ("Left", "Right") if start.startswith("Left") else ("Left",):
             first = rig.index(start.replace("Left", side))
-            last = rig.index(end.replace("Left", side)) if end else rig.index("Head")
+            last = rig.index(end.replace("Left", side))
             moment += mass * (places[first] + part * (places[last] - places[first]))
             total += mass
     return moment / total - places[0]

@@ -7,6 +7,7 @@ in flight and is lowest in mid stance (Novacheck 1998, The biomechanics of runni
 until both legs reach.
 """
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -17,7 +18,6 @@ from scipy.ndimage import gaussian_filter1d
 from stagecraft.footprints import Footprint
 from stagecraft.rig import FootShape
 from stagecraft.rotation import FloatArray
-import itertools
 
 GRAVITY = 9.81
 RATE = 240.0

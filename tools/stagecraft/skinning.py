@@ -51,8 +51,8 @@ def _takes_over(points: FloatArray, name: str, rig: Rig) -> FloatArray:
     sign = np.sign(rig.place(name)[0]) if bare != name else 0.0
     beyond = _ramp((points - rig.place(name)) @ _normal(name, bare, rig), SOFTNESS[bare])
     if bare == "UpLeg":
-        return beyond * _ramp(sign * points[:, 0], 0.022)
-    arms = _ramp(np.abs(points[:, 0]) * 0.9 + points[:, 1] * 0.43 - ARMPIT, 0.035)
+        return beyond * _ramp(sign * points[:, 0], 0.04)
+    arms = _ramp(np.abs(points[:, 0]) * 0.9 + points[:, 1] * 0.43 - ARMPIT, 0.048)
     if bare in ("Spine", "Spine1", "Chest"):
         return np.maximum(beyond, arms)
     if bare == "Shoulder":

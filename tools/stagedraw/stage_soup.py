@@ -30,6 +30,8 @@ class Character:
 
     path: str
     """The SkelRoot."""
+    prim: Usd.Prim
+    """The Skeleton; within an instance its proxy, which knows where it stands (the query's prim does not)."""
     skeleton: UsdSkel.SkeletonQuery
     skins: tuple[Skin, ...]
 
@@ -65,7 +67,7 @@ def read_characters(stage: Usd.Stage) -> list[Character]:
 def character_soup(character: Character, code: float) -> Soup:
     """The character's skin at a time code, by linear blend skinning."""
     time = Usd.TimeCode(code)
-    to_world = UsdGeom.XformCache(time).GetLocalToWorldTransform(character.skeleton.GetPrim())
+    to_world = UsdGeom.XformCache(time).GetLocalToWorldTransform(character.prim)
     turned = character.skeleton.ComputeSkinningTransforms(time)
     soups = []
     for skin in character.skins:
@@ -81,14 +83,6 @@ def character_soup(character: Character, code: float) -> Soup:
     return join(soups)
 
 
-def joint_place(character: Character, joint: int, code: float) -> FloatArray:
-    """World place of a joint of the skeleton's order at a time code, shape (3,)."""
-    time = Usd.TimeCode(code)
-    joints = character.skeleton.ComputeJointSkelTransforms(time)
-    to_world = UsdGeom.XformCache(time).GetLocalToWorldTransform(character.skeleton.GetPrim())
-    return transform(np.array(joints[joint])[None, 3, :3], to_world)[0]
-
-
 def _characters(root: UsdSkel.Root) -> Iterator[Character]:
     cache = UsdSkel.Cache()
     cache.Populate(root, EVERYTHING)
@@ -96,6 +90,7 @@ def _characters(root: UsdSkel.Root) -> Iterator[Character]:
         targets = [query for query in binding.GetSkinningTargets() if query.GetPrim().IsA(UsdGeom.Mesh)]
         yield Character(
             path=str(root.GetPath()),
+            prim=binding.GetSkeleton().GetPrim(),
             skeleton=cache.GetSkelQuery(binding.GetSkeleton()),
             skins=tuple(_skin(query) for query in targets),
         )
