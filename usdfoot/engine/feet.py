@@ -148,20 +148,23 @@ def pose_contacts(
     sides: wp.array(dtype=wp.int32),
     times: wp.array(dtype=wp.float32),
     pitches: wp.array(dtype=wp.float32),
+    hips: wp.array(dtype=wp.vec3f),
+    longest: wp.array(dtype=wp.float32),
     balls: wp.array(dtype=wp.vec3f),
     rotations: wp.array(dtype=wp.quatf),
 ):
     """Ball and ankle rotation of feet in contact."""
     k = wp.tid()
-    pose = standing_foot(rig, feet, contacts[k], sides[k], times[k], pitches[k])
+    pose = standing_foot(rig, feet, contacts[k], sides[k], times[k], pitches[k], hips[k], longest[k])
     rotations[k] = pose.rotation
     balls[k] = pose.ankle + wp.quat_rotate(pose.rotation, rig.ball_offsets[sides[k]])
 
 
 def _planted(
-    setup: Setup, arrays: FootArrays, rows: IntArray, times: FloatArray, pitches: FloatArray
+    setup: Setup, arrays: FootArrays, rows: IntArray, times: FloatArray, blended: Feet
 ) -> tuple[FloatArray, FloatArray]:
     """Balls [m] (N, 3) and ankle rotations (N, 4) of contacts `rows` at `times` on the agents' clocks [s]."""
+    sides = setup.contacts.sides[rows]
     balls = wp.empty(len(rows), dtype=wp.vec3f)
     rotations = wp.empty(len(rows), dtype=wp.quatf)
     wp.launch(
@@ -171,9 +174,11 @@ def _planted(
             setup.rig.arrays,
             arrays,
             wp.array(rows.astype(np.int32), dtype=wp.int32),
-            wp.array(setup.contacts.sides[rows].astype(np.int32), dtype=wp.int32),
+            wp.array(sides.astype(np.int32), dtype=wp.int32),
             wp.array(times.astype(np.float32), dtype=wp.float32),
-            wp.array(pitches.astype(np.float32), dtype=wp.float32),
+            wp.array(blended.raises[rows, sides].astype(np.float32), dtype=wp.float32),
+            wp.array(blended.hips[rows, sides].astype(np.float32), dtype=wp.vec3f),
+            wp.array(blended.longest[rows, sides].astype(np.float32), dtype=wp.float32),
         ],
         outputs=[balls, rotations],
     )
@@ -213,6 +218,6 @@ def _differences(
 ) -> tuple[FloatArray, FloatArray]:
     """Planted minus blended balls, planted times inverse blended rotations, of contacts `rows`."""
     sides = setup.contacts.sides[rows]
-    balls, rotations = _planted(setup, arrays, rows, times, blended.raises[rows, sides])
+    balls, rotations = _planted(setup, arrays, rows, times, blended)
     turned = quaternion.compose(rotations, quaternion.inverse(blended.rotations[rows, sides]))
     return balls - blended.balls[rows, sides], quaternion.align_signs(turned, np.array([0.0, 0.0, 0.0, 1.0]))

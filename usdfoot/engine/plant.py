@@ -9,6 +9,10 @@ from usdfoot.engine.legs import Leg, LegRig, bend_leg, leg_kinematics
 __all__ = ["FootArrays", "measure_legs", "plant_feet"]
 
 
+MOST_RAISE = wp.constant(1.2)
+"""Largest pitch of a foot on its ball [rad]."""
+
+
 @wp.struct
 class FootArrays:
     """Contacts on the device, C of them in order of strike per agent; a foot's next contact is two further."""
@@ -59,8 +63,39 @@ def heel_raise(rig: LegRig, side: int, leg: Leg) -> float:
 
 
 @wp.func
-def standing_foot(rig: LegRig, feet: FootArrays, contact: int, side: int, time: float, pitch: float) -> FootPose:
-    """Foot in contact: the heel stays put until flat, the ball from flat to the liftoff (design.md section 2)."""
+def longest_leg(rig: LegRig, leg: Leg) -> float:
+    """Distance from hip to ankle that the leg may be stretched to [m]."""
+    return rig.reach * (wp.length(leg.knee - leg.hip) + wp.length(leg.ankle - leg.knee))
+
+
+@wp.func
+def reaching_raise(ankle: wp.vec3f, ball: wp.vec3f, hip: wp.vec3f, lateral: wp.vec3f, longest: float) -> float:
+    """Pitch about the ball that brings the ankle of a flat foot within `longest` of the hip; at most MOST_RAISE.
+
+    The ankle moves on a circle about the ball in the plane across `lateral`; the nearest pitch on it that reaches.
+    """
+    foot = ankle - ball
+    leg = hip - ball
+    sideways = wp.dot(leg, lateral)
+    inward = leg - sideways * lateral
+    foot_length = wp.length(foot)
+    leg_length = wp.max(wp.length(inward), 1.0e-3)
+    cosine = sideways * sideways + leg_length * leg_length + foot_length * foot_length - longest * longest
+    apart = wp.acos(wp.clamp(cosine / (2.0 * leg_length * foot_length), -1.0, 1.0))
+    now = wp.acos(wp.clamp(wp.dot(foot, inward) / (foot_length * leg_length), -1.0, 1.0))
+    if wp.dot(wp.cross(foot, inward), lateral) < 0.0:
+        now = -now
+    return wp.min(now - apart, MOST_RAISE)
+
+
+@wp.func
+def standing_foot(
+    rig: LegRig, feet: FootArrays, contact: int, side: int, time: float, pitch: float, hip: wp.vec3f, longest: float
+) -> FootPose:
+    """Foot in contact: the heel stays put until flat, the ball from flat to the liftoff (design.md section 2).
+
+    The heel rises as in the clip, and as far as a leg that would be too short behind the body needs.
+    """
     print_to_world = feet.frames[contact]
     flat = feet.flat_rotations[contact]
     lateral = wp.quat_rotate(print_to_world, wp.vec3f(1.0, 0.0, 0.0))
@@ -80,7 +115,10 @@ def standing_foot(rig: LegRig, feet: FootArrays, contact: int, side: int, time: 
     gain = float(1.0)
     if rolling > 0.0:
         gain = smootherstep((time - feet.flats[contact]) / feet.roll_times[contact])
-    turn = wp.quat_from_axis_angle(lateral, gain * soft_positive(pitch, 0.02))
+    level = ball - wp.quat_rotate(flat, rig.ball_offsets[side])
+    raised = soft_positive(pitch, 0.02)
+    needed = reaching_raise(level, ball, hip, lateral, longest)
+    turn = wp.quat_from_axis_angle(lateral, gain * (raised + soft_positive(needed - raised, 0.02)))
     pose.rotation = turn * flat
     pose.ankle = ball - wp.quat_rotate(pose.rotation, rig.ball_offsets[side])
     pose.toes = smootherstep((time - feet.flats[contact]) / feet.roll_times[contact])
@@ -124,19 +162,20 @@ def swinging_foot(rig: LegRig, feet: FootArrays, contact: int, side: int, time: 
 def foot_pose(rig: LegRig, feet: FootArrays, contact: int, side: int, time: float, leg: Leg) -> FootPose:
     """Foot of a contact or of the swing after it."""
     if time <= feet.liftoffs[contact]:
-        return standing_foot(rig, feet, contact, side, time, heel_raise(rig, side, leg))
+        return standing_foot(
+            rig, feet, contact, side, time, heel_raise(rig, side, leg), leg.hip, longest_leg(rig, leg)
+        )
     return swinging_foot(rig, feet, contact, side, time, leg)
 
 
 @wp.func
 def needed_drop(rig: LegRig, leg: Leg, ankle: wp.vec3f) -> float:
     """How far the pelvis must come down for the leg to reach the ankle's place; capped at 0.2 of the leg."""
-    full = wp.length(leg.knee - leg.hip) + wp.length(leg.ankle - leg.knee)
-    longest = rig.reach * full
+    longest = longest_leg(rig, leg)
     offset = leg.hip - ankle
     flat = offset[0] * offset[0] + offset[2] * offset[2]
     height = wp.sqrt(wp.max(longest * longest - flat, 0.0))
-    return wp.min(offset[1] - height, 0.2 * full)
+    return wp.min(offset[1] - height, 0.2 * longest)
 
 
 @wp.func
@@ -208,11 +247,15 @@ def measure_legs(
     ankle_rotations: wp.array2d(dtype=wp.quatf),
     balls: wp.array2d(dtype=wp.vec3f),
     raises: wp.array2d(dtype=wp.float32),
+    hips: wp.array2d(dtype=wp.vec3f),
+    longest: wp.array2d(dtype=wp.float32),
 ):
-    """Ankles, balls and heel raise of both feet by forward kinematics."""
+    """Hips, ankles, balls, heel raise and reach of both legs by forward kinematics."""
     frame, side = wp.tid()
     leg = leg_kinematics(rig, side, pelvis_positions[frame], pelvis_rotations[frame], rotations, frame)
     ankles[frame, side] = leg.ankle
     ankle_rotations[frame, side] = leg.rotation_of_ankle
     balls[frame, side] = leg.ball
     raises[frame, side] = heel_raise(rig, side, leg)
+    hips[frame, side] = leg.hip
+    longest[frame, side] = longest_leg(rig, leg)

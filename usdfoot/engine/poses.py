@@ -79,6 +79,10 @@ class Feet:
     """Shape (F, 2, 3)."""
     raises: FloatArray
     """Pitch against flat, heel up > 0 [rad], shape (F, 2)."""
+    hips: FloatArray
+    """Shape (F, 2, 3)."""
+    longest: FloatArray
+    """Distance from hip to ankle that the leg may be stretched to [m], shape (F, 2)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -202,19 +206,14 @@ def pose_frames(
 def pose_feet(rig: Rig, poses: Poses) -> Feet:
     """Ankles and balls of sampled poses."""
     count = poses.pelvis_positions.shape[0]
-    ankles = wp.empty((count, 2), dtype=wp.vec3f)
-    rotations = wp.empty((count, 2), dtype=wp.quatf)
-    balls = wp.empty((count, 2), dtype=wp.vec3f)
-    raises = wp.empty((count, 2), dtype=wp.float32)
+    vectors = {name: wp.empty((count, 2), dtype=wp.vec3f) for name in ("ankles", "balls", "hips")}
+    numbers = {name: wp.empty((count, 2), dtype=wp.float32) for name in ("raises", "longest")}
+    measured = {**vectors, **numbers, "rotations": wp.empty((count, 2), dtype=wp.quatf)}
+    order = ("ankles", "rotations", "balls", "raises", "hips", "longest")
     wp.launch(
         measure_legs,
         dim=(count, 2),
         inputs=[rig.arrays, poses.pelvis_positions, poses.pelvis_rotations, poses.rotations],
-        outputs=[ankles, rotations, balls, raises],
+        outputs=[measured[name] for name in order],
     )
-    return Feet(
-        ankles=ankles.numpy().astype(float),
-        rotations=rotations.numpy().astype(float),
-        balls=balls.numpy().astype(float),
-        raises=raises.numpy().astype(float),
-    )
+    return Feet(**{name: values.numpy().astype(float) for name, values in measured.items()})
