@@ -88,7 +88,8 @@ def _foot_contacts(
 ) -> FootContacts:
     """Events and places of one foot's contacts from the coarse intervals in which its ball is still."""
     starts, ends = intervals_of(still)
-    limits = zip(np.append(-1, ends[:-1]), starts, ends, np.append(starts[1:], len(foot.grid)), strict=True)
+    before, after = np.append(-1, ends)[:-1], np.append(starts, len(foot.grid))[1:]
+    limits = zip(before, starts, ends, after, strict=True)
     events = np.array([_events(foot, *indices, scale, options) for indices in limits]).reshape(-1, 3)
     quarters = (ends - starts) // 4
     cores = [slice(start, end + 1) for start, end in zip(starts + quarters, ends - quarters, strict=True)]

@@ -152,9 +152,12 @@ def restored(clip: Clip, skeleton: Skeleton, biped: Biped, root_motion: RootMoti
     ground, slips = positions[..., [0, 2]], velocities[..., [0, 2]]
     slips = slips + root_motion.yaw_rate * np.stack([ground[..., 1], -ground[..., 0]], axis=-1)
     clearance = positions[..., 1] - np.quantile(positions[..., 1], 0.02, axis=0)
-    stray = np.linalg.norm(slips + root_motion.velocity, axis=-1) / (0.6 * _fastest(velocities) + 1e-9)
     height = np.maximum(clearance, 0.0) / (0.02 * biped.maximal_leg_length)
-    weights = np.exp(-(height**2) - stray**2)[..., None]  # (N, 4, 1)
+    low = np.exp(-(height**2))
+    stray = np.linalg.norm(slips + root_motion.velocity, axis=-1)
+    usual = 8.0 * _weighted_median(stray.ravel(), low.ravel())
+    stray = stray / (np.clip(usual, 0.05 * _fastest(velocities), 0.6 * _fastest(velocities)) + 1e-9)
+    weights = (low * np.exp(-(stray**2)))[..., None]  # (N, 4, 1)
     prior = 0.005
     standing = (np.sum(weights * slips, axis=1) - prior * root_motion.velocity) / (np.sum(weights, axis=1) + prior)
     step = grid[1] - grid[0]
