@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from usdfoot.analysis.smoothness import angular_jerks, angular_speeds, body_joints, clip_rotations
+from usdfoot.analysis.smoothness import angular_jerks, angular_jumps, angular_speeds, body_joints, clip_rotations
 from usdfoot.maths import quaternion
 from usdfoot.model.biped import Biped
 from usdfoot.model.clip import Clip
@@ -21,6 +21,14 @@ def test_speed_and_jerk_of_a_cubic_angle():
     rotations = turning(0.5 * times**3)[:, None]
     np.testing.assert_allclose(angular_jerks(rotations, 50.0), 3.0, rtol=1e-6)
     np.testing.assert_allclose(angular_speeds(turning(2.0 * times), 50.0), 2.0, rtol=1e-9)
+
+
+def test_a_joint_that_stops_jumps_by_its_speed():
+    times = np.arange(11) / 40.0
+    stopping = turning(np.minimum(times, times[5]) * 3.0)
+    still = turning(np.zeros(11))
+    jumps = angular_jumps(np.stack([stopping, still], axis=1), 40.0)
+    np.testing.assert_allclose(jumps, np.where(np.arange(1, 10) == 5, 3.0 / np.sqrt(2.0), 0.0), atol=1e-9)
 
 
 def test_sign_flips_do_not_count():

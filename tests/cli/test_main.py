@@ -84,6 +84,8 @@ def test_errors_are_one_line_and_exit_code_2(tmp_path, stages, capsys):
     assert main(["animate", str(tmp_path / "none.usda"), "-o", str(tmp_path)]) == 2
     err = capsys.readouterr().err
     assert "none.usda: no such file" in err and "Traceback" not in err
+    assert main(["animate", str(tmp_path / "none.usda"), "-o", str(tmp_path), "--verbose"]) == 2
+    assert "Traceback" in capsys.readouterr().err
     assert main(["validate", str(stages / "terrain_flat.usda")]) == 2
     assert main(["analyze", str(tmp_path / "none.usda")]) == 2
 

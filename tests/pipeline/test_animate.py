@@ -29,7 +29,8 @@ def test_every_step_is_reported(stones):
     np.testing.assert_allclose(agent["steps"]["placementError"], stones.results["Walker"].placement_error, rtol=1e-6)
     for clips in agent["steps"]["clips"][2:]:
         assert sum(clips.values()) == pytest.approx(1.0, abs=1e-4)
-    assert agent["source"]["kneeSpeedP99"] > 1.0 and agent["source"]["jointJerkP99"] > 1.0
+    assert set(agent["source"]) == {"kneeSpeedP99", "jointJerkP99", "seamJumpP99"}
+    assert min(agent["source"].values()) > 0.5
     assert set(report["versions"]) == {"usdfoot", "usd", "warp", "numpy"}
     folder = stones.report_file.parent
     for name, value in report["files"].items():

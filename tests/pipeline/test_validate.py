@@ -111,6 +111,16 @@ def test_a_lost_scene_leaves_the_terrain_unmeasured_and_says_so(crowd):
     assert "scene not found" in str(validation.problems[0])
 
 
+def test_a_shot_over_the_crowd_and_its_expanded_variant_measure_the_same(stones, honest, tmp_path):
+    shot = Sdf.Layer.CreateNew(str(tmp_path / "shot.usda"))
+    shot.TransferContent(Sdf.Layer.FindOrOpen(str(stones.crowd_file)))
+    shot.customLayerData = {}
+    shot.subLayerPaths = [str(stones.crowd_file)]
+    shot.Save()
+    for file in (shot.realPath, stones.crowd_file.with_name("crowd.expanded.usda")):
+        assert validate(file).to_json() == honest.to_json()
+
+
 def test_what_is_no_crowd_is_refused(scene):
     with pytest.raises(SceneError, match="has no agents below /Crowd/Agents"):
         validate(scene)

@@ -10,7 +10,7 @@ from usdfoot.model.biped import Biped
 from usdfoot.model.clip import Clip
 from usdfoot.model.skeleton import Skeleton
 
-__all__ = ["angular_jerks", "angular_speeds", "body_joints", "clip_rotations"]
+__all__ = ["angular_jerks", "angular_jumps", "angular_speeds", "body_joints", "clip_rotations"]
 
 
 def angular_speeds(rotations: FloatArray, rate: float) -> FloatArray:
@@ -31,6 +31,17 @@ def angular_jerks(rotations: FloatArray, rate: float) -> FloatArray:
         rate: Samples a second [Hz].
     """
     return np.linalg.norm(np.diff(_angular_velocities(rotations, rate), n=2, axis=0), axis=-1) * rate**2
+
+
+def angular_jumps(rotations: FloatArray, rate: float) -> FloatArray:
+    """Change of the angular velocity at each inner sample, root mean square over the joints [rad/s], shape (F - 2,).
+
+    Args:
+        rotations: Unit quaternions xyzw, shape (F, J, 4).
+        rate: Samples a second [Hz].
+    """
+    jumps = np.diff(_angular_velocities(rotations, rate), axis=0)
+    return np.sqrt(np.mean(np.sum(jumps**2, axis=-1), axis=-1))
 
 
 def body_joints(skeleton: Skeleton, biped: Biped) -> IntArray:

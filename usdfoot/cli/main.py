@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import argparse
 import sys
+import traceback
 from collections.abc import Sequence
 
 from usdfoot import __version__
 from usdfoot.cli import analyze, animate, validate
 from usdfoot.cli.console import configure_logging, print_error
+from usdfoot.errors import UsdfootError
 
 __all__ = ["main"]
 
@@ -29,9 +31,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     configure_logging(quiet=arguments.quiet, verbose=arguments.verbose)
     try:
         return arguments.run(arguments)
-    except ValueError as error:  # UsdfootError is one; its message says where, what and what would be right
-        if arguments.verbose or not hasattr(error, "remedy"):
-            raise
+    except UsdfootError as error:
+        if arguments.verbose:
+            traceback.print_exc()
         print_error(str(error))
         return 2
     except KeyboardInterrupt:

@@ -16,7 +16,7 @@ from usdfoot.analysis.figures import (
     sole_offsets,
     timing_faults,
 )
-from usdfoot.analysis.smoothness import angular_jerks, angular_speeds, body_joints
+from usdfoot.analysis.smoothness import angular_jerks, angular_jumps, angular_speeds, body_joints
 from usdfoot.bridge.tokens import Status
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths import quaternion
@@ -66,6 +66,8 @@ class AgentMeasures:
     """Lowest height of ball or heel of a sole over the terrain at any frame [m]."""
     knee_speed: float
     """Largest angular speed of a knee [rad/s]."""
+    seam_jump: float
+    """Largest jump of the joints' angular velocities at a strike, root mean square over the joints [rad/s]."""
     joint_jerk: float
     """99th percentile of the joints' angular jerk [rad/s3]."""
 
@@ -91,7 +93,8 @@ def measure_agent(agent: WrittenAgent, units: StageUnits, terrain: Terrain | Non
     turning = whole.rotations.copy()
     turning[:, agent.biped.pelvis] = whole.turns[:, agent.biped.pelvis]
     speeds = angular_speeds(turning[:, list(agent.biped.knees)], rate)
-    jerks = angular_jerks(turning[:, body_joints(agent.skeleton, agent.biped)], rate)
+    body = turning[:, body_joints(agent.skeleton, agent.biped)]
+    jerks = angular_jerks(body, rate)
     recorded = len(agent.blend_error) == len(agent.plan)
     return AgentMeasures(
         name=agent.name,
@@ -102,9 +105,18 @@ def measure_agent(agent: WrittenAgent, units: StageUnits, terrain: Terrain | Non
         clearance=_clearances(agent, whole, heights),
         lowest_sole=float(np.nanmin(heights)) if np.isfinite(heights).any() else np.nan,
         knee_speed=float(speeds.max(initial=0.0)),
+        seam_jump=_seam_jump(agent, whole, angular_jumps(body, rate)),
         joint_jerk=float(np.quantile(jerks, 0.99)) if jerks.size else np.nan,
         **columns,
     )
+
+
+def _seam_jump(agent: WrittenAgent, tracks: JointTracks, jumps: FloatArray) -> float:
+    """Largest of the jumps (F - 2,) at the frames on either side of a strike within the motion."""
+    after = np.searchsorted(tracks.times, agent.plan.strike_times)
+    frames = np.concatenate([after - 1, after]) - 1
+    inside = frames[(frames >= 0) & (frames < len(jumps))]
+    return float(jumps[inside].max()) if inside.size else np.nan
 
 
 def _frames(tracks: JointTracks, every: int) -> JointTracks:

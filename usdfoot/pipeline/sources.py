@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from usdfoot.analysis.smoothness import angular_jerks, angular_speeds, body_joints, clip_rotations
+from usdfoot.analysis.smoothness import angular_jerks, angular_jumps, angular_speeds, body_joints, clip_rotations
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.agent import Crowd
 from usdfoot.model.clip import Clip, ClipLibrary
@@ -16,10 +16,11 @@ __all__ = ["source_figures"]
 
 
 def source_figures(crowd: Crowd, motions: Sequence[Motion]) -> dict[str, dict[str, float]]:
-    """99th percentiles of knee speed [rad/s] and joint jerk [rad/s3] of the clips each agent blends.
+    """99th percentiles over the clips each agent blends, in radians and seconds.
 
     Returns:
-        By agent name: "kneeSpeedP99" and "jointJerkP99"; an agent without clips has neither.
+        By agent name: "kneeSpeedP99", "jointJerkP99", and of the jump of the joints' velocities "seamJumpP99"; an agent
+        without clips has none.
     """
     libraries = {agent.name: agent.library for agent in crowd.agents}
     known: dict[tuple[int, frozenset[str]], dict[str, float]] = {}
@@ -36,13 +37,11 @@ def source_figures(crowd: Crowd, motions: Sequence[Motion]) -> dict[str, dict[st
 
 def _figures_of(library: ClipLibrary, clips: Sequence[Clip], rate: float) -> dict[str, float]:
     joints = body_joints(library.skeleton, library.biped)
-    speeds: list[FloatArray] = [np.zeros(0)]
-    jerks: list[FloatArray] = [np.zeros(0)]
+    parts: dict[str, list[FloatArray]] = {"kneeSpeedP99": [], "jointJerkP99": [], "seamJumpP99": []}
     for clip in clips:
         rotations = clip_rotations(clip, library.skeleton, library.biped, rate=rate)
-        speeds.append(angular_speeds(rotations[:, list(library.biped.knees)], rate).ravel())
-        jerks.append(angular_jerks(rotations[:, joints], rate).ravel())
-    speed, jerk = np.concatenate(speeds), np.concatenate(jerks)
-    if not speed.size or not jerk.size:
-        return {}
-    return {"kneeSpeedP99": float(np.quantile(speed, 0.99)), "jointJerkP99": float(np.quantile(jerk, 0.99))}
+        parts["kneeSpeedP99"].append(angular_speeds(rotations[:, list(library.biped.knees)], rate).ravel())
+        parts["jointJerkP99"].append(angular_jerks(rotations[:, joints], rate).ravel())
+        parts["seamJumpP99"].append(angular_jumps(rotations[:, joints], rate))
+    joined = {name: np.concatenate(values) for name, values in parts.items() if values}
+    return {name: float(np.quantile(values, 0.99)) for name, values in joined.items() if values.size}

@@ -92,7 +92,7 @@ def validate(crowd_file: str | os.PathLike[str]) -> Validation:
     if crowd.terrain is None:
         where = crowd.scene or str(crowd_file)
         problems.append(_problem("warning", where, "scene not found: penetration and clearance are not measured"))
-    sources = _read_sources(Path(crowd_file).parent / File.REPORT)
+    sources = _read_sources(crowd.folder / File.REPORT)
     measured: list[AgentMeasures] = []
     for name in agent_names(crowd):
         try:
@@ -119,8 +119,14 @@ def _figures(measures: Sequence[AgentMeasures], name: str, sources: Mapping[str,
         for name in ("slide", "subframe_slide", "heel_slide", "yaw_error", "clearance", "timing_faults", "blend_error")
     }
     inside = _joined([measure.inside_hull for measure in measures]).astype(bool)[promised]
-    knees = [_ratio(measure.knee_speed, sources.get(measure.name, {}).get("kneeSpeedP99")) for measure in measures]
-    jerks = [_ratio(measure.joint_jerk, sources.get(measure.name, {}).get("jointJerkP99")) for measure in measures]
+    ratios = {
+        figure: np.array([_ratio(getattr(m, figure), sources.get(m.name, {}).get(key)) for m in measures])
+        for figure, key in (
+            ("knee_speed", "kneeSpeedP99"),
+            ("joint_jerk", "jointJerkP99"),
+            ("seam_jump", "seamJumpP99"),
+        )
+    }
     lowest = np.array([measure.lowest_sole for measure in measures])
     figures = (
         Figure(name="placement mean", unit="mm", value=1e3 * _mean(placement[promised]), target=1.0),
@@ -133,8 +139,9 @@ def _figures(measures: Sequence[AgentMeasures], name: str, sources: Mapping[str,
         Figure(name="lowest sole", unit="mm", value=-1e3 * _worst(-lowest), target=-2.0, at_least=True),
         Figure(name="clearance", unit="mm", value=-1e3 * _worst(-kept["clearance"]), target=10.0, at_least=True),
         Figure(name="blend error mean", unit="mm", value=1e3 * _mean(kept["blend_error"][inside]), target=1.0),
-        Figure(name="knee speed / clips", unit="x", value=_worst(np.array(knees)), target=3.0),
-        Figure(name="joint jerk / clips", unit="x", value=_worst(np.array(jerks)), target=1.2),
+        Figure(name="knee speed / clips", unit="x", value=_worst(ratios["knee_speed"]), target=3.0),
+        Figure(name="joint jerk / clips", unit="x", value=_worst(ratios["joint_jerk"]), target=1.2),
+        Figure(name="seam jump / clips", unit="x", value=_worst(ratios["seam_jump"]), target=1.0),
     )
     statuses = [status for measure in measures for status in measure.status]
     unpromised = [(int(i), statuses[i], float(placement[i])) for i in np.flatnonzero(~promised)]

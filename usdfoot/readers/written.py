@@ -20,6 +20,7 @@ from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.skeleton import Skeleton
 from usdfoot.model.terrain import Terrain
 from usdfoot.readers.biped import read_biped
+from usdfoot.readers.characters import find_skeleton
 from usdfoot.readers.plans import read_plan
 from usdfoot.readers.skeleton import RawSkeleton, read_skeleton, skeleton_in, split_matrices
 from usdfoot.readers.skins import read_skin
@@ -68,6 +69,8 @@ class WrittenCrowd:
 
     stage: Usd.Stage
     units: StageUnits
+    folder: Path
+    """Folder of crowd.usd."""
     terrain: Terrain | None
     """Terrain of the scene the crowd was made from; None if that cannot be found."""
     scene: str
@@ -100,11 +103,14 @@ def read_written_crowd(path: str | os.PathLike[str]) -> WrittenCrowd:
         raise SceneError(
             path, f"has no agents below {tokens.Prim.AGENTS}", "give a crowd.usd written by usdfoot animate"
         )
-    provenance = stage.GetRootLayer().customLayerData.get(tokens.PROVENANCE, {})
-    recorded = str(provenance.get("scene", ""))
-    scene = str((Path(os.path.realpath(path)).parent / recorded).resolve()) if recorded else ""
+    folder, recorded = _provenance(stage)
+    scene = str((folder / recorded).resolve()) if recorded else ""
     return WrittenCrowd(
-        stage=stage, units=read_stage_info(stage).units, terrain=_terrain(scene) if scene else None, scene=scene
+        stage=stage,
+        units=read_stage_info(stage).units,
+        folder=folder,
+        terrain=_terrain(scene) if scene else None,
+        scene=scene,
     )
 
 
@@ -150,10 +156,10 @@ def _read_agent(prim: Usd.Prim, units: StageUnits) -> WrittenAgent:
     cache = UsdSkel.Cache()
     cache.Populate(UsdSkel.Root(prim), Usd.TraverseInstanceProxies())
     below = list(Usd.PrimRange(prim, Usd.TraverseInstanceProxies()))
-    skeleton_prim = next((child for child in below if child.IsA(UsdSkel.Skeleton)), None)
-    query = cache.GetSkelQuery(UsdSkel.Skeleton(skeleton_prim)) if skeleton_prim else None
+    skeleton_prim = find_skeleton(prim)
+    query = cache.GetSkelQuery(UsdSkel.Skeleton(skeleton_prim))
     animation = query.GetAnimQuery() if query else None
-    if skeleton_prim is None or not animation:
+    if not animation:
         raise SceneError(prim.GetPath(), "has no animated Skeleton", "skel:animationSource must name a SkelAnimation")
     codes = np.array(animation.GetJointTransformTimeSamples(), dtype=float)
     raw = read_skeleton(skeleton_prim)
@@ -230,6 +236,15 @@ def _times(prim: Usd.Prim, name: str, units: StageUnits) -> FloatArray:
 
 def _floats(prim: Usd.Prim, name: str) -> FloatArray:
     return np.array(authored(prim, name) or (), dtype=float)
+
+
+def _provenance(stage: Usd.Stage) -> tuple[Path, str]:
+    """Folder of the layer that tells the crowd's provenance, and the scene it names; that may be a sublayer."""
+    for layer in stage.GetLayerStack(includeSessionLayers=False):
+        provenance = layer.customLayerData.get(tokens.PROVENANCE)
+        if provenance:
+            return Path(os.path.realpath(layer.realPath)).parent, str(provenance.get("scene", ""))
+    return Path(os.path.realpath(stage.GetRootLayer().realPath)).parent, ""
 
 
 def _terrain(scene: str) -> Terrain | None:
