@@ -159,9 +159,7 @@ def test_single_loop_is_found_and_its_contacts_wrap(rate: float, in_place: bool)
 def test_loop_with_and_without_its_first_pose_repeated(drop: int) -> None:
     walker = build_walker(loop=True)
     count = len(walker.clip.rotations) - drop
-    clip = replace(
-        walker.clip, translations=walker.clip.translations[:count], rotations=walker.clip.rotations[:count]
-    )
+    clip = replace(walker.clip, translations=walker.clip.translations[:count], rotations=walker.clip.rotations[:count])
     world = world_clip(clip, walker.library.skeleton, walker.library.biped)
     assert world.period == pytest.approx(1.0, abs=1e-3)
 
@@ -169,9 +167,7 @@ def test_loop_with_and_without_its_first_pose_repeated(drop: int) -> None:
 def test_loop_between_samples() -> None:
     walker = build_walker(Gait(step_time=0.51), rate=24.0, loop=True)
     count = int(1.02 * 24.0) + 1
-    clip = replace(
-        walker.clip, translations=walker.clip.translations[:count], rotations=walker.clip.rotations[:count]
-    )
+    clip = replace(walker.clip, translations=walker.clip.translations[:count], rotations=walker.clip.rotations[:count])
     world = world_clip(clip, walker.library.skeleton, walker.library.biped)
     assert world.period == pytest.approx(1.02, abs=4e-3)
 

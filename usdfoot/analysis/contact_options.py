@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 __all__ = ["ContactOptions"]
 
@@ -43,3 +43,15 @@ class ContactOptions:
     """Flat is at most this long after the strike [s] (design.md section 2)."""
     roll_fraction: float = 0.25
     """Flat is at most this part of the contact after the strike (design.md section 2)."""
+
+    def for_leg(self, leg_length: float) -> ContactOptions:
+        """Options with lengths and speeds for a leg of that length [m]."""
+        scale = leg_length / 0.8
+        low, high = self.still_limits
+        return replace(
+            self,
+            still_limits=(scale * low, scale * high),
+            lift=scale * self.lift,
+            heel_lift=scale * self.heel_lift,
+            raised=scale * self.raised,
+        )

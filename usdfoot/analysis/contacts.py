@@ -32,31 +32,28 @@ def contacts_of(
         leg_length: Hip to ankle with the knee straight [m], the measure of all thresholds.
         options: Thresholds.
     """
-    scale = leg_length / 0.8
+    options = options.for_leg(leg_length)
     rate = (len(motion.times) - 1) / (motion.times[-1] - motion.times[0])
     grid = fine_times(motion.times[0], len(motion.times), rate, options.fine_rate)
-    balls = [_signal(motion, motion.balls[:, side], grid, scale, options) for side in range(2)]
-    heels = [_signal(motion, motion.heels[:, side], grid, scale, options) for side in range(2)]
+    balls = [_signal(motion, motion.balls[:, side], grid, options) for side in range(2)]
+    heels = [_signal(motion, motion.heels[:, side], grid, options) for side in range(2)]
     heels_still = np.stack([still_flags(heel, grid, options) for heel in heels])  # (2, N)
     still = np.stack([still_flags(ball, grid, options) for ball in balls])
     for side in range(2):
         reach = int(options.shortest_swing / (grid[1] - grid[0]))
-        still[side] = without_pauses(still[side], balls[side], scale * options.lift, reach)
-        still[side] = without_rolls(still[side], heels_still[side], balls[side], scale * options.lift)
-    still = without_raised(still, balls, scale * options.raised)
+        still[side] = without_pauses(still[side], balls[side], options.lift, reach)
+        still[side] = without_rolls(still[side], heels_still[side], balls[side], options.lift)
+    still = without_raised(still, balls, options.raised)
     feet = []
     for side in range(2):
         feet_forward = (motion.balls - motion.ankles)[:, side]
         forward = np.stack([np.interp(grid, motion.times, feet_forward[:, i]) for i in (0, 2)], axis=-1)
         foot = _Foot(grid=grid, ball=balls[side], heel=heels[side], heel_still=heels_still[side], forward=forward)
-        feet.append(_foot_contacts(foot, still[side], ball_heights[side], scale, options))
+        feet.append(_foot_contacts(foot, still[side], ball_heights[side], options))
     return Contacts(left=feet[0], right=feet[1])
 
 
-def _signal(
-    motion: FootMotion, positions: FloatArray, grid: FloatArray, scale: float, options: ContactOptions
-) -> PointSignal:
-    low, high = options.still_limits
+def _signal(motion: FootMotion, positions: FloatArray, grid: FloatArray, options: ContactOptions) -> PointSignal:
     return point_signal(
         motion.times,
         positions,
@@ -64,7 +61,7 @@ def _signal(
         smoothing=options.smoothing,
         calming=options.calming,
         still_fraction=options.still_fraction,
-        still_limits=(scale * low, scale * high),
+        still_limits=options.still_limits,
         neighbourhood=options.neighbourhood,
     )
 
@@ -83,14 +80,12 @@ class _Foot:
     """From ankle to ball, (x, z) [m], shape (N, 2)."""
 
 
-def _foot_contacts(
-    foot: _Foot, still: BoolArray, ball_height: float, scale: float, options: ContactOptions
-) -> FootContacts:
+def _foot_contacts(foot: _Foot, still: BoolArray, ball_height: float, options: ContactOptions) -> FootContacts:
     """Events and places of one foot's contacts from the coarse intervals in which its ball is still."""
     starts, ends = intervals_of(still)
     before, after = np.append(-1, ends)[:-1], np.append(starts, len(foot.grid))[1:]
     limits = zip(before, starts, ends, after, strict=True)
-    events = np.array([_events(foot, *indices, scale, options) for indices in limits]).reshape(-1, 3)
+    events = np.array([_events(foot, *indices, options) for indices in limits]).reshape(-1, 3)
     quarters = (ends - starts) // 4
     cores = [slice(start, end + 1) for start, end in zip(starts + quarters, ends - quarters, strict=True)]
     balls = np.array([foot.ball.positions[core].mean(axis=0) for core in cores]).reshape(-1, 3)
@@ -107,18 +102,18 @@ def _foot_contacts(
 
 
 def _events(
-    foot: _Foot, previous: int, start: int, end: int, following: int, scale: float, options: ContactOptions
+    foot: _Foot, previous: int, start: int, end: int, following: int, options: ContactOptions
 ) -> tuple[float, float, float]:
     """Strike, ball down and liftoff [s] of the contact whose ball is still from index start to end.
 
     The contacts before and after it end at `previous` and start at `following`.
     """
     heights = foot.ball.positions[:, 1]
-    highest = np.median(heights[start : end + 1]) + scale * options.lift
+    highest = np.median(heights[start : end + 1]) + options.lift
     landed = start + int(np.argmax(heights[start : end + 1] <= highest))  # slow it may be, but not down yet
     ball_down = still_start(foot.grid, foot.ball, landed, end, previous)
     liftoff = still_end(foot.grid, foot.ball, landed, end, following, highest)
-    first = _heel_down(foot.heel, foot.heel_still, landed, end, previous, scale * options.heel_lift)
+    first = _heel_down(foot.heel, foot.heel_still, landed, end, previous, options.heel_lift)
     heel_down = still_start(foot.grid, foot.heel, first, end, previous) if first < landed else ball_down
     if liftoff - ball_down < options.shortest_contact:
         ball_down, liftoff = float(foot.grid[start]), float(foot.grid[end])

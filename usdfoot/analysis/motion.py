@@ -13,7 +13,7 @@ from usdfoot.model.biped import Biped
 from usdfoot.model.clip import Clip
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
 
-__all__ = ["FootMotion", "foot_motion", "moved", "partial_kinematics"]
+__all__ = ["FootMotion", "clip_leg_length", "foot_motion", "moved", "partial_kinematics"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,6 +32,13 @@ class FootMotion:
     """Pelvis joint [m], shape (T, 3)."""
     pelvis_rotations: FloatArray
     """Pelvis joint, xyzw, shape (T, 4)."""
+
+
+def clip_leg_length(clip: Clip, biped: Biped) -> float:
+    """Hip to ankle with the knee straight, in the clip's own proportions, mean of both legs [m]."""
+    joints = [*biped.knees, *biped.ankles]
+    lengths = np.linalg.norm(clip.translations[:, joints], axis=-1)  # (T, 4)
+    return float(np.median(lengths, axis=0).sum() / 2.0)
 
 
 def partial_kinematics(skeleton: Skeleton, clip: Clip, joints: IntArray) -> tuple[FloatArray, FloatArray]:
@@ -53,7 +60,8 @@ def foot_motion(clip: Clip, skeleton: Skeleton, biped: Biped) -> FootMotion:
     joints = np.array([biped.pelvis, *biped.ankles, *biped.balls])
     positions, rotations = partial_kinematics(skeleton, clip, joints)
     ankles, balls, ankle_rotations = positions[:, 1:3], positions[:, 3:5], quaternion.continuous(rotations[:, 1:3])
-    offsets = heel_offsets(ankles, balls, ankle_rotations, biped.ball_heights, rate=clip.rate)
+    ball_heights = biped.ball_heights * clip_leg_length(clip, biped) / biped.maximal_leg_length
+    offsets = heel_offsets(ankles, balls, ankle_rotations, ball_heights, rate=clip.rate)
     return FootMotion(
         times=clip.times,
         balls=balls,

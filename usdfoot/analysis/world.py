@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from usdfoot.analysis.authored import with_authored_events
 from usdfoot.analysis.contact_options import ContactOptions
 from usdfoot.analysis.contacts import contacts_of
 from usdfoot.analysis.cycle import detect_period, repeated
-from usdfoot.analysis.motion import foot_motion
+from usdfoot.analysis.motion import clip_leg_length, foot_motion
 from usdfoot.analysis.root import RootMotion, detect_root_motion, restored
 from usdfoot.maths.types import BoolArray
 from usdfoot.model.biped import Biped
@@ -18,7 +16,7 @@ from usdfoot.model.clip import Clip
 from usdfoot.model.contacts import Contacts, FootContacts
 from usdfoot.model.skeleton import Skeleton
 
-__all__ = ["WorldClip", "clip_leg_length", "detect_contacts", "listed_contacts", "world_clip"]
+__all__ = ["WorldClip", "detect_contacts", "listed_contacts", "world_clip"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,13 +85,6 @@ def world_clip(clip: Clip, skeleton: Skeleton, biped: Biped, *, options: Contact
         root_motion=root_motion,
         leg_length=leg_length,
     )
-
-
-def clip_leg_length(clip: Clip, biped: Biped) -> float:
-    """Hip to ankle with the knee straight, in the clip's own proportions, mean of both legs [m]."""
-    joints = [*biped.knees, *biped.ankles]
-    lengths = np.linalg.norm(clip.translations[:, joints], axis=-1)  # (T, 4)
-    return float(np.median(lengths, axis=0).sum() / 2.0)
 
 
 def _begun_within(foot: FootContacts, start: float, end: float) -> FootContacts:

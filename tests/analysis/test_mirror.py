@@ -1,0 +1,111 @@
+"""Mirror images: twice is the identity, and joints land on the reflection of their partners, whatever their axes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from tests.builders import Gait, build_walker, walker_rig
+from usdfoot.analysis.joint_pairs import joint_pairs
+from usdfoot.analysis.mirror import mirror_contacts, mirror_map, mirrored_clip
+from usdfoot.analysis.world import detect_contacts
+from usdfoot.maths import quaternion
+from usdfoot.model.clip import Clip
+from usdfoot.model.skeleton import Skeleton, forward_kinematics
+
+REFLECTION = np.array([-1.0, 1.0, 1.0])
+
+
+def positions_of(clip: Clip, skeleton: Skeleton) -> np.ndarray:
+    return forward_kinematics(skeleton.parents, clip.translations, clip.rotations)[0]
+
+
+def with_rest_translations(clip: Clip, skeleton: Skeleton, pelvis: int) -> Clip:
+    translations = np.broadcast_to(skeleton.rest_translations, clip.translations.shape).copy()
+    translations[:, : pelvis + 1] = clip.translations[:, : pelvis + 1]
+    return replace(clip, translations=translations)
+
+
+@pytest.mark.parametrize("twisted", [False, True])
+def test_mirrored_joints_are_the_reflected_partners(twisted: bool) -> None:
+    walker = build_walker(Gait(turn=0.2, sideways=0.1), twisted=twisted)
+    skeleton, biped = walker.library.skeleton, walker.library.biped
+    mirror = mirror_map(skeleton, biped)
+    image = mirrored_clip(walker.clip, mirror)
+    reflected = positions_of(walker.clip, skeleton)[:, mirror.partners] * REFLECTION
+    assert_allclose(positions_of(image, skeleton), reflected, atol=1e-9)
+    # The rig is symmetric, so its own rest translations do as well.
+    own = with_rest_translations(image, skeleton, biped.pelvis)
+    assert_allclose(positions_of(own, skeleton), reflected, atol=1e-6)
+
+
+@pytest.mark.parametrize("twisted", [False, True])
+def test_twice_is_the_identity(twisted: bool) -> None:
+    walker = build_walker(Gait(turn=0.2), twisted=twisted)
+    mirror = mirror_map(walker.library.skeleton, walker.library.biped)
+    twice = mirrored_clip(mirrored_clip(walker.clip, mirror), mirror)
+    assert_allclose(twice.translations, walker.clip.translations, atol=1e-9)
+    same = np.abs(np.sum(twice.rotations * walker.clip.rotations, axis=-1))
+    assert_allclose(same, 1.0, atol=1e-9)
+
+
+def test_world_rotations_of_plain_axes_are_reflected() -> None:
+    walker = build_walker(Gait(turn=0.2))
+    skeleton = walker.library.skeleton
+    mirror = mirror_map(skeleton, walker.library.biped)
+    image = mirrored_clip(walker.clip, mirror)
+    before = forward_kinematics(skeleton.parents, walker.clip.translations, walker.clip.rotations)[1]
+    after = forward_kinematics(skeleton.parents, image.translations, image.rotations)[1]
+    expected = quaternion.mirror_x(before[:, mirror.partners])
+    assert_allclose(np.abs(np.sum(after * expected, axis=-1)), 1.0, atol=1e-9)
+
+
+def test_rest_pose_taken_from_a_walk_mirrors_as_well() -> None:
+    walker = build_walker(Gait(), twisted=True)
+    skeleton, biped = walker.library.skeleton, walker.library.biped
+    strides = replace(
+        skeleton, rest_rotations=walker.clip.rotations[7].copy(), rest_translations=walker.clip.translations[7].copy()
+    )
+    mirror = mirror_map(strides, biped)
+    image = with_rest_translations(mirrored_clip(walker.clip, mirror), skeleton, biped.pelvis)
+    reflected = positions_of(walker.clip, skeleton)[:, mirror.partners] * REFLECTION
+    assert_allclose(positions_of(image, skeleton)[:, biped.balls], reflected[:, biped.balls], atol=5e-3)
+
+
+def test_contacts_of_the_mirrored_clip_are_the_mirrored_contacts() -> None:
+    walker = build_walker(Gait(turn=0.2), twisted=True)
+    skeleton, biped = walker.library.skeleton, walker.library.biped
+    image = mirrored_clip(walker.clip, mirror_map(skeleton, biped))
+    found = detect_contacts(image, skeleton, biped)
+    expected = mirror_contacts(detect_contacts(walker.clip, skeleton, biped))
+    for side in range(2):
+        assert_allclose(found[side].strike_times, expected[side].strike_times, atol=1e-6)
+        assert_allclose(found[side].positions, expected[side].positions, atol=1e-6)
+        assert_allclose(found[side].yaws, expected[side].yaws, atol=1e-6)
+
+
+def renamed(skeleton: Skeleton, names: dict[str, str]) -> Skeleton:
+    joints = tuple("/".join(names.get(leaf, leaf) for leaf in joint.split("/")) for joint in skeleton.joints)
+    return replace(skeleton, joints=joints)
+
+
+@pytest.mark.parametrize(
+    ("left", "right"),
+    [("L_{}", "R_{}"), ("{}_l", "{}_r"), ("{}.L", "{}.R"), ("l{}", "r{}"), ("Bip01 L {}", "Bip01 R {}")],
+)
+def test_names_of_many_rigs_pair(left: str, right: str) -> None:
+    skeleton, biped = walker_rig()
+    names = {f"Left{role}": left.format(role) for role in ("Arm", "Hand", "UpLeg", "Leg", "Foot", "Toe")}
+    names |= {f"Right{role}": right.format(role) for role in ("Arm", "Hand", "UpLeg", "Leg", "Foot", "Toe")}
+    assert joint_pairs(renamed(skeleton, names), biped).tolist() == joint_pairs(skeleton, biped).tolist()
+    assert joint_pairs(skeleton, biped).tolist() == [0, 1, 2, 3, 6, 7, 4, 5, 12, 13, 14, 15, 8, 9, 10, 11]
+
+
+def test_legs_pair_without_names() -> None:
+    skeleton, biped = walker_rig()
+    names = {leaf: f"bone{i}" for i, leaf in enumerate(joint.rsplit("/", 1)[-1] for joint in skeleton.joints)}
+    partners = joint_pairs(renamed(skeleton, names), biped)
+    for roles in (biped.hips, biped.knees, biped.ankles, biped.balls):
+        assert partners[roles[0]] == roles[1]
+        assert partners[roles[1]] == roles[0]
