@@ -27,7 +27,7 @@ BLIND_HEIGHT = 0.6
 """Ground higher than this over both prints is not stepped over: a wall or another level [m]."""
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def swing_soles(
     rig: LegRig,
     feet: FootArrays,

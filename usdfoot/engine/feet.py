@@ -140,7 +140,7 @@ def device_feet(setup: Setup, feet: ContactFeet, detours: FloatArray) -> FootArr
     return arrays
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def pose_contacts(
     rig: LegRig,
     feet: FootArrays,

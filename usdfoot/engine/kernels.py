@@ -40,23 +40,32 @@ class SegmentArrays:
 
 @wp.func
 def blended_rotation(
+    rotations: wp.array3d(dtype=wp.quatf), examples: wp.vec4i, row: int, before: wp.vec4f, after: wp.vec4f, joint: int
+) -> wp.quatf:
+    """Sum of the examples' rotations between samples `row` and `row` + 1, signs aligned to the heaviest (the first).
+
+    `before` and `after` are the weights times the shares of the two samples. The sum is not normalised.
+    """
+    reference = rotations[examples[0], row, joint]
+    total = reference * before[0] + rotations[examples[0], row + 1, joint] * after[0]
+    for k in range(1, 4):
+        if before[k] + after[k] > 0.0:
+            first = rotations[examples[k], row, joint]
+            sign = wp.where(wp.dot(first, reference) < 0.0, -1.0, 1.0)
+            total += first * (sign * before[k]) + rotations[examples[k], row + 1, joint] * (sign * after[k])
+    return total
+
+
+@wp.func
+def sampled_rotation(
     rotations: wp.array3d(dtype=wp.quatf), examples: wp.vec4i, weights: wp.vec4f, sample: float, joint: int
 ) -> wp.quatf:
-    """Normalised sum of the examples' rotations, signs aligned to the heaviest (the first)."""
-    last = rotations.shape[1] - 2
-    row = wp.min(int(sample), last)
+    """Normalised blend of the examples' rotations at a sample."""
+    row = wp.min(int(sample), rotations.shape[1] - 2)
     fraction = sample - float(row)
-    reference = rotations[examples[0], row, joint]
-    total = wp.quatf(0.0, 0.0, 0.0, 0.0)
-    for k in range(4):
-        weight = weights[k]
-        if weight > 0.0:
-            first = rotations[examples[k], row, joint]
-            second = rotations[examples[k], row + 1, joint]
-            if wp.dot(first, reference) < 0.0:
-                weight = -weight
-            total += first * (weight * (1.0 - fraction)) + second * (weight * fraction)
-    return wp.normalize(total)
+    return wp.normalize(
+        blended_rotation(rotations, examples, row, weights * (1.0 - fraction), weights * fraction, joint)
+    )
 
 
 @wp.func
@@ -79,13 +88,13 @@ def blended_position(
 def seam_rotation(
     values: wp.array2d(dtype=wp.vec3f), slopes: wp.array2d(dtype=wp.vec3f), segment: int, window: wp.vec4f, joint: int
 ) -> wp.quatf:
-    """Rotation that carries the seams at both ends of a segment; identity beyond their windows."""
+    """Rotation that carries the seams at both ends of a segment, not normalised; identity beyond their windows."""
     half = window[0] * values[segment, joint] + window[1] * slopes[segment, joint]
     half += window[2] * values[segment + 1, joint] + window[3] * slopes[segment + 1, joint]
-    return wp.normalize(wp.quatf(half[0], half[1], half[2], 1.0))
+    return wp.quatf(half[0], half[1], half[2], 1.0)
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def place_pelvis(
     library: LibraryArrays,
     segments: SegmentArrays,
@@ -108,18 +117,18 @@ def place_pelvis(
     examples = segments.examples[segment]
     weights = segments.weights[segment]
     side = segments.support_sides[segment]
-    rotation = blended_rotation(library.rotations, examples, weights, sample, library.pelvis)
+    rotation = sampled_rotation(library.rotations, examples, weights, sample, library.pelvis)
     offset = blended_position(library.pelvis_positions, examples, weights, sample)
     if side >= 0:
         anchor = wp.min(sample, segments.anchors[segment])
-        turned = blended_rotation(library.rotations, examples, weights, anchor, library.pelvis)
+        turned = sampled_rotation(library.rotations, examples, weights, anchor, library.pelvis)
         offset -= blended_position(library.pelvis_positions, examples, weights, anchor)
         offset += blended_position(library.support_balls, examples, weights, anchor)
         for c in range(library.chains.shape[1]):
             joint = library.chains[side, c]
             if joint >= 0:
                 offset -= wp.quat_rotate(turned, library.translations[joint])
-                turned = turned * blended_rotation(library.rotations, examples, weights, anchor, joint)
+                turned = turned * sampled_rotation(library.rotations, examples, weights, anchor, joint)
     heading = wp.quat_from_axis_angle(wp.vec3f(0.0, 1.0, 0.0), yaws[frame])
     window = position_windows[frame]
     position = segments.origins[segment] + wp.quat_rotate(heading, offset)
@@ -128,10 +137,10 @@ def place_pelvis(
     position += window[2] * segments.position_values[segment + 1] + window[3] * segments.position_slopes[segment + 1]
     positions[frame] = position
     seam = seam_rotation(segments.joint_values, segments.joint_slopes, segment, joint_windows[frame], library.pelvis)
-    rotations[frame] = seam * heading * rotation
+    rotations[frame] = wp.normalize(seam * heading * rotation)
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def blend_rotations(
     library: LibraryArrays,
     segments: SegmentArrays,
@@ -142,11 +151,18 @@ def blend_rotations(
     rotations: wp.array2d(dtype=wp.quatf),
 ):
     """Joint-local rotations of each frame for the joints asked for; the others are left alone."""
-    frame, k = wp.tid()
-    joint = joints[k]
+    frame = wp.tid()
     segment = frame_segments[frame]
-    blended = blended_rotation(
-        library.rotations, segments.examples[segment], segments.weights[segment], samples[frame], joint
-    )
-    seam = seam_rotation(segments.joint_values, segments.joint_slopes, segment, joint_windows[frame], joint)
-    rotations[frame, joint] = seam * blended
+    sample = samples[frame]
+    examples = segments.examples[segment]
+    weights = segments.weights[segment]
+    row = wp.min(int(sample), library.rotations.shape[1] - 2)
+    fraction = sample - float(row)
+    before = weights * (1.0 - fraction)
+    after = weights * fraction
+    window = joint_windows[frame]
+    for k in range(joints.shape[0]):
+        joint = joints[k]
+        blended = blended_rotation(library.rotations, examples, row, before, after, joint)
+        seam = seam_rotation(segments.joint_values, segments.joint_slopes, segment, window, joint)
+        rotations[frame, joint] = wp.normalize(seam * blended)

@@ -201,7 +201,7 @@ def finish_foot(
     return 0.0
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def plant_feet(
     rig: LegRig,
     feet: FootArrays,
@@ -237,7 +237,7 @@ def plant_feet(
     finish_foot(rig, feet, contacts[frame, 1], 1, right_pose, right, rotations, frame)
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def measure_legs(
     rig: LegRig,
     pelvis_positions: wp.array(dtype=wp.vec3f),

@@ -189,7 +189,7 @@ def pose_frames(
     )
     wp.launch(
         blend_rotations,
-        dim=(count, len(joints)),
+        dim=count,
         inputs=[
             setup.library,
             arrays,

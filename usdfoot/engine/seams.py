@@ -29,7 +29,7 @@ def angular_velocity(before: wp.quatf, after: wp.quatf, time: float) -> wp.vec3f
     return wp.vec3f(turn[0], turn[1], turn[2]) * (2.0 / time)
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def joint_jumps(
     rotations: wp.array2d(dtype=wp.quatf),
     rows: wp.array(dtype=wp.int32),
@@ -90,7 +90,7 @@ def _device_vectors(vectors: FloatArray) -> wp.array:
     return wp.array(vectors.astype(np.float32), dtype=wp.vec3f)
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def put_pelvis(pelvis_rotations: wp.array(dtype=wp.quatf), pelvis: int, rotations: wp.array2d(dtype=wp.quatf)):
     """The pelvis's rotation in the world in place of the one in the support frame."""
     frame = wp.tid()
