@@ -33,18 +33,15 @@ def normalised(quaternions: FloatArray) -> FloatArray:
 
 def compose(first: FloatArray, second: FloatArray) -> FloatArray:
     """Product first * second: the rotation that applies `second`, then `first`, shape (..., 4)."""
-    first, second = np.broadcast_arrays(first, second)
-    ax, ay, az, aw = np.moveaxis(first, -1, 0)
-    bx, by, bz, bw = np.moveaxis(second, -1, 0)
-    return np.stack(
-        [
-            aw * bx + ax * bw + ay * bz - az * by,
-            aw * by - ax * bz + ay * bw + az * bx,
-            aw * bz + ax * by - ay * bx + az * bw,
-            aw * bw - ax * bx - ay * by - az * bz,
-        ],
-        axis=-1,
-    )
+    ax, ay, az, aw = _components(first)
+    bx, by, bz, bw = _components(second)
+    x = aw * bx + ax * bw + ay * bz - az * by
+    product = np.empty((*x.shape, 4), dtype=x.dtype)
+    product[..., 0] = x
+    product[..., 1] = aw * by - ax * bz + ay * bw + az * bx
+    product[..., 2] = aw * bz + ax * by - ay * bx + az * bw
+    product[..., 3] = aw * bw - ax * bx - ay * by - az * bz
+    return product
 
 
 def inverse(quaternions: FloatArray) -> FloatArray:
@@ -54,9 +51,15 @@ def inverse(quaternions: FloatArray) -> FloatArray:
 
 def rotate(quaternions: FloatArray, vectors: FloatArray) -> FloatArray:
     """Vectors (..., 3) turned by unit quaternions (..., 4)."""
-    axis, scalar = quaternions[..., :3], quaternions[..., 3:]
-    twice = 2.0 * np.cross(axis, vectors)
-    return vectors + scalar * twice + np.cross(axis, twice)
+    x, y, z, w = _components(quaternions)
+    vx, vy, vz = _components(vectors)
+    tx, ty, tz = 2.0 * (y * vz - z * vy), 2.0 * (z * vx - x * vz), 2.0 * (x * vy - y * vx)  # v + w t + axis x t
+    first = vx + w * tx + (y * tz - z * ty)
+    turned = np.empty((*first.shape, 3), dtype=first.dtype)
+    turned[..., 0] = first
+    turned[..., 1] = vy + w * ty + (z * tx - x * tz)
+    turned[..., 2] = vz + w * tz + (x * ty - y * tx)
+    return turned
 
 
 def from_axis_angle(axis: FloatArray, angle: FloatArray) -> FloatArray:
@@ -164,3 +167,9 @@ def from_matrix(matrices: FloatArray) -> FloatArray:
     row = np.take_along_axis(product, longest[..., None, None], axis=-2)[..., 0, :]
     row = normalised(row)
     return np.where(row[..., 3:] < 0.0, -row, row)
+
+
+def _components(values: FloatArray) -> tuple[FloatArray, ...]:
+    """Views of the last axis, much quicker than moving it."""
+    values = np.asarray(values)
+    return tuple(values[..., index] for index in range(values.shape[-1]))
