@@ -1,4 +1,4 @@
-"""Spaces of a library: styles, gaits, sides, mirror images."""
+"""Spaces of a library: styles, gaits, sides, mirror images, neighbours."""
 
 from __future__ import annotations
 
@@ -6,11 +6,14 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from hypothesis import given
 from numpy.testing import assert_allclose, assert_array_equal
 
+from tests.strategies import seeds
 from usdfoot.errors import ClipError
 from usdfoot.model.examples import Examples
-from usdfoot.spaces.library import StepWeights, build_spaces, end_landings, has_flight, solve_steps
+from usdfoot.spaces.features import FeatureScales, StepFeatures
+from usdfoot.spaces.library import StepWeights, build_spaces, end_landings, has_flight, reweigh_steps, solve_steps
 from usdfoot.spaces.mirror import mirror_partners
 
 FLIPPED = ("landings", "departures")
@@ -71,13 +74,20 @@ def shuffled(examples: Examples, generator: np.random.Generator) -> Examples:
     return replace(examples, styles=tuple(examples.styles[i] for i in order), **changed)
 
 
-def random_steps(generator: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray]:
+def random_steps(generator: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray, StepFeatures]:
     sides = generator.integers(0, 2, count)
     across = np.where(sides == 0, 1.0, -1.0) * generator.uniform(0.0, 0.35, count)
-    return np.stack([across, generator.uniform(-0.4, 1.0, count)], axis=1), sides
+    features = StepFeatures(
+        durations=generator.uniform(0.4, 0.7, count),
+        swing_liftoffs=generator.uniform(0.05, 0.2, count),
+        turns=generator.uniform(-0.3, 0.3, count),
+        landing_heights=generator.uniform(-0.1, 0.1, count),
+        departures=np.stack([across, generator.uniform(-0.9, 0.3, count)], axis=1),
+    )
+    return np.stack([across, generator.uniform(-0.4, 1.0, count)], axis=1), sides, features
 
 
-def solve(examples: Examples, landings, sides, *, flight=False, style="default") -> StepWeights:
+def solve(examples: Examples, landings, sides, *, features=None, flight=False, style="default") -> StepWeights:
     count = len(landings)
     return solve_steps(
         build_spaces(examples),
@@ -85,30 +95,37 @@ def solve(examples: Examples, landings, sides, *, flight=False, style="default")
         swing_sides=sides,
         flights=np.full(count, flight),
         styles=[style] * count,
+        features=features,
     )
 
 
+@pytest.mark.parametrize("with_features", [False, True])
 def test_mirrored_steps_get_mirrored_examples_with_the_same_weights(
-    generator: np.random.Generator,
+    with_features: bool, generator: np.random.Generator
 ) -> None:
     originals = random_examples(generator, 40)
     library = shuffled(joined(originals, mirror_image(originals)), generator)
     partners = mirror_partners(library)
-    landings, sides = random_steps(generator, 300)
-    straight = solve(library, landings, sides)
-    mirrored = solve(library, landings * [-1.0, 1.0], 1 - sides)
+    landings, sides, features = random_steps(generator, 300)
+    mirrored_features = replace(features, turns=-features.turns, departures=features.departures * [-1.0, 1.0])
+    given_features = (features, mirrored_features) if with_features else (None, None)
+    straight = solve(library, landings, sides, features=given_features[0])
+    mirrored = solve(library, landings * [-1.0, 1.0], 1 - sides, features=given_features[1])
     assert_array_equal(mirrored.examples, partners[straight.examples])
     assert_array_equal(mirrored.weights, straight.weights)
     assert_array_equal(mirrored.hull_distances, straight.hull_distances)
     assert_array_equal(mirrored.projections, straight.projections * [-1.0, 1.0])
 
 
+@pytest.mark.parametrize("with_features", [False, True])
 @pytest.mark.parametrize("mirror", [False, True])
-def test_weights_reproduce_landings_with_examples_of_the_side(mirror: bool, generator: np.random.Generator) -> None:
+def test_weights_reproduce_landings_with_examples_of_the_side(
+    with_features: bool, mirror: bool, generator: np.random.Generator
+) -> None:
     library = random_examples(generator, 60)
     library = joined(library, mirror_image(library)) if mirror else library
-    landings, sides = random_steps(generator, 300)
-    solved = solve(library, landings, sides)
+    landings, sides, features = random_steps(generator, 300)
+    solved = solve(library, landings, sides, features=features if with_features else None)
     assert_array_equal(library.swing_sides[solved.examples], np.repeat(sides[:, None], 3, axis=1))
     assert_allclose(solved.weights.sum(axis=1), 1.0, rtol=0, atol=1e-12)
     assert np.all(np.diff(solved.weights, axis=1) <= 0.0) and solved.weights.min() >= 0.0
@@ -117,6 +134,35 @@ def test_weights_reproduce_landings_with_examples_of_the_side(mirror: bool, gene
     inside = solved.hull_distances == 0.0
     assert 100 < inside.sum() < 300
     assert_array_equal(solved.projections[inside], landings[inside])
+
+
+@given(seeds)
+def test_neighbours_are_the_best_triple_of_all(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    library = replace(random_examples(generator, 8), swing_sides=np.zeros(8, dtype=int))
+    landings, _, features = random_steps(generator, 10)
+    solved = solve(library, landings, np.zeros(10, dtype=int), features=features)
+    plain = solve(library, landings, np.zeros(10, dtype=int))
+    scales = FeatureScales()
+    ends = end_landings(library)
+    known, wanted = naive_coordinates(library, ends, scales), naive_coordinates(features, landings, scales)
+    for i in range(10):
+        best = min(naive_costs(ends, known, landings[i], wanted[i]), default=None)
+        if best is None:
+            assert_array_equal(solved.examples[i], plain.examples[i])
+        else:
+            squares = np.sum((known[solved.examples[i]] - wanted[i]) ** 2, axis=1)
+            assert solved.weights[i] @ squares == pytest.approx(best, rel=1e-9)
+
+
+def naive_coordinates(source: Examples | StepFeatures, landings: np.ndarray, scales: FeatureScales) -> np.ndarray:
+    rows = []
+    for i, (x, z) in enumerate(landings):
+        timing = [source.durations[i] / scales.duration, source.swing_liftoffs[i] / scales.swing_liftoff]
+        shape = [source.turns[i] / scales.turn, source.landing_heights[i] / scales.landing_height]
+        before = source.departures[i] / scales.departure
+        rows.append([x / scales.landing, z / scales.landing, *timing, *shape, *before])
+    return np.array(rows)
 
 
 def naive_costs(points: np.ndarray, known: np.ndarray, query: np.ndarray, wanted: np.ndarray) -> list[float]:
@@ -133,14 +179,28 @@ def naive_costs(points: np.ndarray, known: np.ndarray, query: np.ndarray, wanted
     return costs
 
 
-def test_order_of_examples_does_not_matter(generator: np.random.Generator) -> None:
+@pytest.mark.parametrize("with_features", [False, True])
+def test_order_of_examples_does_not_matter(with_features: bool, generator: np.random.Generator) -> None:
     library = random_examples(generator, 60)
     mixed = shuffled(library, generator)
-    landings, sides = random_steps(generator, 200)
-    straight = solve(library, landings, sides)
-    other = solve(mixed, landings, sides)
+    landings, sides, features = random_steps(generator, 200)
+    straight = solve(library, landings, sides, features=features if with_features else None)
+    other = solve(mixed, landings, sides, features=features if with_features else None)
     assert_array_equal(straight.weights, other.weights)
     assert_array_equal(library.start_times[straight.examples], mixed.start_times[other.examples])
+
+
+def test_neighbours_tell_a_quick_step_from_a_slow_one_to_the_same_spot(generator: np.random.Generator) -> None:
+    slow = replace(random_examples(generator, 12), swing_sides=np.zeros(12, dtype=int), durations=np.full(12, 0.9))
+    slow = replace(slow, support_liftoffs=np.full(12, 1.1), swing_liftoffs=np.full(12, 0.2))
+    quick = replace(slow, durations=np.full(12, 0.4), landings=slow.landings + 0.001)
+    library = joined(slow, quick)
+    _, _, features = random_steps(generator, 50)
+    wanted = replace(features, durations=np.full(50, 0.4), swing_liftoffs=np.full(50, 0.2))
+    landings = generator.normal(slow.landings.mean(axis=0), 0.02, (50, 2))
+    solved = solve(library, landings, np.zeros(50, dtype=int), features=wanted)
+    durations = np.sum(solved.weights * library.durations[solved.examples], axis=1)
+    assert_allclose(durations, 0.4, atol=0.05)
 
 
 def forward(landings: np.ndarray) -> np.ndarray:
@@ -152,7 +212,7 @@ def test_gaits_do_not_mix_and_a_missing_one_falls_back(generator: np.random.Gene
     run = replace(run, landings=forward(run.landings))
     library = joined(walk, run)
     assert_array_equal(has_flight(library.durations, library.support_liftoffs), np.arange(60) >= 30)
-    landings, sides = random_steps(generator, 50)
+    landings, sides, _ = random_steps(generator, 50)
     landings = forward(landings)
     for flight in (False, True):
         solved = solve(library, landings, sides, flight=flight)
@@ -169,7 +229,7 @@ def test_landings_are_seen_in_the_heading_at_the_end(generator: np.random.Genera
 def test_backward_steps_are_walked_even_if_their_balls_show_a_flight(generator: np.random.Generator) -> None:
     run, backward = random_examples(generator, 30, flight=True), random_examples(generator, 8, flight=True)
     library = joined(random_examples(generator, 30), run, replace(backward, landings=backward.landings - [0.0, 1.5]))
-    landings, sides = random_steps(generator, 50)
+    landings, sides, _ = random_steps(generator, 50)
     for flight in (False, True):
         back = solve(library, landings * [1.0, 0.0] - [0.0, 1.2], sides, flight=flight)
         assert np.all((back.examples >= 60) | (back.examples < 30))
@@ -178,14 +238,29 @@ def test_backward_steps_are_walked_even_if_their_balls_show_a_flight(generator: 
     assert np.all((ahead.examples >= 30) & (ahead.examples < 60))
 
 
+def test_corrected_landings_keep_their_examples(generator: np.random.Generator) -> None:
+    library = random_examples(generator, 60)
+    landings, sides, features = random_steps(generator, 300)
+    solved = solve(library, landings, sides, features=features)
+    spaces = build_spaces(library)
+    again = reweigh_steps(spaces, landings, solved.examples, swing_sides=sides)
+    assert_allclose(again.weights, solved.weights, atol=1e-6)
+    assert_allclose(again.projections, solved.projections, atol=1e-12)
+    moved = reweigh_steps(spaces, landings + 0.01, solved.examples, swing_sides=sides)
+    assert_array_equal(np.sort(moved.examples, axis=1), np.sort(solved.examples, axis=1))
+    assert moved.hull_distances.max() <= 0.01 * np.sqrt(2.0) + solved.hull_distances.max()
+    blended = np.einsum("nk,nkd->nd", moved.weights, end_landings(library)[moved.examples])
+    assert_allclose(blended, moved.projections, atol=1e-12)
+
+
 def test_styles_do_not_mix(generator: np.random.Generator) -> None:
     library = joined(random_examples(generator, 30), random_examples(generator, 30, style="tired"))
-    landings, sides = random_steps(generator, 50)
+    landings, sides, _ = random_steps(generator, 50)
     assert solve(library, landings, sides, style="tired").examples.min() >= 30
 
 
 def test_unknown_style_is_named_with_those_there_are(generator: np.random.Generator) -> None:
-    landings, sides = random_steps(generator, 3)
+    landings, sides, _ = random_steps(generator, 3)
     with pytest.raises(ClipError, match=r"'angry': no clip shows a step of the (left|right) foot: default"):
         solve(random_examples(generator, 30), landings, sides, style="angry")
 
@@ -197,7 +272,7 @@ def test_no_steps_give_empty_weights(generator: np.random.Generator) -> None:
 
 def test_two_examples_are_enough(generator: np.random.Generator) -> None:
     library = replace(random_examples(generator, 2), swing_sides=np.array([0, 1]))
-    landings, sides = random_steps(generator, 10)
-    solved = solve(library, landings, sides)
+    landings, sides, features = random_steps(generator, 10)
+    solved = solve(library, landings, sides, features=features)
     assert_array_equal(solved.examples, np.repeat(sides[:, None], 3, axis=1))
     assert_array_equal(solved.weights[:, 0], 1.0)

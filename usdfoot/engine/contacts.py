@@ -128,11 +128,16 @@ def lay_contacts(plans: Sequence[FootstepPlan]) -> ContactTable:
 
 
 def _lay_before(table: dict[str, FloatArray], rows: IntArray) -> None:
-    """Fills the contacts before mid-gait starts: the other foot, a fifth of a step from lifting off."""
+    """Fills the contacts before mid-gait starts: where a steady gait would have them, a fifth of a step to lift off."""
     step_time = table["strikes"][rows + 2] - table["strikes"][rows + 1]
     table["sides"][rows] = 1 - table["sides"][rows + 1]
+    heading = planar.circular_mean(np.stack([table["yaws"][rows + 1], table["yaws"][rows + 2]]), axis=0)
+    stride = (table["positions"][rows + 2] - table["positions"][rows + 1])[:, [0, 2]]
+    behind = planar.rotate(heading, planar.rotate(-heading, stride) * np.array([1.0, -1.0]))
     for name in ("positions", "normals"):
         table[name][rows] = table[name][rows + 1]
+    table["positions"][rows, 0] += behind[:, 0]
+    table["positions"][rows, 2] += behind[:, 1]
     table["yaws"][rows] = table["yaws"][rows + 2]
     table["liftoffs"][rows] = table["strikes"][rows + 1] + 0.2 * step_time
     table["strikes"][rows] = table["strikes"][rows + 1] - step_time

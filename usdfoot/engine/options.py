@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 from usdfoot.errors import UsdfootError
 
-__all__ = ["SEAMS", "EngineOptions"]
+__all__ = ["SEAMS", "SPACES", "EngineOptions"]
 
 SEAMS = ("inertialise", "crossfade", "none")
+SPACES = ("neighbours", "delaunay")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,10 +20,15 @@ class EngineOptions:
         UsdfootError: If a value is out of its range.
     """
 
+    space: str = "neighbours"
+    """What a step is blended from: neighbours = the examples around its footstep that are also most like it in timing,
+    turn, rise and departure; delaunay = those of the Delaunay triangle ([B] 4.3)."""
     correction: bool = True
     """Measure the blended landing and correct the query ([B] Fig. 5, 8); off = the paper's behaviour."""
-    corrections: int = 3
+    corrections: int = 5
     """How often the query is corrected at most."""
+    landing_tolerance: float = 1.0e-4
+    """A landing this near its footstep is not corrected further [m]."""
     seam: str = "inertialise"
     """inertialise | crossfade ([B] 7) | none."""
     seam_time: float = 0.2
@@ -43,8 +49,9 @@ class EngineOptions:
     """Samples of each example."""
 
     def __post_init__(self) -> None:
-        if self.seam not in SEAMS:
-            raise UsdfootError("seam", f"{self.seam!r} is not known", f"choose one of {', '.join(SEAMS)}")
+        for name, choices in (("seam", SEAMS), ("space", SPACES)):
+            if getattr(self, name) not in choices:
+                raise UsdfootError(name, f"{getattr(self, name)!r} is not known", f"choose one of {', '.join(choices)}")
         for name in ("seam_time", "stand_time", "stand_seam_time"):
             if not getattr(self, name) > 0.0:
                 raise UsdfootError(name, f"is {getattr(self, name)}", "must be above 0 s")

@@ -8,12 +8,13 @@ import numpy as np
 
 from usdfoot.engine.contacts import ContactTable, with_headings
 from usdfoot.engine.poses import Setup, StepBlend, device_segments, pose_feet, pose_frames
+from usdfoot.engine.queries import ask_spaces, step_queries
 from usdfoot.engine.root import lay_root
 from usdfoot.engine.segments import cut_segments
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.examples import event_knots
-from usdfoot.spaces.library import FootstepSpaces, has_flight, solve_steps
+from usdfoot.spaces.library import FootstepSpaces, StepWeights
 
 __all__ = ["Landings", "weigh_steps"]
 
@@ -131,60 +132,49 @@ def _move_targets(setup: Setup, shifts: FloatArray) -> Setup:
 
 def _solve(setup: Setup, spaces: FootstepSpaces, stand: int) -> tuple[Setup, StepBlend, _Solution]:
     """Weights for contacts as they are; the contacts before the first footsteps are placed by the examples."""
-    segments, examples, options = setup.segments, setup.examples, setup.options
+    segments, examples = setup.segments, setup.examples
     steps = np.flatnonzero(~segments.stands)
-    queries = _Queries.of(setup, steps, setup.style)
-    blend = _stand_blend(len(segments), stand)
-    offsets = np.zeros((len(segments), 2))
-    hull = np.zeros(len(segments))
-    warps = np.ones(len(segments))
-    corrected = queries.landings
-    best = np.full(len(steps), np.inf)
-    for round_ in range(1 + options.corrections * options.correction):
-        solved = solve_steps(
-            spaces, corrected, swing_sides=queries.swing_sides, flights=queries.flights, styles=queries.styles
-        )
-        if round_ == 0:
-            hull[steps] = solved.hull_distances
-        trial = _with_steps(blend, steps, solved.examples, solved.weights, queries.turns, examples.turns)
-        missed = _landing_offsets(setup, trial, steps)
-        distance = np.linalg.norm(missed, axis=1)
-        better = distance < best
-        best = np.where(better, distance, best)
-        blend = _merge(blend, trial, steps[better])
-        offsets[steps[better]] = missed[better]
-        corrected = corrected + planar.rotate(-(queries.headings + queries.turns), missed)
+    blend, offsets, hull = _correct(setup, spaces, steps, _stand_blend(len(segments), stand))
     setup = place_departures(setup, blend)
     blended = np.sum(blend.weights * examples.durations[blend.examples], axis=1)
     planned = segments.knot_times[:, -1] - segments.knot_times[:, 0]
-    warps[steps] = (planned / blended)[steps]
+    warps = np.where(segments.stands, 1.0, planned / blended)
     return setup, blend, _Solution(offsets=offsets, hull_distances=hull, time_warps=warps)
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Queries:
-    """What the spaces are asked for each step (N,)."""
+def _correct(
+    setup: Setup, spaces: FootstepSpaces, steps: IntArray, blend: StepBlend
+) -> tuple[StepBlend, FloatArray, FloatArray]:
+    """Blend of the steps with what is left of their offsets (M, 2), and the distances from the hull (M,).
 
-    landings: FloatArray
-    headings: FloatArray
-    turns: FloatArray
-    swing_sides: IntArray
-    flights: BoolArray
-    styles: tuple[str, ...]
-
-    @staticmethod
-    def of(setup: Setup, steps: IntArray, style: str) -> _Queries:
-        contacts, supports = setup.contacts, setup.segments.supports[steps]
-        headings, starts = contacts.headings[supports], setup.segments.knot_times[steps, 0]
-        strides = (contacts.positions[supports + 1] - contacts.positions[supports])[:, GROUND_AXES]
-        return _Queries(
-            landings=planar.rotate(-contacts.headings[supports + 1], strides),
-            headings=headings,
-            turns=contacts.headings[supports + 1] - headings,
-            swing_sides=contacts.sides[supports + 1],
-            flights=has_flight(setup.segments.ends[steps] - starts, contacts.liftoffs[supports] - starts),
-            styles=(style,) * len(steps),
-        )
+    The blended landing is measured and the query moved by what it missed; the chosen examples are weighed anew, twice,
+    before others are chosen. Of all tries the best is kept.
+    """
+    options, count = setup.options, len(setup.segments)
+    queries = step_queries(setup, steps)
+    offsets, hull, best = np.zeros((count, 2)), np.zeros(count), np.full(len(steps), np.inf)
+    landings, chosen = queries.landings, np.zeros((len(steps), 3), dtype=np.intp)
+    active = np.arange(len(steps))
+    for round_ in range(1 + options.corrections * options.correction):
+        asked = queries[active]
+        kept = chosen[active] if round_ % 3 else None
+        solved = ask_spaces(setup, spaces, asked, landings[active], examples=kept)
+        chosen[active] = solved.examples
+        if round_ == 0:
+            hull[steps] = solved.hull_distances
+        rows = steps[active]
+        trial = _with_steps(blend, rows, solved, asked.turns, setup.examples.turns)
+        missed = _landing_offsets(setup, trial, rows)
+        distance = np.linalg.norm(missed, axis=1)
+        better = distance < best[active]
+        best[active] = np.where(better, distance, best[active])
+        blend = _merge(blend, trial, rows[better])
+        offsets[rows[better]] = missed[better]
+        landings[active] += planar.rotate(-(asked.headings + asked.turns), missed)
+        active = active[distance > options.landing_tolerance]
+        if not active.size:
+            break
+    return blend, offsets, hull
 
 
 def _stand_blend(count: int, stand: int) -> StepBlend:
@@ -194,16 +184,15 @@ def _stand_blend(count: int, stand: int) -> StepBlend:
 
 
 def _with_steps(
-    blend: StepBlend, steps: IntArray, examples: IntArray, weights: FloatArray, turns: FloatArray, own_turns: FloatArray
+    blend: StepBlend, steps: IntArray, solved: StepWeights, turns: FloatArray, own_turns: FloatArray
 ) -> StepBlend:
     """The blend with the steps' three examples, heaviest first, and the twist that their own turns leave."""
-    all_examples, all_weights, twists = blend.examples.copy(), blend.weights.copy(), blend.twists.copy()
-    all_examples[steps, :3] = examples
-    all_examples[steps, 3] = all_examples[steps, 0]
-    all_weights[steps, :3] = weights
-    all_weights[steps, 3] = 0.0
-    twists[steps] = planar.wrap_angle(turns - np.sum(weights * own_turns[examples], axis=1))
-    return StepBlend(examples=all_examples, weights=all_weights, twists=twists)
+    examples, weights, twists = blend.examples.copy(), blend.weights.copy(), blend.twists.copy()
+    examples[steps] = solved.examples[:, [0, 1, 2, 0]]
+    weights[steps, :3] = solved.weights
+    weights[steps, 3] = 0.0
+    twists[steps] = planar.wrap_angle(turns - np.sum(solved.weights * own_turns[solved.examples], axis=1))
+    return StepBlend(examples=examples, weights=weights, twists=twists)
 
 
 def _merge(blend: StepBlend, other: StepBlend, rows: IntArray) -> StepBlend:

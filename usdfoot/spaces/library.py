@@ -18,8 +18,11 @@ from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import LEFT, RIGHT, SIDES
 from usdfoot.model.examples import Examples
+from usdfoot.spaces.features import FeatureScales, StepFeatures, example_features, step_coordinates
 from usdfoot.spaces.footsteps import FootstepSpace, build_footstep_space, solve_footsteps
 from usdfoot.spaces.mirror import mirror_partners
+from usdfoot.spaces.neighbours import NeighbourSpace, build_neighbour_space, solve_neighbours
+from usdfoot.spaces.triples import weigh_triples
 
 __all__ = [
     "FootstepSpaces",
@@ -29,6 +32,7 @@ __all__ = [
     "end_landings",
     "has_flight",
     "left_landings",
+    "reweigh_steps",
     "solve_steps",
 ]
 
@@ -45,6 +49,8 @@ class SideSpace:
 
     footsteps: FootstepSpace
     """Examples by landing."""
+    neighbours: NeighbourSpace
+    """Examples by landing and features."""
     examples: IntArray
     """Index into the library's examples of each example of the space, shape (E',)."""
 
@@ -55,6 +61,10 @@ class FootstepSpaces:
 
     spaces: Mapping[tuple[str, bool, int], SideSpace]
     """By style, flight and swing side; there is none for a combination without examples."""
+    landings: FloatArray
+    """Landings of all the library's examples in left-swing coordinates, (x, z) [m], shape (E, 2)."""
+    scales: FeatureScales
+    """What was used to build the neighbour spaces."""
 
     def find(self, style: str, flight: bool, side: int) -> SideSpace:
         """The space of a style, gait and swing side; that of the other gait if there is no example of this.
@@ -116,7 +126,11 @@ def left_landings(landings: FloatArray, swing_sides: IntArray) -> FloatArray:
 
 
 def build_spaces(
-    examples: Examples, *, merge_distance: float = 0.005, minimal_altitude: float = 0.02
+    examples: Examples,
+    *,
+    merge_distance: float = 0.005,
+    minimal_altitude: float = 0.02,
+    scales: FeatureScales | None = None,
 ) -> FootstepSpaces:
     """Footstep spaces of all styles, gaits and swing sides of a library.
 
@@ -124,14 +138,19 @@ def build_spaces(
         examples: The library's steps.
         merge_distance: Landings at most this far apart [m] become one vertex.
         minimal_altitude: Slivers along the hull lower than this [m] are dropped.
+        scales: Differences between steps that count the same when neighbours are chosen.
     """
+    scales = scales or FeatureScales()
     landings = left_landings(end_landings(examples), examples.swing_sides)
+    features = example_features(examples).as_left(examples.swing_sides)
+    coordinates = step_coordinates(landings, features, scales)
 
     def build(members: IntArray) -> SideSpace:
         footsteps = build_footstep_space(
             landings[members], merge_distance=merge_distance, minimal_altitude=minimal_altitude
         )
-        return SideSpace(footsteps=footsteps, examples=members)
+        neighbours = build_neighbour_space(footsteps, landings[members], coordinates[members])
+        return SideSpace(footsteps=footsteps, neighbours=neighbours, examples=members)
 
     partners = mirror_partners(examples)
     styles = np.array(examples.styles)
@@ -149,7 +168,7 @@ def build_spaces(
                 spaces[style, gait, RIGHT] = replace(spaces[style, gait, LEFT], examples=partners[left])
             elif right.size:
                 spaces[style, gait, RIGHT] = build(right)
-    return FootstepSpaces(spaces=spaces)
+    return FootstepSpaces(spaces=spaces, landings=landings, scales=scales)
 
 
 def solve_steps(
@@ -159,6 +178,7 @@ def solve_steps(
     swing_sides: IntArray,
     flights: BoolArray,
     styles: Sequence[str],
+    features: StepFeatures | None = None,
 ) -> StepWeights:
     """Examples and blend weights of steps.
 
@@ -169,12 +189,17 @@ def solve_steps(
         swing_sides: 0 = left, 1 = right, shape (N,).
         flights: Whether the support foot lifts off before the swing foot strikes, shape (N,).
         styles: Style of each step, N of them.
+        features: Timing, turn and rise of the steps. If given, the examples are the nearest in these around the
+            landing; without, those of the Delaunay triangle ([B] 4.3).
 
     Raises:
         ClipError: If a style has no step of a swing side.
     """
     count = len(landings)
     queries = left_landings(landings, swing_sides)
+    coordinates = None
+    if features is not None:
+        coordinates = step_coordinates(queries, features.as_left(swing_sides), spaces.scales)
     examples, weights = np.zeros((count, 3), dtype=np.intp), np.zeros((count, 3))
     distances, projections = np.zeros(count), np.zeros((count, 2))
     groups: dict[tuple[str, bool, int], list[int]] = defaultdict(list)
@@ -183,9 +208,32 @@ def solve_steps(
         groups[key[0], bool(key[1]), int(key[2])].append(step)
     for (style, flight, side), steps in groups.items():
         space = spaces.find(style, flight, side)
-        solved = solve_footsteps(space.footsteps, queries[steps])
+        if coordinates is None:
+            solved = solve_footsteps(space.footsteps, queries[steps])
+        else:
+            solved = solve_neighbours(space.neighbours, queries[steps], coordinates[steps])
         examples[steps], weights[steps] = space.examples[solved.examples], solved.weights
         distances[steps], projections[steps] = solved.hull_distances, solved.projections
+    return _heaviest_first(examples, weights, distances, left_landings(projections, swing_sides))
+
+
+def reweigh_steps(
+    spaces: FootstepSpaces, landings: FloatArray, examples: IntArray, *, swing_sides: IntArray
+) -> StepWeights:
+    """Blend weights of chosen examples for other landings: what a correction of the landing needs ([B] Fig. 5).
+
+    Args:
+        spaces: From `build_spaces`.
+        landings: As for `solve_steps`, shape (N, 2).
+        examples: The three examples of each step, shape (N, 3).
+        swing_sides: 0 = left, 1 = right, shape (N,).
+
+    Returns:
+        The weights; hull_distances are from the triangle of the three.
+    """
+    queries = left_landings(landings, swing_sides)
+    weights, projections = weigh_triples(spaces.landings[examples], queries)
+    distances = np.linalg.norm(queries - projections, axis=1)
     return _heaviest_first(examples, weights, distances, left_landings(projections, swing_sides))
 
 

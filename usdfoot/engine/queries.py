@@ -1,0 +1,91 @@
+"""What the footstep spaces are asked for each step: where it lands, and in what time, turn and rise it gets there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdfoot.engine.poses import Setup
+from usdfoot.maths import planar
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.spaces.features import StepFeatures
+from usdfoot.spaces.library import FootstepSpaces, StepWeights, has_flight, reweigh_steps, solve_steps
+
+__all__ = ["StepQueries", "ask_spaces", "step_queries"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class StepQueries:
+    """N steps as planned."""
+
+    landings: FloatArray
+    """Landing from the support ball in the heading at the step's end, (x, z) [m], shape (N, 2)."""
+    headings: FloatArray
+    """Heading at the step's start [rad], shape (N,)."""
+    turns: FloatArray
+    """Planned change of heading [rad], shape (N,)."""
+    swing_sides: IntArray
+    """0 = left, 1 = right, shape (N,)."""
+    flights: BoolArray
+    """Whether the step ends in a flight, shape (N,)."""
+    features: StepFeatures
+    """Timing, turn, rise and departure."""
+
+    def __getitem__(self, rows: IntArray) -> StepQueries:
+        return StepQueries(
+            landings=self.landings[rows],
+            headings=self.headings[rows],
+            turns=self.turns[rows],
+            swing_sides=self.swing_sides[rows],
+            flights=self.flights[rows],
+            features=self.features[rows],
+        )
+
+
+def step_queries(setup: Setup, steps: IntArray) -> StepQueries:
+    """Queries of the segments `steps`, none of them a stand."""
+    contacts, segments = setup.contacts, setup.segments
+    supports = segments.supports[steps]
+    starts = segments.knot_times[steps, 0]
+    headings = contacts.headings[supports]
+    turns = contacts.headings[supports + 1] - headings
+    positions = contacts.positions
+    strides = (positions[supports + 1] - positions[supports])[:, 0::2]
+    departures = (positions[supports - 1] - positions[supports])[:, 0::2]
+    durations = segments.ends[steps] - starts
+    return StepQueries(
+        landings=planar.rotate(-(headings + turns), strides),
+        headings=headings,
+        turns=turns,
+        swing_sides=contacts.sides[supports + 1],
+        flights=has_flight(durations, contacts.liftoffs[supports] - starts),
+        features=StepFeatures(
+            durations=durations,
+            swing_liftoffs=np.maximum(contacts.liftoffs[supports - 1], segments.begins[steps]) - starts,
+            turns=turns,
+            landing_heights=positions[supports + 1, 1] - positions[supports, 1],
+            departures=planar.rotate(-headings, departures),
+        ),
+    )
+
+
+def ask_spaces(
+    setup: Setup,
+    spaces: FootstepSpaces,
+    queries: StepQueries,
+    landings: FloatArray,
+    *,
+    examples: IntArray | None = None,
+) -> StepWeights:
+    """Weights of the examples for `landings` (N, 2): of the `examples` given (N, 3), else of newly chosen ones."""
+    if examples is not None:
+        return reweigh_steps(spaces, landings, examples, swing_sides=queries.swing_sides)
+    return solve_steps(
+        spaces,
+        landings,
+        swing_sides=queries.swing_sides,
+        flights=queries.flights,
+        styles=(setup.style,) * len(landings),
+        features=queries.features if setup.options.space == "neighbours" else None,
+    )
