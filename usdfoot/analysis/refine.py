@@ -18,11 +18,11 @@ __all__ = ["still_end", "still_start"]
 STEEPEST = 0.8
 """How far the onset may lie before the crossing of a quarter, relative to the way from there: 1 for
 a square law."""
-REACH = (0.02, 0.036)
+REACH = (0.008, 0.036)
 """How far the onset may lie from the crossing of the threshold, of a restless and of a still foot [s]."""
 SMEAR = 0.15
 """How much earlier a spline starts to move than the foot it was sampled from [samples]."""
-RESTLESS = 0.2
+RESTLESS = 0.1
 """Mean speed beside the onset at which a foot counts as restless, relative to the threshold."""
 REST = (0.015, 0.075)
 """How far beside the onset that speed is taken [s]."""
