@@ -12,6 +12,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 from pxr import Usd, UsdGeom
 from stagedraw.picture import Camera, paint
+from stagedraw.raster import cover
 from stagedraw.soup import FloatArray, Soup, join
 from stagedraw.stage_soup import Character, character_soup, read_characters, static_soup
 
@@ -136,7 +137,7 @@ def _framing(places: FloatArray, size: tuple[int, int]) -> Camera:
     sideways = np.array([-1.0, 0.0, 0.35]) if extent[2] > extent[0] else np.array([0.35, 0.0, 1.0])
     direction = sideways / np.linalg.norm(sideways) + [0.0, 0.55, 0.0]
     direction /= np.linalg.norm(direction)
-    lens, far = 1.9, 4.0
+    lens, far = 5.0, 8.0
     while far < 500.0:
         camera = Camera(eye=middle + far * direction, target=middle, lens=lens)
         pixels, near = camera.project(places, size)
@@ -153,19 +154,31 @@ def _close(show: Show, followed: Character, codes: Sequence[float], number: int,
     own = soups[show.characters.index(followed)]
     low, high = own.corners.reshape(-1, 3).min(axis=0), own.corners.reshape(-1, 3).max(axis=0)
     middle = 0.5 * (low + high) + [0.0, -0.04, 0.0]
-    direction = _turned_view(show, followed, code)
-    eye = middle + 5.2 * direction
-    return _picture(show, [show.static, *soups], Camera(eye=eye, target=middle, lens=2.35), size)
+    yaw = _heading(show, followed, code)
+    views = [Camera(eye=middle + 5.2 * _toward(yaw + turn), target=middle, lens=2.35) for turn in (-1.15, 1.15)]
+    others = join([show.static, *(soup for soup in soups if soup is not own)])
+    return _picture(show, [own, others], max(views, key=lambda view: _shown(own, others, view)), size)
 
 
-def _turned_view(show: Show, followed: Character, code: float) -> FloatArray:
-    """Direction from the character to the camera: to its right and a little ahead, slightly above."""
+def _toward(yaw: float) -> FloatArray:
+    """Direction to a camera at `yaw` [rad], slightly above."""
+    return np.array([np.sin(yaw), 0.22, np.cos(yaw)])
+
+
+def _shown(own: Soup, others: Soup, camera: Camera) -> float:
+    """How much of the character is not hidden by others, in steps of a tenth, so that the first of equals wins."""
+    size = (64, 96)
+    alone, together = (cover(*camera.project(soup.corners, size), size).triangle for soup in (own, join([own, others])))
+    return round(10.0 * float(((together >= 0) & (together < len(own.corners))).sum()) / max((alone >= 0).sum(), 1))
+
+
+def _heading(show: Show, followed: Character, code: float) -> float:
+    """Yaw of the pelvis against its rest pose, in the world [rad]."""
     matrix = np.array(followed.skeleton.ComputeJointSkelTransforms(Usd.TimeCode(code))[0])[:3, :3]
     to_world = np.array(UsdGeom.XformCache(Usd.TimeCode(code)).GetLocalToWorldTransform(followed.prim))[:3, :3]
     rest = np.array(followed.skeleton.ComputeJointSkelTransforms(Usd.TimeCode(code), True)[0])[:3, :3]
     ahead = show.to_metres @ (np.array([0.0, 0.0, 1.0]) @ np.linalg.inv(rest) @ matrix @ to_world)
-    yaw = np.arctan2(ahead[0], ahead[2]) - 1.15
-    return np.array([np.sin(yaw), 0.22, np.cos(yaw)])
+    return float(np.arctan2(ahead[0], ahead[2]))
 
 
 def _picture(show: Show, soups: Sequence[Soup], camera: Camera, size: tuple[int, int]) -> Image.Image:
@@ -178,7 +191,9 @@ def _picture(show: Show, soups: Sequence[Soup], camera: Camera, size: tuple[int,
         if nearness <= 0 or not (0 <= x < size[0] and 0 <= y < size[1]):
             continue
         if 1.0 / nearness < 1.0 / max(near[int(y), int(x)], 1e-9) + 0.06:
-            pen.ellipse((x - 3, y - 3, x + 3, y + 3), fill=MARKS[side], outline=(255, 255, 255))
+            radius = float(np.clip(0.03 * camera.lens * size[1] * nearness, 1.5, 4.0))
+            box = (x - radius, y - radius, x + radius, y + radius)
+            pen.ellipse(box, fill=MARKS[side], outline=(255, 255, 255) if radius > 2.5 else None)
     return image
 
 

@@ -33,7 +33,7 @@ class Roll:
     """Pitch in the middle of that swing [rad]."""
     clearance: float = 0.032
     """Height of the lowest point of the sole over the ground in the middle of that swing [m]."""
-    lift: float = 0.03
+    lift: float = 0.04
     """The whole foot is carried higher by [m], most in early swing; more in runs and high steps."""
 
 

@@ -183,13 +183,13 @@ def _ahead(
     *,
     width: float = 0.12,
     turn: float = 0.0,
-    lift: float = 0.03,
+    lift: float = 0.04,
     flight: bool = False,
 ) -> ClipPlan:
     """Equal steps straight ahead (or back, or on a curve)."""
     time = _sixtieths(time)
     roll = step_roll(length, 0.0, length / time, flight=flight)
-    if lift != 0.03:
+    if lift != 0.04:
         roll = walk_roll(max(length, 0.2), lift=lift)
     step = Step(duration=time, overlap=overlap, forward=length, width=width, turn=turn, roll=roll)
     return _loop(name, [step])

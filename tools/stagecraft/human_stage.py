@@ -97,6 +97,7 @@ def _skinned_part(stage: Usd.Stage, part: Part, rig: Rig, turns: FloatArray) -> 
         indices=quads,
         normals=part.mesh.normals,
         colours=part.colours,
+        per="vertex",
     )
     joints, weights = skin_weights(points, rig)
     binding = UsdSkel.BindingAPI.Apply(mesh.GetPrim())

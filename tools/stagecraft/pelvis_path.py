@@ -26,8 +26,9 @@ STANDS_BEHIND, WALKS_AHEAD = 0.088, 0.036
 """Pelvis behind the midpoint of the balls when standing [m], and how far it comes forward in a step of 0.7 m."""
 SWAY = 0.40
 """Part of the way from the path to the standing foot that the pelvis sways."""
-EXCURSION = 0.080
-"""Rise of the pelvis in mid stance per square of the step's length [1/m]; 4.0 cm at 0.71 m."""
+EXCURSION = (0.010, 0.062, 0.8)
+"""Rise of the pelvis in mid stance [m]: the first, plus the second [1/m] times the square of the step's length, which
+counts up to the third [m]; 1.8 cm at 0.35 m, 4.1 cm at 0.71 m."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,7 +109,7 @@ def height_knots(prints: Sequence[Footprint], standing_height: float) -> list[Kn
         length = float(np.linalg.norm((change.after.position - change.before.position)[[0, 2]]))
         if knots and not change.flight and not changes[number - 1].flight:
             knots.append(_mid_stance(changes[number - 1], change, standing_height))
-        height = ground + standing_height - 0.5 * EXCURSION * min(length, 0.8) ** 2
+        height = ground + standing_height - 0.5 * _excursion(length)
         if change.flight:
             duration = change.after.strike - change.before.liftoff
             rate = 0.5 * GRAVITY * duration
@@ -180,9 +181,15 @@ def _mid_stance(before: Exchange, after: Exchange, standing: float) -> Knot:
     travel = 0.5 * np.linalg.norm((after.after.position - before.before.position)[[0, 2]])
     low = 0.5 * (before.before.position[1] + after.after.position[1])
     ground = 0.5 * (low + support.position[1])
-    height = ground + standing + 0.5 * EXCURSION * min(float(travel), 0.8) ** 2
+    height = ground + standing + 0.5 * _excursion(float(travel))
     times = (before.times()[-1], after.times()[0])
     return Knot(time=0.5 * (times[0] + times[1]), height=height, group=-1 - int(1000 * support.strike))
+
+
+def _excursion(length: float) -> float:
+    """How far the pelvis rises over the standing leg in a step of `length` [m]."""
+    least, growth, longest = EXCURSION
+    return least + growth * min(length, longest) ** 2
 
 
 def _bend(knots: Sequence[Knot], number: int) -> float:

@@ -103,6 +103,7 @@ def _author_print(stage: Usd.Stage, path: str, side: int) -> str:
         indices=order,
         normals=np.array([[0.0, 1.0, 0.0]]),
         colours=np.array([COLOURS[side]]),
+        per="uniform",
     )
     return path
 

@@ -7,7 +7,7 @@ from stagecraft.footprints import Roll
 DEGREE = np.pi / 180.0
 
 
-def walk_roll(length: float, *, lift: float = 0.03) -> Roll:
+def walk_roll(length: float, *, lift: float = 0.04) -> Roll:
     """Walking forward with steps of `length` [m]: heel first, off over the toes, more of both in longer steps."""
     size = float(np.clip(length / 0.7, 0.15, 1.35))
     push = (8.0 + 39.0 * size) * DEGREE

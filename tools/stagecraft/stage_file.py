@@ -54,17 +54,18 @@ def define_mesh(
     indices: NDArray[np.int64],
     normals: FloatArray,
     colours: FloatArray,
+    per: str,
 ) -> UsdGeom.Mesh:
-    """A polygon mesh; normals and colours per vertex, per face or one for all, told apart by their number."""
+    """A polygon mesh; `per` is "vertex" or "uniform" (per face), for normals and colours of which there are several."""
     mesh = UsdGeom.Mesh.Define(stage, path)
     mesh.CreatePointsAttr(vectors(points))
     mesh.CreateFaceVertexCountsAttr(Vt.IntArray.FromNumpy(np.asarray(counts, dtype=np.int32)))
     mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(np.asarray(indices, dtype=np.int32).ravel()))
     mesh.CreateNormalsAttr(vectors(normals))
-    mesh.SetNormalsInterpolation(_interpolation(len(normals), len(points), len(counts)))
+    mesh.SetNormalsInterpolation(per if len(normals) > 1 else UsdGeom.Tokens.constant)
     mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
     mesh.CreateExtentAttr(extent_of(points))
-    mesh.CreateDisplayColorPrimvar(_interpolation(len(colours), len(points), len(counts))).Set(vectors(colours))
+    mesh.CreateDisplayColorPrimvar(per if len(colours) > 1 else UsdGeom.Tokens.constant).Set(vectors(colours))
     return mesh
 
 
@@ -74,13 +75,3 @@ def matrices(rotations: FloatArray, places: FloatArray) -> Vt.Matrix4dArray:
     whole[:, :3, :3] = np.swapaxes(rotations, -1, -2)
     whole[:, 3, :3] = places
     return Vt.Matrix4dArray([Gf.Matrix4d(row.tolist()) for row in whole])
-
-
-def _interpolation(length: int, points: int, faces: int) -> str:
-    if length == 1:
-        return UsdGeom.Tokens.constant
-    if length == points:
-        return UsdGeom.Tokens.vertex
-    if length == faces:
-        return UsdGeom.Tokens.uniform
-    raise ValueError(f"{length} values fit neither {points} points nor {faces} faces")

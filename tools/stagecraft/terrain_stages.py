@@ -31,6 +31,7 @@ def author_surface(stage: Usd.Stage, parent: str, surface: Surface) -> None:
         indices=surface.indices,
         normals=surface.face_normals(),
         colours=surface.colours,
+        per="uniform",
     )
     prim = mesh.GetPrim()
     prim.AddAppliedSchema("UsdfootTerrainAPI")
@@ -50,6 +51,7 @@ def author_block(stage: Usd.Stage, path: str, centre: np.ndarray, size: np.ndarr
         indices=np.array(faces),
         normals=normals,
         colours=np.array([[0.62, 0.36, 0.30]]),
+        per="uniform",
     )
     mesh.GetPrim().AddAppliedSchema("UsdfootObstacleAPI")
     uniform(mesh.GetPrim(), "usdfoot:obstacle:margin", Sdf.ValueTypeNames.Float, margin)

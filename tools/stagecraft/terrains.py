@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -174,16 +175,23 @@ def _grid(name: str, axis: FloatArray, height: Height, colours: FloatArray, *, t
 def _extrusion(
     name: str, profile: Sequence[tuple[float, float]], width: float, colour: tuple[float, float, float]
 ) -> Surface:
-    """A closed body with the profile (z, y), from its first to its last point over a level floor, along x."""
-    count = len(profile)
-    ring = np.array([[0.0, y, z] for z, y in profile])
-    points = np.concatenate([ring - [width / 2, 0, 0], ring + [width / 2, 0, 0]])
-    tops = [index for k in range(count - 1) for index in (k, k + 1, count + k + 1, count + k)]
-    floor = [0, count, 2 * count - 1, count - 1]
-    sides = [*range(count - 1, -1, -1), *range(count, 2 * count)]
-    counts = [4] * count + [count, count]
-    lit = [1.0 if profile[k + 1][0] > profile[k][0] else 0.8 for k in range(count - 1)]
-    colours = np.array(colour) * np.array([*lit, 0.6, 0.85, 0.85])[:, None]
+    """A closed body of convex faces: the profile (z, y) along x, walls below it, a level floor at y = 0."""
+    faces, shades = [], []
+    x = width / 2
+    for (near, low), (far, high) in pairwise(profile):
+        faces.append([(-x, low, near), (-x, high, far), (x, high, far), (x, low, near)])
+        shades.append(1.0 if far > near else 0.8)
+        if far > near:
+            wall = [(low, near), (0.0, near), (0.0, far), (high, far)]
+            faces.append([(-x, 0.0, near), (x, 0.0, near), (x, 0.0, far), (-x, 0.0, far)])
+            faces.append([(-x, y, z) for y, z in dict.fromkeys(wall)])
+            faces.append([(x, y, z) for y, z in dict.fromkeys(wall[::-1])])
+            shades += [0.6, 0.85, 0.85]
+    points = list(dict.fromkeys(point for face in faces for point in face))
     return Surface(
-        name=name, points=points, counts=np.array(counts), indices=np.array([*tops, *floor, *sides]), colours=colours
+        name=name,
+        points=np.array(points),
+        counts=np.array([len(face) for face in faces]),
+        indices=np.array([points.index(point) for face in faces for point in face]),
+        colours=np.array(colour) * np.array(shades)[:, None],
     )
