@@ -22,6 +22,12 @@ from usdfoot.model.skeleton import Skeleton
 __all__ = ["MirrorMap", "mirror_contacts", "mirror_map", "mirrored_clip", "mirrored_rotations"]
 
 REFLECTION = np.array([-1.0, 1.0, 1.0])
+CONTRADICTION = 0.2
+"""Angle between what rest rotations and children say from which on the rest pose is not believed [rad]."""
+SQUARE_MISFIT = 0.12
+"""How far it may miss the children, relative to their distance."""
+SQUARE_ANGLE = 0.7
+"""How far a quarter turn of the axes may be from the relation it replaces [rad]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,12 +47,19 @@ def mirror_map(skeleton: Skeleton, biped: Biped) -> MirrorMap:
 
     The relation follows from the children: C must turn each child's rest translation onto the mirror image of its
     partner's. Where that leaves a turn free (one child or none), the rest rotations decide, from the parent's relation
-    on, so that a rest pose that is a frame of a walk does little harm.
+    on. If they contradict the children somewhere, the rest pose is a frame of some animation; then a quarter turn of
+    the axes near the relation, as rigging programs make them, is preferred to it.
     """
     partners = joint_pairs(skeleton, biped)
-    count = len(skeleton.joints)
-    relations = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
+    mirror, contradiction = _related(skeleton, partners, square=False)
+    return _related(skeleton, partners, square=True)[0] if contradiction > CONTRADICTION else mirror
+
+
+def _related(skeleton: Skeleton, partners: IntArray, *, square: bool) -> tuple[MirrorMap, float]:
+    """Relations of all joints, and the largest angle [rad] between what rest rotations and children say."""
+    relations = np.tile([0.0, 0.0, 0.0, 1.0], (len(partners), 1))
     inverses = relations.copy()
+    contradiction = 0.0
     for joint, parent in enumerate(skeleton.parents):
         if parent >= 0:
             inverses[joint] = quaternion.inverse(relations[parent])
@@ -57,7 +70,11 @@ def mirror_map(skeleton: Skeleton, biped: Biped) -> MirrorMap:
         offsets = skeleton.rest_translations[children]
         images = skeleton.rest_translations[partners[children]] * REFLECTION
         relations[joint] = _best_turn(offsets, images, expected)
-    return MirrorMap(partners=partners, relations=relations, parent_inverses=inverses)
+        between = quaternion.compose(quaternion.inverse(expected), relations[joint])
+        contradiction = max(contradiction, float(np.linalg.norm(quaternion.to_rotation_vector(between))))
+        if square:
+            relations[joint] = _squared(offsets, images, relations[joint])
+    return MirrorMap(partners=partners, relations=relations, parent_inverses=inverses), contradiction
 
 
 def _best_turn(offsets: FloatArray, images: FloatArray, expected: FloatArray) -> FloatArray:
@@ -71,6 +88,15 @@ def _best_turn(offsets: FloatArray, images: FloatArray, expected: FloatArray) ->
         handed = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
         expected = quaternion.from_matrix((left * handed) @ right)
     return expected
+
+
+def _squared(offsets: FloatArray, images: FloatArray, relation: FloatArray) -> FloatArray:
+    """The rotation of axes onto axes nearest to a relation (4,), or that itself if the children or the angle forbid."""
+    matrix = quaternion.to_matrix(relation)
+    axes = np.where(np.abs(matrix) > np.cos(SQUARE_ANGLE), np.sign(matrix), 0.0)
+    is_rotation = np.allclose(axes @ axes.T, np.eye(3)) and np.linalg.det(axes) > 0.0
+    fits = np.linalg.norm(images - offsets @ axes.T) <= SQUARE_MISFIT * np.linalg.norm(offsets) + 1e-9
+    return quaternion.from_matrix(axes) if is_rotation and fits else relation
 
 
 def mirrored_rotations(rotations: FloatArray, mirror: MirrorMap) -> FloatArray:
