@@ -74,7 +74,7 @@ def test_inertialised_seams_keep_pose_and_velocity(walker_library, plan):
 
 
 def test_without_seams_there_are_jumps(walker_library):
-    plan = PLANS["walk"]
+    plan = PLANS["from stand to stand"]
     rotations, _ = poses_beside(walker_library, plan, "none")
     values, velocities = rotation_jumps(rotations)
     assert values.max() > 0.01
@@ -82,9 +82,9 @@ def test_without_seams_there_are_jumps(walker_library):
 
 
 def test_a_crossfade_keeps_the_pose_but_not_the_velocity(walker_library):
-    rotations, positions = poses_beside(walker_library, PLANS["walk"], "crossfade")
+    rotations, positions = poses_beside(walker_library, PLANS["from stand to stand"], "crossfade")
     values, _ = rotation_jumps(rotations)
-    assert values.max() < 5e-3
+    assert values.max() < 0.02
     assert position_jumps(positions)[0].max() < 1e-4
 
 

@@ -25,8 +25,9 @@ UNKNOWN_STEP_TIME = 0.6
 class ContactTable:
     """Contacts of A agents, C in all, each agent's in order of strike, left and right in turn.
 
-    A plan that starts in mid gait has one more contact before its first footstep, one that ends in mid gait has one
-    more after its last: where the other foot comes from and goes to (design.md section 2). Their `steps` are -1.
+    A plan that starts in mid gait has one more contact before its first footstep: where the other foot comes from
+    (design.md section 2). One that ends in mid gait has two more after its last, so that the body walks on until the
+    last liftoff. Their `steps` are -1.
     """
 
     first: IntArray
@@ -78,11 +79,11 @@ class ContactTable:
 def lay_contacts(plans: Sequence[FootstepPlan]) -> ContactTable:
     """Table of the contacts of all plans; the contacts that are no footsteps are placed as far as the plans tell.
 
-    The one after the last footstep mirrors the last step. The one before the first is put beside it; where it
+    Those after the last footstep mirror the last step. The one before the first is put beside it; where it
     belongs follows from the examples (`weights.place_departures`).
     """
     before = np.array([not plan.starts_standing for plan in plans], dtype=int)
-    after = np.array([not plan.ends_standing for plan in plans], dtype=int)
+    after = np.array([0 if plan.ends_standing else 2 for plan in plans])
     counts = np.array([len(plan) for plan in plans]) + before + after
     first = np.concatenate([[0], np.cumsum(counts)])
     total = int(first[-1])
@@ -114,7 +115,8 @@ def lay_contacts(plans: Sequence[FootstepPlan]) -> ContactTable:
         table[name][real] = np.concatenate(values)
     ends = np.array([plan.liftoff_times.max() for plan in plans])
     _lay_before(table, first[:-1][before == 1])
-    _lay_after(table, first[1:][after == 1] - 1, ends[after == 1])
+    for back in (2, 1):
+        _lay_after(table, first[1:][after > 0] - back, ends[after > 0])
     contacts = ContactTable(
         first=first,
         agents=agents,
@@ -144,7 +146,7 @@ def _lay_before(table: dict[str, FloatArray], rows: IntArray) -> None:
 
 
 def _lay_after(table: dict[str, FloatArray], rows: IntArray, ends: FloatArray) -> None:
-    """Fills the contacts after mid-gait ends: the mirror image of the last step, after the same time."""
+    """Fills contacts after mid-gait ends: the mirror image of the step before, after the same time."""
     step_time = table["strikes"][rows - 1] - table["strikes"][rows - 2]
     step_time = np.where(step_time > 0.0, step_time, UNKNOWN_STEP_TIME)
     heading = planar.circular_mean(np.stack([table["yaws"][rows - 1], table["yaws"][rows - 2]]), axis=0)

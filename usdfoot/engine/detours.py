@@ -142,7 +142,7 @@ def _refine(path: FloatArray) -> FloatArray:
     """Paths (N, KNOTS, 3) with BETWEEN even pieces from knot to knot."""
     pieces = np.arange(BETWEEN) / BETWEEN
     inner = path[:, :-1, None] + pieces[:, None] * (path[:, 1:] - path[:, :-1])[:, :, None]
-    return np.concatenate([inner.reshape(len(path), -1, 3), path[:, -1:]], axis=1)
+    return np.concatenate([inner.reshape(len(path), BETWEEN * (KNOTS - 1), 3), path[:, -1:]], axis=1)
 
 
 def _envelope(missing: FloatArray) -> FloatArray:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import warp as wp
 
+from usdfoot.engine.contacts import ContactTable
 from usdfoot.engine.plant import FootArrays, standing_foot
 from usdfoot.engine.poses import Feet, Setup
 from usdfoot.engine.rig import LegRig
@@ -97,7 +98,7 @@ def roll_contacts(setup: Setup, raises: FloatArray, ground: Ground) -> ContactFe
     frames, on_ground = lay_prints(setup, ground)
     flat_feet = np.array([foot.flat_rotation for foot in setup.rig.feet])
     durations = contacts.liftoffs - contacts.strikes
-    heel_first = raises < -0.01
+    heel_first = (raises < -0.01) & ~_from_standing(contacts)
     flats = contacts.strikes + np.where(heel_first, np.minimum(FLAT_TIME, FLAT_SHARE * durations), 0.0)
     count = len(contacts.sides)
     return ContactFeet(
@@ -112,6 +113,14 @@ def roll_contacts(setup: Setup, raises: FloatArray, ground: Ground) -> ContactFe
         land_rotations=np.tile([0.0, 0.0, 0.0, 1.0], (count, 1)),
         on_ground=on_ground,
     )
+
+
+def _from_standing(contacts: ContactTable) -> BoolArray:
+    """Contacts that an agent starts standing on: they are flat at once, shape (C,)."""
+    first = contacts.first[:-1]
+    flags = np.zeros(len(contacts.sides), dtype=bool)
+    flags[first] = flags[first + 1] = contacts.strikes[first] == contacts.strikes[first + 1]
+    return flags
 
 
 def device_feet(setup: Setup, feet: ContactFeet, detours: FloatArray) -> FootArrays:

@@ -51,6 +51,7 @@ def weigh_steps(
     """
     pending = np.ones(len(setup.segments), dtype=bool)
     limited = np.zeros(len(setup.segments), dtype=bool)
+    moved = np.zeros((len(setup.segments), 2))
     setup, blend, landings = _solve(setup, spaces, stand)
     while pending.any():
         errors = landings.offsets
@@ -62,13 +63,14 @@ def weigh_steps(
             break
         limited |= first
         shift = errors * (excess / np.maximum(distance, 1e-12))[:, None] * first[:, None]
+        moved += shift
         setup = _move_targets(setup, shift)
         setup, blend, landings = _solve(setup, spaces, stand)
     return (
         align_events(setup, blend),
         blend,
         Landings(
-            blend_error=np.linalg.norm(landings.offsets, axis=1),
+            blend_error=np.linalg.norm(landings.offsets + moved, axis=1),
             hull_distance=landings.hull_distances,
             time_warp=landings.time_warps,
             limited=limited,

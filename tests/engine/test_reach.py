@@ -1,0 +1,145 @@
+"""Footsteps the clips do not reach: outside the hull, beyond IK; and the correction of landings inside."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+
+from tests.builders import Gait
+from tests.engine.plans import way
+from tests.engine.walkers import WALKS, in_world, library_of
+from usdfoot.engine.animate import prepare_library
+from usdfoot.engine.options import EngineOptions
+from usdfoot.model.plan import FootstepPlan
+
+FAR = 5
+
+
+def with_far_step(distance: float) -> FootstepPlan:
+    """A walk whose sixth footstep lies `distance` to the outside of where it belongs [m]."""
+    plan = way(10, length=0.5)
+    positions = plan.positions.copy()
+    positions[FAR, 0] += np.where(plan.sides[FAR] == 0, distance, -distance)
+    return replace(plan, positions=positions)
+
+
+def test_a_step_out_of_reach_is_reported_and_the_next_ones_are_exact_again(animate):
+    results = animate([with_far_step(1.2)], reach=0.1, rate=60.0)[0].results
+    others = np.delete(np.arange(10), [FAR, FAR + 1])
+    assert results.status[FAR] == "unreachable"
+    assert results.status[FAR + 1] == "unreachable" or results.placement_error[FAR + 1] < 1e-3
+    assert {results.status[step] for step in others} <= {"ok", "outsideHull"}
+    assert results.placement_error[others].max() < 1e-3
+    assert results.slide.max() < 1e-3
+
+
+def test_an_unreachable_step_is_placed_as_far_as_ik_may_pull(animate):
+    """It reports how far the clips' landing is from it; IK takes `reach` of that."""
+    for reach in (0.05, 0.1, 0.15):
+        results = animate([with_far_step(1.2)], reach=reach, rate=60.0)[0].results
+        assert results.status[FAR] == "unreachable"
+        assert results.blend_error[FAR] > 0.4
+        assert_allclose(results.placement_error[FAR], results.blend_error[FAR] - reach, atol=2e-3)
+
+
+def test_a_longer_reach_leaves_less_to_miss(animate):
+    missed = [
+        animate([with_far_step(1.2)], reach=reach, rate=60.0)[0].results.placement_error[FAR]
+        for reach in (0.02, 0.1, 0.2)
+    ]
+    assert missed[0] > missed[1] > missed[2]
+
+
+def test_without_any_reach_only_landings_of_the_clips_are_kept(animate):
+    results = animate([way(length=1.6)], reach=0.0, rate=60.0)[0].results
+    assert set(results.status[1:]) == {"unreachable"}
+
+
+@settings(max_examples=10)
+@given(length=st.floats(0.3, 0.7), width=st.floats(0.12, 0.25), turn=st.floats(-0.05, 0.05))
+def test_landings_inside_the_hull_are_met_before_ik(animate, length, width, turn):
+    results = animate([way(6, length=length, width=width, turn=turn)])[0].results
+    inside = results.hull_distance < 1e-6
+    assert inside.sum() >= 4
+    assert results.blend_error[inside].mean() < 1e-3
+
+
+def test_the_correction_makes_landings_better(animate):
+    plan = way(length=0.63, width=0.2, turn=0.08)
+    corrected = animate([plan])[0].results.blend_error
+    plain = animate([plan], options=EngineOptions(correction=False))[0].results.blend_error
+    assert corrected.mean() < 0.5 * plain.mean()
+    assert np.all(corrected <= plain + 1e-6)
+
+
+def test_the_distance_outside_the_hull_is_reported(animate):
+    near, far = (animate([way(length=0.5, width=width)])[0].results for width in (0.16, 0.45))
+    assert np.all(near.hull_distance < 1e-6)
+    assert np.all(far.hull_distance[1:] > 0.1)
+    assert set(far.status[1:]) == {"outsideHull"}
+    assert far.placement_error.max() < 1e-3
+
+
+def test_time_warp_is_planned_over_blended(animate):
+    slow, fast = (animate([way(step_time=time)])[0].results.time_warp for time in (1.0, 0.5))
+    assert np.all(slow[1:] > 1.3 * fast[1:])
+    assert_allclose(fast[1:], 1.0, atol=0.2)
+
+
+@pytest.mark.parametrize("clips", [1, 2], ids=["one clip", "two clips"])
+def test_tiny_libraries_still_keep_to_the_footsteps(animate, clips):
+    library = prepare_library(library_of(WALKS[4 : 4 + clips]), EngineOptions())
+    for plan in (way(length=0.4), way(length=0.5, width=0.12, turn=0.1)):
+        motion = animate([plan], library=library, rate=60.0)[0]
+        assert set(motion.results.status) <= {"ok", "outsideHull"}
+        assert motion.results.placement_error.max() < 2e-3
+        assert set(motion.results.clips) <= {clip.name for clip in library.source.clips}
+
+
+def test_copies_of_one_clip_blend_to_that_clip(animate):
+    alone = library_of(WALKS[4:5])
+    copies = replace(alone, clips=tuple(replace(alone.clips[0], name=f"/copy{index}") for index in range(3)))
+    plan = way(length=0.4, width=0.14)
+    first = animate([plan], library=prepare_library(alone, EngineOptions()))[0]
+    second = animate([plan], library=prepare_library(copies, EngineOptions()))[0]
+    assert_allclose(in_world(alone, second).positions, in_world(alone, first).positions, atol=1e-5)
+
+
+def test_a_library_without_flight_serves_a_run(animate):
+    library = prepare_library(library_of(WALKS), EngineOptions())
+    plan = way(length=0.7, step_time=0.4, duty=0.42)
+    motion = animate([plan], library=library, rate=60.0)[0]
+    assert np.isfinite(motion.rotations).all()
+    assert motion.results.placement_error.max() < 3e-3
+
+
+def test_a_library_of_runs_only_serves_a_walk(animate):
+    library = prepare_library(
+        library_of([Gait(step_length=length, step_time=0.35, duty=0.4) for length in (0.8, 1.0)]), EngineOptions()
+    )
+    motion = animate([way(length=0.5)], library=library, rate=60.0)[0]
+    assert np.isfinite(motion.rotations).all()
+    assert motion.results.slide.max() < 1e-3
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_two_footsteps_are_a_plan(animate, first):
+    for plan in (way(2, first=first), way(2, first=first, stand_last=0.8)):
+        motion = animate([plan], rate=60.0)[0]
+        assert np.isfinite(motion.rotations).all()
+        assert len(motion.results.status) == 2
+
+
+def test_clip_weights_are_listed_step_by_step(animate):
+    results = animate([way()])[0].results
+    assert len(results.clips) == len(results.clip_weights) == results.clip_counts.sum()
+    begins = np.cumsum(results.clip_counts) - results.clip_counts
+    for begin, count in zip(begins, results.clip_counts, strict=True):
+        if count:
+            assert_allclose(results.clip_weights[begin : begin + count].sum(), 1.0, atol=1e-9)
+            assert len(set(results.clips[begin : begin + count])) == count

@@ -1,0 +1,127 @@
+"""Contacts and segments of plans, as tables."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from numpy.testing import assert_allclose, assert_array_equal
+
+from tests.engine.plans import crowd, moved, way
+from tests.engine.walkers import WALKS, library_of
+from tests.strategies import footstep_plans
+from usdfoot.engine.animate import animate_crowd, prepare_library
+from usdfoot.engine.contacts import lay_contacts
+from usdfoot.engine.options import EngineOptions
+from usdfoot.engine.segments import cut_segments, locate, phases_at
+from usdfoot.errors import ClipError, UsdfootError
+from usdfoot.maths import planar
+from usdfoot.model.clip import ClipLibrary
+
+
+@given(plan=footstep_plans(smallest=3))
+def test_contacts_are_the_footsteps_and_what_is_before_and_after(plan):
+    contacts = lay_contacts([plan])
+    real = contacts.steps >= 0
+    assert_array_equal(contacts.steps[real], np.arange(len(plan)))
+    for name, values in (
+        ("sides", plan.sides),
+        ("positions", plan.positions),
+        ("strikes", plan.strike_times),
+        ("liftoffs", plan.liftoff_times),
+        ("yaws", plan.yaws),
+    ):
+        assert_allclose(getattr(contacts, name)[real], values)
+    assert_array_equal(np.flatnonzero(~real), [0, len(plan) + 1, len(plan) + 2])
+    assert np.all(np.diff(contacts.sides) != 0)
+    assert np.all(np.diff(contacts.strikes) > 0.0)
+    assert np.all(contacts.liftoffs > contacts.strikes)
+    headings = contacts.headings[1:]
+    assert np.abs(np.diff(headings)).max() < np.pi
+    middle = planar.circular_mean(np.stack([contacts.yaws[1:], contacts.yaws[:-1]]), axis=0)
+    assert_allclose(planar.wrap_angle(headings - middle), 0.0, atol=1e-9)
+
+
+@given(plan=footstep_plans(smallest=3))
+def test_segments_partition_the_time_of_the_plan(plan):
+    options = EngineOptions()
+    contacts = lay_contacts([plan])
+    segments = cut_segments(contacts, options)
+    assert segments.begins[0] == plan.strike_times[0]
+    assert segments.ends[-1] >= plan.liftoff_times.max() - 1e-9
+    assert_allclose(segments.begins[1:], segments.ends[:-1])
+    assert np.all(segments.ends > segments.begins)
+    assert np.all(np.diff(segments.knot_times, axis=1) > 0.0)
+
+
+@given(plan=footstep_plans(smallest=3))
+def test_phases_rise_from_strike_to_strike(plan):
+    segments = cut_segments(lay_contacts([plan]), EngineOptions())
+    rows = np.repeat(np.arange(len(segments)), 50)
+    shares = np.tile(np.linspace(0.0, 1.0, 50), len(segments))
+    times = segments.begins[rows] + shares * (segments.ends - segments.begins)[rows]
+    phases = phases_at(segments, rows, times).reshape(len(segments), 50)
+    assert np.all(np.diff(phases, axis=1) > 0.0)
+    assert_allclose(phases[~segments.stands, -1], 1.0, atol=1e-9)
+    whole = ~segments.stands & (segments.begins == segments.knot_times[:, 0])
+    assert_allclose(phases[whole, 0], 0.0, atol=1e-9)
+
+
+def test_agents_keep_their_own_contacts():
+    together = [way(5), moved(way(4, first=1), shift=(3.0, 0.0, 0.0)), way(6, stand_first=0.8, stand_last=0.9)]
+    contacts = lay_contacts(together)
+    for agent, plan in enumerate(together):
+        alone = lay_contacts([plan])
+        own = slice(contacts.first[agent], contacts.first[agent + 1])
+        for name in ("steps", "sides", "positions", "yaws", "strikes", "liftoffs", "headings"):
+            assert_array_equal(getattr(contacts, name)[own], getattr(alone, name))
+
+
+def test_a_long_double_support_is_a_stand():
+    plan = way(8, stand_first=1.0, stand_last=1.2)
+    segments = cut_segments(lay_contacts([plan]), EngineOptions())
+    assert segments.stands[0]
+    assert segments.stands[-1]
+    assert not segments.stands[1:-1].any()
+    assert segments.ends[0] == plan.liftoff_times[0]
+
+
+def test_locate_finds_the_last_row_begun():
+    agents, begins, origins = np.array([0, 0, 0, 1, 1]), np.array([0.0, 1.0, 2.0, 50.0, 51.0]), np.array([0.0, 50.0])
+    queries = np.array([-1.0, 0.0, 0.99, 1.0, 9.0, 49.0, 50.5, 99.0])
+    found = locate(agents, begins, origins, np.array([0, 0, 0, 0, 0, 1, 1, 1]), queries)
+    assert_array_equal(found, [0, 0, 0, 1, 2, 3, 3, 4])
+
+
+@pytest.mark.parametrize("change", [{"seam": "dissolve"}, {"seam_time": 0.0}, {"stand_time": -1.0}])
+def test_options_out_of_range_are_named(change):
+    with pytest.raises(UsdfootError, match=next(iter(change))):
+        EngineOptions(**change)
+
+
+def test_a_library_without_steps_is_named(walker_library):
+    source = walker_library.source
+    with pytest.raises(ClipError, match="no clip with a usable step"):
+        prepare_library(ClipLibrary(skeleton=source.skeleton, biped=source.biped, clips=()), EngineOptions())
+
+
+def test_agents_whose_library_fails_are_skipped_and_the_others_go_on(walker_library):
+    good = crowd(walker_library.source, [way(4), way(5), way(6)])
+    source = walker_library.source
+    empty = ClipLibrary(skeleton=source.skeleton, biped=source.biped, clips=())
+    lost = type(good.agents[1])(**{**vars(good.agents[1]), "library": 1})
+    scene = type(good)(**{**vars(good), "agents": (good.agents[2], lost, good.agents[0]), "libraries": (source, empty)})
+    motions, problems = animate_crowd(scene)
+    assert [motion.name for motion in motions] == ["agent2", "agent0"]
+    assert [problem.where for problem in problems if problem.severity == "error"] == ["/World/agent1"]
+
+
+def test_a_library_that_lacks_a_foot_is_a_problem_not_an_end():
+    """Three contacts and no mirror image: only one foot ever swings."""
+    source = library_of(WALKS[4:5], footsteps=3, mirror=False)
+    clip = source.clips[0]
+    one_step = type(clip)(**{**vars(clip), "range_start": 0.2, "range_end": 0.7})
+    library = ClipLibrary(skeleton=source.skeleton, biped=source.biped, clips=(one_step,))
+    motions, problems = animate_crowd(crowd(library, [way(4)]))
+    assert motions == []
+    assert any(problem.severity == "error" and problem.where == "/World/agent0" for problem in problems)
