@@ -1,0 +1,76 @@
+"""Bench: its rigs and plans are what they claim, and its figures add up."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from tests.builders import build_walker
+from usdfoot.model.skeleton import forward_kinematics
+
+
+@pytest.fixture(scope="module")
+def tools(repository):
+    """The tools' folder on the path, as when one of them is run; the processor's threads as they were afterwards."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(repository / "tools"))
+        for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+            patch.setenv(name, "1")
+        yield
+
+
+@pytest.mark.parametrize("count", [14, 16, 40])
+def test_rigs_have_the_joints_asked_for_and_the_same_legs(tools, count):
+    from benching.rigs import with_joints
+
+    library = build_walker(footsteps=5).library
+    resized = with_joints(library, count)
+    assert len(resized.skeleton.joints) == len(set(resized.skeleton.joints)) == count
+    legs = []
+    for each in (library, resized):
+        clip, biped = each.clips[0], each.biped
+        positions, _ = forward_kinematics(each.skeleton.parents, clip.translations, clip.rotations)
+        legs.append(positions[:, [biped.pelvis, *biped.hips, *biped.knees, *biped.ankles, *biped.balls]])
+    assert_allclose(legs[1], legs[0], atol=1e-12)
+
+
+def test_plans_last_as_long_as_asked(tools):
+    from benching.rigs import straight_plan
+
+    for number in range(8):
+        plan = straight_plan(number, 8.0)
+        assert 7.0 < plan.liftoff_times.max() <= 8.0 + 1e-9
+        assert len(plan) > 8
+
+
+def test_figures_of_a_small_crowd(tools):
+    from benching.kernels import frame_times
+
+    library = build_walker(footsteps=8, rate=60.0).library
+    figures = frame_times(library, 20, agents=2, frames=60)
+    assert set(figures) == {"blend, place", "plant", "warp", "frame"}
+    assert all(value > 0.0 for value in figures.values())
+
+
+def test_the_stopwatch_sees_named_functions(tools):
+    from benching.stopwatch import best_time, function_times
+
+    def work() -> float:
+        return float(np.sort(np.arange(20000)[::-1]).sum())
+
+    def run() -> None:
+        work()
+
+    assert 0.0 < function_times(run, ("work",))["work"] < 1.0
+    assert best_time(run) > 0.0
+    with pytest.raises(KeyError):
+        function_times(run, ("play",))
+
+
+def test_the_table_shows_targets(tools):
+    from bench import table
+
+    text = table({"frame, 65 joints [us]": {"frame": 3.2}, "step [us]": {"seams": 9.0}})
+    assert "3.200  <= 4 at 65 joints" in text
+    assert "9.000" in text
