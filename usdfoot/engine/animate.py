@@ -25,7 +25,8 @@ from usdfoot.engine.seams import measure_seams
 from usdfoot.engine.segments import cut_segments, locate
 from usdfoot.engine.stand import with_stand
 from usdfoot.engine.weights import Landings, weigh_steps
-from usdfoot.errors import ClipError
+from usdfoot.errors import ClipError, UsdfootError
+from usdfoot.engine.subframes import drifting_frames, insert_frames, merge_poses
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.agent import Agent, Crowd
@@ -114,13 +115,27 @@ def animate_crowd(crowd: Crowd, *, options: EngineOptions | None = None) -> tupl
             continue
         try:
             prepared = prepare_library(library, options)
-        except ValueError as error:
+            found = animate_agents(prepared, agents, crowd, options=options)
+        except UsdfootError as error:
             problems += [Problem(severity="error", where=agent.source, message=str(error)) for agent in agents]
             continue
         problems += prepared.problems
-        for motion in animate_agents(prepared, agents, crowd, options=options):
-            motions[motion.name] = motion
+        motions.update({motion.name: motion for motion in found})
     return [motions[agent.name] for agent in crowd.agents if agent.name in motions], problems
+
+
+def _animate_each(
+    prepared: PreparedLibrary, agents: list[Agent], crowd: Crowd, options: EngineOptions
+) -> tuple[list[Motion], list[Problem]]:
+    """Motions of agents of one library; if they fail together, of those that can be animated alone."""
+    try:
+        return animate_agents(prepared, agents, crowd, options=options), []
+    except UsdfootError as error:
+        if len(agents) == 1:
+            return [], [Problem(severity="error", where=agents[0].source, message=f"{agents[0].source}: {error}")]
+    half = len(agents) // 2
+    parts = [_animate_each(prepared, part, crowd, options) for part in (agents[:half], agents[half:])]
+    return parts[0][0] + parts[1][0], parts[0][1] + parts[1][1]
 
 
 def animate_agents(
@@ -131,6 +146,11 @@ def animate_agents(
     frames = lay_frames(steps.setup.contacts, steps.setup.segments, crowd.frame_times)
     poses = plant_frames(steps, frames)
     feet = pose_feet(library.rig, poses)
+    drifting = drifting_frames(steps.setup, steps.feet, frames, poses, feet, tolerance=options.subframe_slide)
+    if drifting.any():
+        added, frames, order = insert_frames(steps.setup, frames, drifting)
+        poses = merge_poses(poses, plant_frames(steps, added), order)
+        feet = pose_feet(library.rig, poses)
     results = measure_steps(steps.setup, steps.blend, steps.landings, steps.feet, frames, feet, list(agents))
     return _motions(steps.setup, steps.feet, frames, poses, results, agents)
 

@@ -10,7 +10,7 @@ from usdfoot.engine.contacts import ContactTable
 from usdfoot.engine.segments import Segments, locate
 from usdfoot.maths.types import FloatArray, IntArray
 
-__all__ = ["Frames", "lay_frames"]
+__all__ = ["Frames", "frames_at", "lay_frames"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,6 +42,12 @@ def lay_frames(contacts: ContactTable, segments: Segments, sample_times: FloatAr
     first = np.concatenate([[0], np.cumsum(counts)])
     agents = np.repeat(np.arange(len(counts)), counts)
     stamps = sample_times[np.arange(first[-1]) - first[agents] + begins[agents]]
+    return frames_at(contacts, segments, agents, stamps)
+
+
+def frames_at(contacts: ContactTable, segments: Segments, agents: IntArray, stamps: FloatArray) -> Frames:
+    """Frames of `agents` (F,), not decreasing, at `stamps` [s] (F,)."""
+    first = np.searchsorted(agents, np.arange(len(contacts.starts) + 1))
     times = np.clip(stamps, contacts.starts[agents], contacts.ends[agents])
     rows = locate(segments.agents, segments.begins, contacts.starts, agents, times)
     latest = np.zeros((len(agents), 2), dtype=np.intp)

@@ -45,6 +45,8 @@ class EngineOptions:
     """Least height of the swinging sole over the terrain in mid swing [m]."""
     foot_spacing: float = 0.08
     """Least distance between the swinging foot and the standing leg it passes, centre to centre [m]."""
+    subframe_slide: float = 0.001
+    """A planted ball that drifts farther than this between two frames gets a sample halfway [m]."""
     samples: int = 64
     """Samples of each example."""
 

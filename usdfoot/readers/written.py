@@ -161,7 +161,8 @@ def _read_agent(prim: Usd.Prim, units: StageUnits) -> WrittenAgent:
     animation = query.GetAnimQuery() if query else None
     if not animation:
         raise SceneError(prim.GetPath(), "has no animated Skeleton", "skel:animationSource must name a SkelAnimation")
-    codes = np.array(animation.GetJointTransformTimeSamples(), dtype=float)
+    samples = animation.GetJointTransformTimeSamples()
+    codes = np.arange(np.ceil(samples[0]), np.floor(samples[-1]) + 1.0) if samples else np.zeros(0)
     raw = read_skeleton(skeleton_prim)
     to_agent = _skeleton_to_agent(skeleton_prim, codes[0] if len(codes) else 0.0, units)
     skeleton = skeleton_in(raw, to_agent)

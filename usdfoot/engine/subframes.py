@@ -1,0 +1,105 @@
+"""Samples between frames where a planted foot would drift: clients interpolate each joint by itself, and a leg that swings
+fast over its foot takes the ball off the ground halfway from one frame to the next."""
+
+from __future__ import annotations
+
+import numpy as np
+import warp as wp
+
+from usdfoot.engine.feet import ContactFeet
+from usdfoot.engine.frames import Frames, frames_at
+from usdfoot.engine.poses import Feet, Poses, Setup, pose_feet
+from usdfoot.maths.types import BoolArray, IntArray
+
+__all__ = ["drifting_frames", "insert_frames", "merge_poses"]
+
+
+@wp.kernel
+def halfway(
+    joints: wp.array(dtype=wp.int32),
+    positions: wp.array(dtype=wp.vec3f),
+    pelvis_rotations: wp.array(dtype=wp.quatf),
+    rotations: wp.array2d(dtype=wp.quatf),
+    half_positions: wp.array(dtype=wp.vec3f),
+    half_pelvis_rotations: wp.array(dtype=wp.quatf),
+    half_rotations: wp.array2d(dtype=wp.quatf),
+) -> None:
+    """What USD interpolates in the middle between each frame and the next."""
+    frame = wp.tid()
+    half_positions[frame] = 0.5 * (positions[frame] + positions[frame + 1])
+    half_pelvis_rotations[frame] = mean_rotation(pelvis_rotations[frame], pelvis_rotations[frame + 1])
+    for k in range(joints.shape[0]):
+        joint = joints[k]
+        half_rotations[frame, joint] = mean_rotation(rotations[frame, joint], rotations[frame + 1, joint])
+
+
+@wp.func
+def mean_rotation(first: wp.quatf, second: wp.quatf) -> wp.quatf:
+    """Rotation halfway between two."""
+    if wp.dot(first, second) < 0.0:
+        return wp.normalize(first - second)
+    return wp.normalize(first + second)
+
+
+def drifting_frames(
+    setup: Setup, feet: ContactFeet, frames: Frames, poses: Poses, measured: Feet, *, tolerance: float
+) -> BoolArray:
+    """Whether a planted ball leaves its place by more than `tolerance` [m] before the next frame, shape (F,)."""
+    count = len(frames.times) - 1
+    drifting = np.zeros(count + 1, dtype=bool)
+    if count < 1:
+        return drifting
+    half = Poses(
+        pelvis_positions=wp.empty(count, dtype=wp.vec3f),
+        pelvis_rotations=wp.empty(count, dtype=wp.quatf),
+        rotations=wp.empty((count, len(setup.skeleton.joints)), dtype=wp.quatf),
+    )
+    wp.launch(
+        halfway,
+        dim=count,
+        inputs=[
+            wp.array(setup.rig.leg_joints.astype(np.int32), dtype=wp.int32),
+            poses.pelvis_positions,
+            poses.pelvis_rotations,
+            poses.rotations,
+        ],
+        outputs=[half.pelvis_positions, half.pelvis_rotations, half.rotations],
+    )
+    balls = pose_feet(setup.rig, half).balls
+    liftoffs = setup.contacts.liftoffs
+    for side in (0, 1):
+        contact = frames.contacts[:, side]
+        held = (contact[:-1] == contact[1:]) & (frames.agents[:-1] == frames.agents[1:])
+        held &= (frames.times[:-1] >= feet.flats[contact[:-1]]) & (frames.times[1:] <= liftoffs[contact[1:]])
+        moved = np.linalg.norm(balls[:, side] - measured.balls[:-1, side], axis=1)
+        drifting[:-1] |= held & (moved > tolerance)
+    return drifting
+
+
+def insert_frames(setup: Setup, frames: Frames, rows: BoolArray) -> tuple[Frames, Frames, IntArray]:
+    """Frames halfway after `rows` (F,).
+
+    Returns:
+        The new frames alone, all frames, and the order that brings old frames followed by new ones into that of all.
+    """
+    chosen = np.flatnonzero(rows)
+    agents = frames.agents[chosen]
+    stamps = 0.5 * (frames.stamps[chosen] + frames.stamps[chosen + 1])
+    added = frames_at(setup.contacts, setup.segments, agents, stamps)
+    all_agents, all_stamps = np.append(frames.agents, agents), np.append(frames.stamps, stamps)
+    order = np.lexsort((all_stamps, all_agents))
+    return added, frames_at(setup.contacts, setup.segments, all_agents[order], all_stamps[order]), order
+
+
+def merge_poses(first: Poses, second: Poses, order: IntArray) -> Poses:
+    """Frames of both poses in the given order."""
+
+    def merged(name: str, kind: type) -> wp.array:
+        values = np.concatenate([getattr(first, name).numpy(), getattr(second, name).numpy()])[order]
+        return wp.array(values, dtype=kind)
+
+    return Poses(
+        pelvis_positions=merged("pelvis_positions", wp.vec3f),
+        pelvis_rotations=merged("pelvis_rotations", wp.quatf),
+        rotations=merged("rotations", wp.quatf),
+    )
