@@ -42,7 +42,13 @@ def crowd_plans(surfaces: Sequence[Surface], steps: int = 14) -> list[Plan]:
     for number, (x, z, heading, speed) in enumerate(RUNNERS):
         pace = Step(duration=0.367, overlap=-0.10, forward=0.367 * speed, width=0.09)
         plans.append(
-            _put(f"Runner_{number}", lay_footprints([pace] * steps, first_side=LEFT), (x, z), heading, surfaces)
+            _put(
+                f"Runner_{number}",
+                lay_footprints([pace] * steps, first_side=LEFT, last_contact=pace.duration + pace.overlap),
+                (x, z),
+                heading,
+                surfaces,
+            )
         )
     return plans
 

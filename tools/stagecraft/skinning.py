@@ -33,11 +33,13 @@ def skin_weights(points: FloatArray, rig: Rig) -> tuple[NDArray[np.int64], Float
     """Joint indices and weights (sum 1, largest first) of `points`, shape (N, 4) each."""
     share = np.zeros((len(points), len(rig.names)))
     share[:, 0] = 1.0
-    for joint, name in enumerate(rig.names[1:], start=1):
-        parent = rig.parents[joint]
-        part = share[:, parent] * _takes_over(points, name, rig)
-        share[:, joint] = part
-        share[:, parent] -= part
+    for parent in range(len(rig.names)):
+        children = [joint for joint, above in enumerate(rig.parents) if above == parent]
+        if children:
+            taken = np.stack([_takes_over(points, rig.names[joint], rig) for joint in children], axis=1)
+            taken /= np.maximum(taken.sum(axis=1, keepdims=True), 1.0)
+            share[:, children] = share[:, parent, None] * taken
+            share[:, parent] *= 1.0 - taken.sum(axis=1)
     order = np.argsort(-share, axis=1, kind="stable")[:, :INFLUENCES]
     weights = np.take_along_axis(share, order, axis=1)
     weights[weights < 0.004] = 0.0
@@ -51,7 +53,8 @@ def _takes_over(points: FloatArray, name: str, rig: Rig) -> FloatArray:
     sign = np.sign(rig.place(name)[0]) if bare != name else 0.0
     beyond = _ramp((points - rig.place(name)) @ _normal(name, bare, rig), SOFTNESS[bare])
     if bare == "UpLeg":
-        return beyond * _ramp(sign * points[:, 0], 0.04)
+        apart = np.interp(points[:, 1], (0.80, 0.90), (0.012, 0.045))  # soft in the seat, sharp between the legs
+        return beyond * _ramp(sign * points[:, 0], apart)
     arms = _ramp(np.abs(points[:, 0]) * 0.9 + points[:, 1] * 0.43 - ARMPIT, 0.048)
     if bare in ("Spine", "Spine1", "Chest"):
         return np.maximum(beyond, arms)
@@ -84,7 +87,7 @@ def _normal(name: str, bare: str, rig: Rig) -> FloatArray:
     return total / np.linalg.norm(total)
 
 
-def _ramp(distance: FloatArray, softness: float) -> FloatArray:
+def _ramp(distance: FloatArray, softness: FloatArray | float) -> FloatArray:
     """Smooth step from 0 at -softness to 1 at +softness."""
     u = np.clip(0.5 + 0.5 * distance / softness, 0.0, 1.0)
     return u * u * (3.0 - 2.0 * u)
