@@ -24,9 +24,9 @@ from usdfoot.engine.root import lay_root, root_at
 from usdfoot.engine.seams import measure_seams
 from usdfoot.engine.segments import cut_segments, locate
 from usdfoot.engine.stand import with_stand
+from usdfoot.engine.subframes import drifting_frames, insert_frames, merge_poses
 from usdfoot.engine.weights import Landings, weigh_steps
 from usdfoot.errors import ClipError, UsdfootError
-from usdfoot.engine.subframes import drifting_frames, insert_frames, merge_poses
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.agent import Agent, Crowd

@@ -17,6 +17,8 @@ __all__ = ["ContactTable", "lay_contacts", "lay_on_ground", "with_headings"]
 NEAR_GROUND = 0.3
 """Ground farther than this above or below a contact is not its own [m]."""
 
+GROUND_AXES = np.array([0, 2])
+
 UNKNOWN_STEP_TIME = 0.6
 """Duration of a step when a plan has no other to copy from [s]."""
 
@@ -154,7 +156,7 @@ def _lay_after(table: dict[str, FloatArray], rows: IntArray, ends: FloatArray) -
     step = planar.rotate(-heading, stride[:, [0, 2]]) * np.array([-1.0, 1.0])
     table["sides"][rows] = table["sides"][rows - 2]
     table["positions"][rows] = table["positions"][rows - 1]
-    table["positions"][np.ix_(rows, [0, 2])] += planar.rotate(heading, step)
+    table["positions"][np.ix_(rows, GROUND_AXES)] += planar.rotate(heading, step)
     table["normals"][rows] = table["normals"][rows - 1]
     table["yaws"][rows] = table["yaws"][rows - 2]
     earliest = table["liftoffs"][rows - 2] + 0.5 * step_time

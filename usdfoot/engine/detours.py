@@ -39,7 +39,7 @@ def swing_soles(
     rotations: wp.array2d(dtype=wp.quatf),
     balls: wp.array(dtype=wp.vec3f),
     heels: wp.array(dtype=wp.vec3f),
-):
+) -> None:
     """The soles' points under ball and heel along the swings."""
     frame = wp.tid()
     side = sides[frame]
@@ -122,16 +122,17 @@ def _over_ground(setup: Setup, rows: IntArray, balls: FloatArray, heels: FloatAr
     highest = np.maximum(setup.contacts.positions[rows, 1], setup.contacts.positions[rows + 2, 1])
     floors = np.minimum.reduceat(setup.contacts.positions[:, 1], setup.contacts.first[:-1])
     lowest = np.repeat(floors[setup.contacts.agents[rows]], len(fractions))
-    missing = np.zeros((len(rows), len(fractions)))
+    missing: FloatArray = np.zeros((len(rows), len(fractions)))
     for soles in (balls, heels):
         path = _refine(soles)
         near = np.broadcast_to(highest[:, None], path.shape[:2])
         found = ground.heights(path[..., [0, 2]].reshape(-1, 2), near.ravel(), step_up=BLIND_HEIGHT)
         heights = np.where(found.hit & ground.has_terrain, found.heights, lowest).reshape(near.shape)
-        missing = np.maximum(missing, heights + clearance - path[..., 1])
+        lacking: FloatArray = heights + clearance - path[..., 1]
+        missing = np.maximum(missing, lacking)
     missing = np.clip(missing, 0.0, BLIND_HEIGHT)
     missing[:, [0, -1]] = 0.0
-    grouped = np.zeros((len(rows), KNOTS))
+    grouped: FloatArray = np.zeros((len(rows), KNOTS))
     for shift in range(-BETWEEN + 1, BETWEEN):
         sampled = np.clip(np.arange(KNOTS) * BETWEEN + shift, 0, missing.shape[1] - 1)
         grouped = np.maximum(grouped, missing[:, sampled])

@@ -8,9 +8,9 @@ import numpy as np
 import warp as wp
 
 from usdfoot.engine.contacts import ContactTable
+from usdfoot.engine.legs import LegRig
 from usdfoot.engine.plant import FootArrays, standing_foot
 from usdfoot.engine.poses import Feet, Setup
-from usdfoot.engine.rig import LegRig
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.ground import Ground
@@ -161,7 +161,7 @@ def pose_contacts(
     longest: wp.array(dtype=wp.float32),
     balls: wp.array(dtype=wp.vec3f),
     rotations: wp.array(dtype=wp.quatf),
-):
+) -> None:
     """Ball and ankle rotation of feet in contact."""
     k = wp.tid()
     pose = standing_foot(rig, feet, contacts[k], sides[k], times[k], pitches[k], hips[k], longest[k])

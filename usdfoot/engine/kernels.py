@@ -106,7 +106,7 @@ def place_pelvis(
     position_windows: wp.array(dtype=wp.vec4f),
     positions: wp.array(dtype=wp.vec3f),
     rotations: wp.array(dtype=wp.quatf),
-):
+) -> None:
     """Pelvis of each frame such that the blended support ball is where it was in the blended examples ([B] Eq. 2).
 
     Once the support foot has left the ground, the pelvis follows the examples' from where it was then.
@@ -149,7 +149,7 @@ def blend_rotations(
     samples: wp.array(dtype=wp.float32),
     joint_windows: wp.array(dtype=wp.vec4f),
     rotations: wp.array2d(dtype=wp.quatf),
-):
+) -> None:
     """Joint-local rotations of each frame for the joints asked for; the others are left alone."""
     frame = wp.tid()
     segment = frame_segments[frame]

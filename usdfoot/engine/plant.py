@@ -162,9 +162,7 @@ def swinging_foot(rig: LegRig, feet: FootArrays, contact: int, side: int, time: 
 def foot_pose(rig: LegRig, feet: FootArrays, contact: int, side: int, time: float, leg: Leg) -> FootPose:
     """Foot of a contact or of the swing after it."""
     if time <= feet.liftoffs[contact]:
-        return standing_foot(
-            rig, feet, contact, side, time, heel_raise(rig, side, leg), leg.hip, longest_leg(rig, leg)
-        )
+        return standing_foot(rig, feet, contact, side, time, heel_raise(rig, side, leg), leg.hip, longest_leg(rig, leg))
     return swinging_foot(rig, feet, contact, side, time, leg)
 
 
@@ -210,8 +208,8 @@ def plant_feet(
     pelvis_positions: wp.array(dtype=wp.vec3f),
     pelvis_rotations: wp.array(dtype=wp.quatf),
     rotations: wp.array2d(dtype=wp.quatf),
-):
-    """Lowers the pelvis as far as the legs need, bends the legs to the feet; changes pelvis and leg rotations in place."""
+) -> None:
+    """Lowers the pelvis as far as the legs need and bends the legs to the feet, both in place."""
     frame = wp.tid()
     time = times[frame]
     pelvis = pelvis_positions[frame]
@@ -249,7 +247,7 @@ def measure_legs(
     raises: wp.array2d(dtype=wp.float32),
     hips: wp.array2d(dtype=wp.vec3f),
     longest: wp.array2d(dtype=wp.float32),
-):
+) -> None:
     """Hips, ankles, balls, heel raise and reach of both legs by forward kinematics."""
     frame, side = wp.tid()
     leg = leg_kinematics(rig, side, pelvis_positions[frame], pelvis_rotations[frame], rotations, frame)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+from typing import Any
+
 import numpy as np
 
 from usdfoot.analysis.figures import FrameRanges, contact_figures
@@ -63,7 +66,7 @@ def measure_steps(
             status=tuple(statuses[a:b]),
             **_clips(setup, blend, values["segment"][a:b].astype(int)),
         )
-        for a, b in zip(firsts[:-1], firsts[1:], strict=True)
+        for a, b in pairwise(firsts)
     ]
 
 
@@ -104,12 +107,14 @@ def _statuses(on_ground: np.ndarray, values: dict[str, FloatArray], placement: F
     return [str(status) for status in statuses]
 
 
-def _clips(setup: Setup, blend: StepBlend, rows: np.ndarray) -> dict[str, object]:
+def _clips(setup: Setup, blend: StepBlend, rows: np.ndarray) -> dict[str, Any]:
     """Clips of each step with their weights; a footstep that no segment leads to has none."""
     examples, names = setup.examples, setup.examples.clip_names
     weights = np.where(rows[:, None] >= 0, blend.weights[rows], 0.0)
     clips = examples.clip_indices[blend.examples[rows]]
-    counts, listed, kept = [], [], []
+    counts: list[int] = []
+    listed: list[str] = []
+    kept: list[float] = []
     for step_clips, step_weights in zip(clips, weights, strict=True):
         totals: dict[int, float] = {}
         for clip, weight in zip(step_clips, step_weights, strict=True):

@@ -36,7 +36,7 @@ def joint_jumps(
     probe_time: float,
     values: wp.array2d(dtype=wp.vec3f),
     slopes: wp.array2d(dtype=wp.vec3f),
-):
+) -> None:
     """Half of each joint's jump as tan(angle / 4) along its axis, and half of the jump of its rate in that measure."""
     seam, joint = wp.tid()
     first = 4 * seam

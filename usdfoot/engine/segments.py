@@ -94,8 +94,8 @@ def _knots(
 def phases_at(segments: Segments, rows: IntArray, times: FloatArray) -> FloatArray:
     """Phases of segments `rows` at `times` [s], shape (F,).
 
-    A monotone warp (PCHIP) takes the planned events to those of the blended examples; from there the phase runs straight
-    between events, as it does in the examples, so that a step played as recorded keeps its pace exactly.
+    A monotone warp (PCHIP) takes the planned events to those of the blended examples; from there the phase runs
+    straight between events, as it does in the examples, so that a step played as recorded keeps its pace exactly.
     """
     slopes = pchip_slopes(segments.knot_times, segments.knot_shares)
     shares = pchip_evaluate(segments.knot_times, segments.knot_shares, slopes, rows, times)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +16,7 @@ __all__ = ["with_stand"]
 def with_stand(examples: Examples, pose: StandingPose) -> Examples:
     """The examples and, as the last, a stand: pelvis relative to the middle of both balls, heading +Z."""
     samples = examples.rotations.shape[1]
-    longer = {}
+    longer: dict[str, Any] = {}
     for field in fields(examples):
         values = getattr(examples, field.name)
         if isinstance(values, np.ndarray):

@@ -1,5 +1,7 @@
-"""Samples between frames where a planted foot would drift: clients interpolate each joint by itself, and a leg that swings
-fast over its foot takes the ball off the ground halfway from one frame to the next."""
+"""Samples between frames where a planted foot would drift.
+
+Clients interpolate each joint by itself, so a leg that swings fast over its foot moves the ball halfway between frames.
+"""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ from usdfoot.spaces.library import FootstepSpaces, StepWeights
 
 __all__ = ["Landings", "weigh_steps"]
 
-GROUND_AXES = [0, 2]
+GROUND_AXES = np.array([0, 2])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -221,7 +221,7 @@ def _landing_offsets(setup: Setup, blend: StepBlend, steps: IntArray) -> FloatAr
 
 
 def place_departures(setup: Setup, blend: StepBlend) -> Setup:
-    """Puts the contacts before mid-gait starts where the blended examples' swing feet come from, and when they leave."""
+    """Puts the contacts before mid-gait starts where, and lets them leave when, the blended swing feet do."""
     contacts, segments, examples = setup.contacts, setup.segments, setup.examples
     first = contacts.first[:-1]
     begins = np.searchsorted(segments.supports, first + 1)

@@ -63,11 +63,11 @@ class Examples:
     turns: FloatArray
     """Change of heading over the step [rad], shape (E,)."""
     rotations: FloatArray
-    """Joint-local rotations xyzw, the pelvis's in the support frame, continuous in sign, float32, shape (E, S, J, 4)."""
+    """Joint-local xyzw, the pelvis's in the support frame, continuous in sign, float32, shape (E, S, J, 4)."""
     pelvis_positions: FloatArray
     """Pelvis joint in the support frame [m], height above the ground line, float32, shape (E, S, 3)."""
     support_balls: FloatArray
-    """Support ball joint (FK on the character) in the support frame [m], height above the ground line, shape (E, S, 3)."""
+    """Support ball joint (FK on the character), support frame, height above the ground line [m], shape (E, S, 3)."""
     swing_balls: FloatArray
     """Swing ball joint, likewise, shape (E, S, 3)."""
 

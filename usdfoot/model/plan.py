@@ -59,7 +59,8 @@ class FootstepPlan:
     def _check_values(self) -> None:
         stray = np.flatnonzero((self.sides < 0) | (self.sides > 1))
         if stray.size:
-            raise PlanError(self.name, f"footstep {stray[0]} has protoIndex {self.sides[stray[0]]}", "0 = left, 1 = right")
+            side = self.sides[stray[0]]
+            raise PlanError(self.name, f"footstep {stray[0]} has protoIndex {side}", "0 = left, 1 = right")
         for label, values in (
             ("positions", self.positions),
             ("orientations", self.orientations),
@@ -85,7 +86,8 @@ class FootstepPlan:
             )
         late = np.flatnonzero(np.diff(self.strike_times) < 0.0)
         if late.size:
-            raise PlanError(self.name, f"footstep {late[0] + 1} strikes before footstep {late[0]}", "order by strike time")
+            i = late[0]
+            raise PlanError(self.name, f"footstep {i + 1} strikes before footstep {i}", "order by strike time")
         same = np.flatnonzero(np.diff(self.sides) == 0)
         if same.size:
             side = SIDES[int(self.sides[same[0]])]
@@ -104,9 +106,7 @@ class FootstepPlan:
         together = np.flatnonzero(np.diff(self.strike_times)[1:] <= 0.0)
         if together.size:
             i = together[0] + 1
-            raise PlanError(
-                self.name, f"footsteps {i} and {i + 1} strike together", "only the first two footsteps may strike together"
-            )
+            raise PlanError(self.name, f"footsteps {i} and {i + 1} strike together", "only the first two may")
 
     def __len__(self) -> int:
         return len(self.sides)

@@ -83,7 +83,5 @@ def forward_kinematics(
         if parent >= 0:
             turned = quaternion.rotate(rotations_skel[..., parent, :], translations[..., joint, :])
             positions_skel[..., joint, :] = positions_skel[..., parent, :] + turned
-            rotations_skel[..., joint, :] = quaternion.compose(
-                rotations_skel[..., parent, :], rotations[..., joint, :]
-            )
+            rotations_skel[..., joint, :] = quaternion.compose(rotations_skel[..., parent, :], rotations[..., joint, :])
     return positions_skel, rotations_skel

@@ -57,8 +57,8 @@ def solve_neighbours(space: NeighbourSpace, queries: FloatArray, coordinates: Fl
 
     Of all triples of candidates that contain the landing, the one with the least
     sum_i weight_i |coordinates_i - coordinates|^2, which is the squared error of the blend plus the spread of what is
-    blended. Candidates are the nearest example in each octant about the landing and the CLOSEST nearest of all. Where no
-    triple contains the landing, the footstep space's answer.
+    blended. Candidates are the nearest example in each octant about the landing and the CLOSEST nearest of all.
+    Where no triple contains the landing, the footstep space's answer.
 
     Args:
         space: From `build_neighbour_space`.
