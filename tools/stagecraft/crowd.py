@@ -20,7 +20,7 @@ CIRCLES = (
 """Radius [m], speed [m/s], angle on the circle [rad], 1 to the left or -1 to the right."""
 LINES = ((-5.5, -5.0, 0.0, 1.2), (-4.6, 6.0, np.pi, 0.9), (5.2, -6.0, 0.05, 1.5), (6.0, 5.5, 3.1, 1.0))
 """Start (x, z) [m], heading [rad], speed [m/s]."""
-RUNNERS = ((-6.6, -6.5, 0.25, 2.4), (6.8, 6.5, -2.9, 2.7), (-6.5, 5.2, 1.9, 3.0))
+RUNNERS = ((-6.6, -6.5, 0.25, 2.2), (6.8, 6.5, -2.9, 2.0), (-6.5, 5.2, 1.9, 2.1))
 """As the lines, running."""
 
 
@@ -40,7 +40,7 @@ def crowd_plans(surfaces: Sequence[Surface], steps: int = 14) -> list[Plan]:
         )
         plans.append(_put(f"Line_{number}", prints, (x, z), heading, surfaces))
     for number, (x, z, heading, speed) in enumerate(RUNNERS):
-        pace = Step(duration=0.367, overlap=-0.10, forward=0.367 * speed, width=0.09)
+        pace = Step(duration=0.375, overlap=-0.09, forward=0.375 * speed, width=0.09)
         plans.append(
             _put(
                 f"Runner_{number}",
