@@ -172,12 +172,13 @@ def prepare_steps(
         segments=segments,
         path=lay_root(contacts, segments, step_height_share=options.step_height_share),
         origins=np.array([agent.plan.positions[0] for agent in agents]),
+        leg_length=library.source.biped.maximal_leg_length,
         style=library.style,
         options=options,
     )
     reach = np.array([agent.ik_reach for agent in agents])
     setup, blend, landings = weigh_steps(setup, library.spaces, stand=len(library.examples) - 1, reach=reach)
-    contacts = lay_on_ground(setup.contacts, ground)
+    contacts = lay_on_ground(setup.contacts, ground, planned=contacts.positions)
     setup = replace(
         setup, contacts=contacts, path=lay_root(contacts, setup.segments, step_height_share=options.step_height_share)
     )

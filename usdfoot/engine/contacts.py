@@ -178,9 +178,15 @@ def with_headings(contacts: ContactTable) -> ContactTable:
     return replace(contacts, headings=total - np.repeat(offsets, np.diff(contacts.first)))
 
 
-def lay_on_ground(contacts: ContactTable, ground: Ground) -> ContactTable:
-    """The table with the contacts that are no footsteps put on the walkable ground under them, if it is near."""
-    rows = np.flatnonzero(contacts.steps < 0)
+def lay_on_ground(contacts: ContactTable, ground: Ground, *, planned: FloatArray) -> ContactTable:
+    """The table with contacts that stand where none was planned put on the walkable ground under them, if it is near.
+
+    Args:
+        contacts: As executed.
+        ground: The terrain.
+        planned: Their positions as planned [m], shape (C, 3); contacts that are no footsteps count as moved.
+    """
+    rows = np.flatnonzero((contacts.steps < 0) | (contacts.positions != planned).any(axis=1))
     places = contacts.positions[rows]
     found = ground.heights(places[:, [0, 2]], places[:, 1], step_up=NEAR_GROUND)
     near = ground.has_terrain & found.walkable & (np.abs(found.heights - places[:, 1]) < NEAR_GROUND)

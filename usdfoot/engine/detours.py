@@ -128,7 +128,7 @@ def _over_ground(setup: Setup, rows: IntArray, balls: FloatArray, heels: FloatAr
         near = np.broadcast_to(highest[:, None], path.shape[:2])
         found = ground.heights(path[..., [0, 2]].reshape(-1, 2), near.ravel(), step_up=BLIND_HEIGHT)
         heights = np.where(found.hit & ground.has_terrain, found.heights, lowest).reshape(near.shape)
-        lacking: FloatArray = heights + clearance - path[..., 1]
+        lacking = np.asarray(heights + clearance - path[..., 1], dtype=np.float64)
         missing = np.maximum(missing, lacking)
     missing = np.clip(missing, 0.0, BLIND_HEIGHT)
     missing[:, [0, -1]] = 0.0

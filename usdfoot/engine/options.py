@@ -27,12 +27,16 @@ class EngineOptions:
     """Measure the blended landing and correct the query ([B] Fig. 5, 8); off = the paper's behaviour."""
     corrections: int = 5
     """How often the query is corrected at most."""
+    choice_tolerance: float = 1.0e-3
+    """A landing this near its footstep keeps its examples; farther, others are tried [m]."""
     landing_tolerance: float = 1.0e-4
     """A landing this near its footstep is not corrected further [m]."""
     seam: str = "inertialise"
     """inertialise | crossfade ([B] 7) | none."""
     seam_time: float = 0.2
     """Time over which a seam's jump decays on either side, at most the step [s]."""
+    longest_step: float = 1.5
+    """Longest step without a flight, in lengths of the leg; a footstep beyond it is out of reach."""
     stand_time: float = 0.5
     """A double support longer than this is stood through [s]."""
     stand_seam_time: float = 0.45
@@ -47,8 +51,8 @@ class EngineOptions:
     """Least distance between the swinging foot and the standing leg it passes, centre to centre [m]."""
     subframe_slide: float = 0.001
     """A planted ball that drifts farther than this between two frames gets a sample halfway [m]."""
-    samples: int = 64
-    """Samples of each example."""
+    samples: int = 61
+    """Samples of each example; 20 k + 1 puts the liftoffs' phases, where the pace may change, on samples."""
 
     def __post_init__(self) -> None:
         for name, choices in (("seam", SEAMS), ("space", SPACES)):

@@ -98,6 +98,8 @@ class Setup:
     path: RootPath
     origins: FloatArray
     """Each agent's origin: its first contact [m], world, shape (A, 3)."""
+    leg_length: float
+    """From hip to ankle with the knee straight [m]."""
     style: str
     """Style of the steps."""
     options: EngineOptions

@@ -91,7 +91,7 @@ def _device_vectors(vectors: FloatArray) -> wp.array:
 
 
 @wp.kernel(enable_backward=False)
-def put_pelvis(pelvis_rotations: wp.array(dtype=wp.quatf), pelvis: int, rotations: wp.array2d(dtype=wp.quatf)):
+def put_pelvis(pelvis_rotations: wp.array(dtype=wp.quatf), pelvis: int, rotations: wp.array2d(dtype=wp.quatf)) -> None:
     """The pelvis's rotation in the world in place of the one in the support frame."""
     frame = wp.tid()
     rotations[frame, pelvis] = pelvis_rotations[frame]

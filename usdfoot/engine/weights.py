@@ -49,20 +49,17 @@ def weigh_steps(
     Returns:
         The setup with contacts as executed, the blend of each segment, and how the landings meet.
     """
-    pending = np.ones(len(setup.segments), dtype=bool)
     limited = np.zeros(len(setup.segments), dtype=bool)
     moved = np.zeros((len(setup.segments), 2))
     setup, blend, landings = _solve(setup, spaces, stand)
-    while pending.any():
-        errors = landings.offsets
-        distance = np.linalg.norm(errors, axis=1)
-        excess = distance - reach[setup.segments.agents]
-        over = pending & (excess > 1e-6) & ~limited
+    while True:
+        excess = _beyond_reach(setup, landings.offsets, reach)
+        over = (np.abs(excess).max(axis=1) > 1e-6) & ~limited
         first = _first_of_agent(setup.segments.agents, over)
         if not first.any():
             break
         limited |= first
-        shift = errors * (excess / np.maximum(distance, 1e-12))[:, None] * first[:, None]
+        shift = excess * first[:, None]
         moved += shift
         setup = _move_targets(setup, shift)
         setup, blend, landings = _solve(setup, spaces, stand)
@@ -76,6 +73,26 @@ def weigh_steps(
             limited=limited,
         ),
     )
+
+
+def _beyond_reach(setup: Setup, offsets: FloatArray, reach: FloatArray) -> FloatArray:
+    """How far each landing has to fall short of its footstep, (x, z) [m], shape (M, 2).
+
+    What is left of `offsets` (M, 2) beyond the agents' `reach` (A,), or of the step beyond `longest_step` legs.
+    """
+    segments, positions = setup.segments, setup.contacts.positions
+    distance = np.linalg.norm(offsets, axis=1)
+    beyond_ik = offsets * np.maximum(1.0 - reach[segments.agents] / np.maximum(distance, 1e-12), 0.0)[:, None]
+    steps = np.flatnonzero(~segments.stands)
+    supports = segments.supports[steps]
+    grounded = setup.contacts.liftoffs[supports] >= setup.contacts.strikes[supports + 1]
+    strides = (positions[supports + 1] - positions[supports])[:, GROUND_AXES]
+    longest = np.where(grounded, setup.options.longest_step * setup.leg_length, np.inf)
+    beyond_leg = np.zeros_like(offsets)
+    lengths = np.linalg.norm(strides, axis=1)
+    beyond_leg[steps] = strides * np.maximum(1.0 - longest / np.maximum(lengths, 1e-12), 0.0)[:, None]
+    farther = np.linalg.norm(beyond_leg, axis=1) > np.linalg.norm(beyond_ik, axis=1)
+    return np.where(farther[:, None], beyond_leg, beyond_ik)
 
 
 def align_events(setup: Setup, blend: StepBlend) -> Setup:
@@ -173,7 +190,8 @@ def _correct(
         blend = _merge(blend, trial, rows[better])
         offsets[rows[better]] = missed[better]
         landings[active] += planar.rotate(-(asked.headings + asked.turns), missed)
-        active = active[distance > options.landing_tolerance]
+        choosing = (round_ + 1) % 3 == 0
+        active = active[distance > (options.choice_tolerance if choosing else options.landing_tolerance)]
         if not active.size:
             break
     return blend, offsets, hull
