@@ -80,7 +80,9 @@ def test_the_sum_is_near_the_mean_rotation(made, frames):
             quaternion.to_rotation_vector(
                 quaternion.compose(
                     quaternion.inverse(whole),
-                    made.setup.examples.rotations[made.blend.examples[row], min(sample + 1, 63)].astype(float),
+                    made.setup.examples.rotations[
+                        made.blend.examples[row], min(sample + 1, made.setup.examples.rotations.shape[1] - 1)
+                    ].astype(float),
                 )
             ),
             axis=-1,

@@ -103,8 +103,7 @@ def _beside_leg(setup: Setup, rows: IntArray, balls: FloatArray) -> FloatArray:
     """Sideways offsets (N, KNOTS, 3) that keep the swinging ball off the standing one while it passes."""
     contacts = setup.contacts
     heading = contacts.headings[rows + 1][:, None]
-    apart = (balls - contacts.positions[rows + 1][:, None])[..., [0, 2]]
-    apart = planar.rotate(-heading, apart)
+    apart = planar.rotate(-heading, (balls - contacts.positions[rows + 1][:, None])[..., [0, 2]])
     outward = np.where(contacts.sides[rows] == 0, 1.0, -1.0)[:, None]
     ahead = np.clip(1.0 - np.abs(apart[..., 1]) / 0.3, 0.0, 1.0)
     wanted = setup.options.foot_spacing * ahead**2 * (3.0 - 2.0 * ahead) * (ahead > 0.0)
