@@ -115,11 +115,11 @@ def animate_crowd(crowd: Crowd, *, options: EngineOptions | None = None) -> tupl
             continue
         try:
             prepared = prepare_library(library, options)
-            found = animate_agents(prepared, agents, crowd, options=options)
         except UsdfootError as error:
             problems += [Problem(severity="error", where=agent.source, message=str(error)) for agent in agents]
             continue
-        problems += prepared.problems
+        found, faults = _animate_each(prepared, agents, crowd, options)
+        problems += [*prepared.problems, *faults]
         motions.update({motion.name: motion for motion in found})
     return [motions[agent.name] for agent in crowd.agents if agent.name in motions], problems
 

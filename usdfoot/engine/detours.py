@@ -23,6 +23,13 @@ KNOTS = 13
 BETWEEN = 4
 """Ground samples from one knot to the next."""
 
+FINE = BETWEEN * (KNOTS - 1) + 1
+PROBES = np.union1d(np.arange(0, FINE, BETWEEN), [1, 2, FINE - 3, FINE - 2])
+"""Fine samples at which the swing is posed: the knots, and two more near either end where the sole is lowest."""
+
+FIRST_GAINS = np.array([5.0, 2.2, 1.4])
+"""How much the knot after a swing's begin must rise for each sample before it, since the detour begins at zero."""
+
 BLIND_HEIGHT = 0.6
 """Ground higher than this over both prints is not stepped over: a wall or another level [m]."""
 
@@ -60,14 +67,15 @@ def plan_detours(
     """
     contacts = setup.contacts
     rows = np.flatnonzero(contacts.has_swing)
-    fractions = np.linspace(0.0, 1.0, KNOTS)
     begins, ends = contacts.liftoffs[rows], contacts.strikes[rows + 2]
-    times = begins[:, None] + (ends - begins)[:, None] * fractions
-    balls, heels = _soles(setup, blend, arrays, feet, np.repeat(rows, KNOTS), times.ravel())
-    balls, heels = balls.reshape(-1, KNOTS, 3), heels.reshape(-1, KNOTS, 3)
+    times = begins[:, None] + (ends - begins)[:, None] * (PROBES / (FINE - 1))
+    soles = _soles(setup, blend, arrays, feet, np.repeat(rows, len(PROBES)), times.ravel())
+    balls, heels = (_refine(points.reshape(-1, len(PROBES), 3)) for points in soles)
+    beside = _beside_leg(setup, rows, balls[:, ::BETWEEN])
+    aside = _refine(beside, np.arange(0, FINE, BETWEEN))
     detours = np.zeros((len(contacts.sides), KNOTS, 3))
-    detours[rows] += _beside_leg(setup, rows, balls)
-    detours[rows, :, 1] += _over_ground(setup, rows, balls + detours[rows], heels + detours[rows], ground)
+    detours[rows] = beside
+    detours[rows, :, 1] += _over_ground(setup, rows, balls + aside, heels + aside, ground)
     return detours
 
 
@@ -114,16 +122,15 @@ def _beside_leg(setup: Setup, rows: IntArray, balls: FloatArray) -> FloatArray:
 
 
 def _over_ground(setup: Setup, rows: IntArray, balls: FloatArray, heels: FloatArray, ground: Ground) -> FloatArray:
-    """Lifts (N, KNOTS) [m] that bring ball and heel over the terrain with clearance in mid swing."""
-    fractions = np.linspace(0.0, 1.0, BETWEEN * (KNOTS - 1) + 1)
+    """Lifts (N, KNOTS) [m] that bring ball and heel (N, FINE, 3) over the terrain with clearance in mid swing."""
+    fractions = np.linspace(0.0, 1.0, FINE)
     middle = np.clip(np.minimum(fractions, 1.0 - fractions) / 0.18, 0.0, 1.0)
     clearance = setup.options.clearance * middle**2 * (3.0 - 2.0 * middle)
     highest = np.maximum(setup.contacts.positions[rows, 1], setup.contacts.positions[rows + 2, 1])
     floors = np.minimum.reduceat(setup.contacts.positions[:, 1], setup.contacts.first[:-1])
     lowest = np.repeat(floors[setup.contacts.agents[rows]], len(fractions))
     missing: FloatArray = np.zeros((len(rows), len(fractions)))
-    for soles in (balls, heels):
-        path = _refine(soles)
+    for path in (balls, heels):
         near = np.broadcast_to(highest[:, None], path.shape[:2])
         found = ground.heights(path[..., [0, 2]].reshape(-1, 2), near.ravel(), step_up=BLIND_HEIGHT)
         heights = np.where(found.hit & ground.has_terrain, found.heights, lowest).reshape(near.shape)
@@ -131,6 +138,8 @@ def _over_ground(setup: Setup, rows: IntArray, balls: FloatArray, heels: FloatAr
         missing = np.maximum(missing, lacking)
     missing = np.clip(missing, 0.0, BLIND_HEIGHT)
     missing[:, [0, -1]] = 0.0
+    missing[:, 1:BETWEEN] *= FIRST_GAINS
+    missing[:, -BETWEEN:-1] *= FIRST_GAINS[::-1]
     grouped: FloatArray = np.zeros((len(rows), KNOTS))
     for shift in range(-BETWEEN + 1, BETWEEN):
         sampled = np.clip(np.arange(KNOTS) * BETWEEN + shift, 0, missing.shape[1] - 1)
@@ -138,11 +147,10 @@ def _over_ground(setup: Setup, rows: IntArray, balls: FloatArray, heels: FloatAr
     return _envelope(grouped)
 
 
-def _refine(path: FloatArray) -> FloatArray:
-    """Paths (N, KNOTS, 3) with BETWEEN even pieces from knot to knot."""
-    pieces = np.arange(BETWEEN) / BETWEEN
-    inner = path[:, :-1, None] + pieces[:, None] * (path[:, 1:] - path[:, :-1])[:, :, None]
-    return np.concatenate([inner.reshape(len(path), BETWEEN * (KNOTS - 1), 3), path[:, -1:]], axis=1)
+def _refine(path: FloatArray, probes: IntArray = PROBES) -> FloatArray:
+    """Paths (N, FINE, 3) through points (N, K, 3) at the fine samples `probes` (K,), straight in between."""
+    shares = np.stack([np.interp(np.arange(FINE), probes, unit) for unit in np.eye(len(probes))], axis=1)
+    return np.einsum("fk,nkc->nfc", shares, path)
 
 
 def _envelope(missing: FloatArray) -> FloatArray:
