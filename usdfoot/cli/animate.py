@@ -48,6 +48,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="inertialise",
         help="how one step passes into the next (default: %(default)s)",
     )
+    parser.add_argument(
+        "--space",
+        choices=("neighbours", "delaunay"),
+        default="neighbours",
+        help="blend the examples most like the step, or those of the paper's triangle (default: %(default)s)",
+    )
     parser.add_argument("--collect", action="store_true", help="copy the characters' files into DIR")
 
 
@@ -70,7 +76,7 @@ def run(arguments: argparse.Namespace) -> int:
             arguments.output,
             agents=arguments.agents,
             frames=arguments.frames,
-            options=EngineOptions(correction=arguments.correction, seam=arguments.seam),
+            options=EngineOptions(correction=arguments.correction, seam=arguments.seam, space=arguments.space),
             collect=arguments.collect,
             progress=progress,
         )
