@@ -67,6 +67,17 @@ def test_flat_positions_and_kind(gait: Gait) -> None:
             assert_allclose(foot.flat_times[i], truth.flat_times[k], atol=0.02)
 
 
+@pytest.mark.parametrize("rate", [24.0, 30.0, 60.0, 120.0])
+def test_the_last_digits_of_rates_and_times_do_not_count(rate: float) -> None:
+    walker = build_walker(Gait(), rate=rate)
+    exact = contacts_of_clip(walker)
+    for factor in (1.0 - 1e-15, 1.0 + 1e-15):
+        found = contacts_of_clip(walker, replace(walker.clip, rate=rate * factor, start_time=1e-15))
+        for side in range(2):
+            assert_allclose(found[side].strike_times, exact[side].strike_times, atol=1e-9)
+            assert_allclose(found[side].liftoff_times, exact[side].liftoff_times, atol=1e-9)
+
+
 def test_flat_is_never_late() -> None:
     for gait in GAITS.values():
         found = contacts_of_clip(build_walker(gait))

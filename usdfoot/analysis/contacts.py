@@ -9,7 +9,7 @@ import numpy as np
 from usdfoot.analysis.contact_options import ContactOptions
 from usdfoot.analysis.motion import FootMotion
 from usdfoot.analysis.refine import still_end, still_start
-from usdfoot.analysis.signals import PointSignal, fine_times, point_signal
+from usdfoot.analysis.signals import PointSignal, fine_times, point_signal, samples_within
 from usdfoot.analysis.stillness import intervals_of, still_flags, without_pauses, without_raised, without_rolls
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray
@@ -40,7 +40,7 @@ def contacts_of(
     heels_still = np.stack([still_flags(heel, grid, options) for heel in heels])  # (2, N)
     still = np.stack([still_flags(ball, grid, options) for ball in balls])
     for side in range(2):
-        reach = int(options.shortest_swing / (grid[1] - grid[0]))
+        reach = samples_within(options.shortest_swing, grid[1] - grid[0])
         still[side] = without_pauses(still[side], balls[side], options.lift, reach)
         still[side] = without_rolls(still[side], heels_still[side], balls[side], options.lift)
     still = without_raised(still, balls, options.raised)

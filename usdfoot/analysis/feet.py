@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import minimum_filter1d
 
+from usdfoot.analysis.signals import samples_within
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
 
@@ -50,7 +51,7 @@ def heel_offsets(
 def _unrest(ankles: FloatArray, balls: FloatArray, ankle_rotations: FloatArray, rate: float) -> FloatArray:
     """How little each foot stands flat: by its height above the lowest nearby and its turning, shape (T, 2)."""
     heights = ankles[..., 1] + balls[..., 1]
-    lowest = minimum_filter1d(heights, 2 * int(0.4 * rate) + 1, axis=0, mode="nearest")
+    lowest = minimum_filter1d(heights, 2 * samples_within(0.4, 1.0 / rate) + 1, axis=0, mode="nearest")
     size = float(np.median(np.linalg.norm(balls - ankles, axis=-1)))
     spin = 2.0 * np.linalg.norm(np.gradient(ankle_rotations, axis=0), axis=-1) * rate  # [rad/s]
     return (heights - lowest) / (0.1 * size + 1e-9) + spin

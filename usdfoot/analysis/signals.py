@@ -10,7 +10,10 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from usdfoot.maths.types import FloatArray
 
-__all__ = ["PointSignal", "fine_times", "point_signal"]
+__all__ = ["PointSignal", "fine_times", "point_signal", "samples_within"]
+
+ROUNDING = 1e-6
+"""Part of a sample that does not count: rates and times come from time codes with rounding errors."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,8 +34,13 @@ class PointSignal:
 
 def fine_times(start_time: float, frames: int, rate: float, fine_rate: float) -> FloatArray:
     """Times that divide every sample interval evenly, at least `fine_rate` a second [s], shape (N,)."""
-    parts = max(1, int(np.ceil(fine_rate / rate)))
+    parts = max(1, int(np.ceil(fine_rate / rate - ROUNDING)))
     return start_time + np.arange((frames - 1) * parts + 1) / (rate * parts)
+
+
+def samples_within(duration: float, step: float) -> int:
+    """Whole samples `step` [s] apart that fit into a duration [s], whatever the last digits of the two."""
+    return int(duration / step + ROUNDING)
 
 
 def point_signal(
@@ -61,7 +69,7 @@ def point_signal(
     rate = (len(times) - 1) / (times[-1] - times[0])
     spline = CubicSpline(times, _smoothed(positions, smoothing * rate))
     calm_speeds = np.linalg.norm(CubicSpline(times, _smoothed(positions, calming * rate))(grid, 1), axis=-1)
-    size = 2 * int(neighbourhood / (grid[1] - grid[0])) + 1
+    size = 2 * samples_within(neighbourhood, grid[1] - grid[0]) + 1
     fastest = maximum_filter1d(calm_speeds, size, mode="nearest")
     return PointSignal(
         positions=spline(grid),

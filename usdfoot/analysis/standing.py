@@ -86,7 +86,7 @@ def _calmest(clip: Clip, library: ClipLibrary, limits: StandLimits) -> tuple[flo
     ahead = np.abs(np.sum(planar.direction(_headings(motion)) * across[:, [0, 2]], axis=-1))
     stands = (balls < scale * limits.ball_speed) & (pelvis < scale * limits.pelvis_speed)
     stands &= (np.abs(across[:, 1]) < scale * limits.level) & (ahead < scale * limits.apart)
-    size = 2 * int(np.ceil(0.5 * limits.shortest * clip.rate)) + 1
+    size = 2 * int(np.ceil(0.5 * limits.shortest * clip.rate - ROUNDING)) + 1
     lasting = minimum_filter1d(stands.astype(np.uint8), size, mode="constant", cval=0).astype(bool)
     cost = np.where(lasting, pelvis / limits.pelvis_speed + ahead / limits.apart, np.inf)
     sample = int(np.argmin(cost))

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d, median_filter
 
 from usdfoot.analysis.contact_options import ContactOptions
-from usdfoot.analysis.signals import PointSignal
+from usdfoot.analysis.signals import PointSignal, samples_within
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 
 __all__ = ["flags_of", "intervals_of", "still_flags", "without_pauses", "without_raised", "without_rolls"]
@@ -32,9 +32,9 @@ def still_flags(signal: PointSignal, grid: FloatArray, options: ContactOptions) 
     slow = signal.calm_speeds < signal.thresholds
     loose = signal.calm_speeds < options.hysteresis * signal.thresholds
     flags = _containing(loose, slow)
-    width = 2 * int(0.5 * options.median_width / step) + 1
+    width = 2 * samples_within(0.5 * options.median_width, step) + 1
     flags = median_filter(flags.astype(np.uint8), size=width, mode="nearest").astype(bool)
-    flags = _without_gaps(flags, signal, int(options.shortest_swing / step), options.lift)
+    flags = _without_gaps(flags, signal, samples_within(options.shortest_swing, step), options.lift)
     starts, ends = intervals_of(flags)
     at_end = (starts == 0) | (ends == len(grid) - 1)
     long = (ends - starts) * step >= np.where(at_end, 0.4, 1.0) * options.shortest_contact
@@ -49,7 +49,7 @@ def _touches(
 
     The point is slow for an instant, about as low as it ever comes, and stands nowhere near that time.
     """
-    size = 2 * int(options.touch_spacing / step) + 1
+    size = 2 * samples_within(options.touch_spacing, step) + 1
     apart = ~maximum_filter1d(flags.astype(np.uint8), size, mode="nearest").astype(bool)
     heights = signal.positions[:, 1]
     low = heights < np.quantile(heights, 0.02) + options.lift
