@@ -200,9 +200,9 @@ def _prepare_feet(setup: Setup, blend: StepBlend, arrays: SegmentArrays, ground:
 
 
 def _feet_at(setup: Setup, blend: StepBlend, arrays: SegmentArrays, times: FloatArray) -> Feet:
-    """Blended feet at one time for each contact [s], within its agent's interval."""
+    """Blended feet at one time for each contact [s], not before its agent's first strike."""
     contacts, segments = setup.contacts, setup.segments
-    times = np.clip(times, contacts.starts[contacts.agents], contacts.ends[contacts.agents])
+    times = np.maximum(times, contacts.starts[contacts.agents])
     rows = locate(segments.agents, segments.begins, contacts.starts, contacts.agents, times)
     return pose_feet(setup.rig, pose_frames(setup, blend, arrays, rows, times, joints=setup.rig.leg_joints))
 

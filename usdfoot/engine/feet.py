@@ -209,6 +209,9 @@ def lead_swings(setup: Setup, feet: ContactFeet, strikes: Feet, liftoffs: Feet) 
     rows = np.flatnonzero(contacts.has_swing)
     leave = _differences(setup, arrays, rows, (contacts.liftoffs - clock)[rows], liftoffs)
     land = _differences(setup, arrays, rows + 2, (contacts.strikes - clock)[rows + 2], strikes)
+    flying = contacts.liftoffs[rows] < contacts.starts[contacts.agents[rows]]  # left before the motion begins
+    leave[0][flying] = 0.0
+    leave[1][flying] = [0.0, 0.0, 0.0, 1.0]
     values = {
         "leave_offsets": (feet.leave_offsets, leave[0]),
         "leave_rotations": (feet.leave_rotations, leave[1]),
