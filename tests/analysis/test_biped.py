@@ -176,6 +176,14 @@ def test_an_extra_hip_joint_is_not_the_thigh():
     assert found["pelvis"] == "Hips"
 
 
+@pytest.mark.parametrize(
+    ("above", "pelvis"), [("Bip01 Pelvis", "Bip01 Pelvis"), ("Carrier", "Spine0"), ("Hips_ctrl", "Spine0")]
+)
+def test_thighs_below_the_spine_hang_on_the_pelvis_above(above, pelvis):
+    leg = ["Bip01 L Thigh", "Bip01 L Calf", "Bip01 L Foot", "Bip01 L Toe0"]
+    assert names_found(rig(["Bip01", above, "Spine0"], leg))["pelvis"] == pelvis
+
+
 def test_a_ball_of_an_unknown_name_is_the_joint_that_reaches_farthest():
     found = names_found(rig(["Hips"], ["LeftUpLeg", "LeftLeg", "LeftFoot", "LeftFootThumb1"]))
     assert (found["left ball"], found["right ball"]) == ("LeftFootThumb1", "RightFootThumb1")

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from usdfoot.analysis.biped_names import LEG_ROLES, is_helper, leg_by_names
+from usdfoot.analysis.biped_names import LEG_ROLES, is_helper, is_pelvis, leg_by_names
 from usdfoot.analysis.biped_shape import legs_by_shape
 from usdfoot.errors import BipedError, SkeletonError
 from usdfoot.maths.types import FloatArray
@@ -33,7 +33,8 @@ def find_biped(skeleton: Skeleton, authored: Mapping[str, int]) -> dict[str, int
     """Joint index by role: "pelvis", "left hip", "left knee" and so on.
 
     Authored joints count first, then names, then the shape of the rest pose. A ball joint that no name tells is the
-    joint below the ankle that reaches farthest. The pelvis is the lowest joint above both hips.
+    joint below the ankle that reaches farthest. The pelvis is the lowest joint above both hips, or the next one above
+    it whose name says so: 3ds Max hangs the thighs below the first joint of the spine.
 
     Args:
         skeleton: Canonical skeleton.
@@ -48,7 +49,7 @@ def find_biped(skeleton: Skeleton, authored: Mapping[str, int]) -> dict[str, int
     roles |= dict(authored)
     missing = [f"{side} {role}" for side in SIDES for role in LEG_ROLES if f"{side} {role}" not in roles]
     if not missing and "pelvis" not in roles:
-        pelvis = _common_ancestor(skeleton, roles["left hip"], roles["right hip"])
+        pelvis = _pelvis(skeleton, roles["left hip"], roles["right hip"])
         if pelvis is not None:
             roles["pelvis"] = pelvis
     if "pelvis" not in roles and not missing:
@@ -132,14 +133,17 @@ def _reaching_child(skeleton: Skeleton, ankle: int, positions: FloatArray) -> in
     return best if best is not None and reaches[best] > 0.0 else None
 
 
-def _common_ancestor(skeleton: Skeleton, first: int, second: int) -> int | None:
+def _pelvis(skeleton: Skeleton, first: int, second: int) -> int | None:
+    """The lowest joint above both hips, or the lowest above that which is named as a pelvis; None without any."""
     above = set()
     while (first := int(skeleton.parents[first])) >= 0:
         above.add(first)
+    common = []
     while (second := int(skeleton.parents[second])) >= 0:
         if second in above:
-            return second
-    return None
+            common.append(second)
+    named = [joint for joint in common if is_pelvis(skeleton.joints[joint])]
+    return next(iter([*named, *common]), None)
 
 
 def _check_chains(skeleton: Skeleton, roles: Mapping[str, int]) -> None:

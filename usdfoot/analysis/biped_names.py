@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from usdfoot.maths.types import IntArray
 
-__all__ = ["LEG_ROLES", "is_helper", "leg_by_names"]
+__all__ = ["LEG_ROLES", "is_helper", "is_pelvis", "leg_by_names"]
 
 LEG_ROLES = ("hip", "knee", "ankle", "ball")
 """Joints of a leg from the top."""
@@ -37,6 +37,9 @@ _HELPERS = frozenset(
     }
 )  # fmt: skip
 """Words of joints that are not bones of the leg."""
+
+_PELVIS = frozenset({"pelvis", "hip", "hips"})
+"""Words for the joint that carries both legs."""
 
 _SIDES = ({"left", "l", "lt", "lf"}, {"right", "r", "rt", "rg"})
 _NEUTRAL = frozenset({"def", "bip", "bone", "joint", "jnt", "j", "bind", "skin", "drv"})
@@ -77,6 +80,12 @@ def leg_by_names(
 def is_helper(joint: str) -> bool:
     """Whether a joint's name says that it is a control, twist or end joint and no bone."""
     return not _HELPERS.isdisjoint(_words(joint))
+
+
+def is_pelvis(joint: str) -> bool:
+    """Whether a joint's name says that it carries both legs."""
+    words = _words(joint)
+    return not _PELVIS.isdisjoint(words) and _HELPERS.isdisjoint(words)
 
 
 def _chains(
