@@ -42,6 +42,22 @@ def test_inverse_and_composition(generator):
     assert_allclose(first.inverse().apply(first.apply(points)), points, atol=1e-12)
 
 
+def test_a_moving_similarity_is_known_between_its_samples(generator):
+    similarity = any_similarity(generator, 3)
+    times = np.array([1.0, 1.5, 2.5])
+    same = similarity.at(times, times)
+    assert_allclose(same.translation, similarity.translation, atol=1e-12)
+    assert_allclose(quaternion.align_signs(same.rotation, similarity.rotation), similarity.rotation, atol=1e-12)
+    between = similarity.at(times, np.array([0.0, 1.75, 9.0]))
+    assert_allclose(between.translation[[0, 2]], similarity.translation[[0, 2]], atol=1e-12)
+    assert_allclose(between.translation[1], [0.75, 0.25] @ similarity.translation[1:], atol=1e-12)
+    part, whole = (
+        quaternion.to_rotation_vector(quaternion.compose(quaternion.inverse(similarity.rotation[1]), end))
+        for end in (between.rotation[1], similarity.rotation[2])
+    )
+    assert_allclose(part, 0.25 * whole, atol=1e-9)
+
+
 @pytest.mark.parametrize("count", [1, 7])
 def test_folding_moves_every_joint_by_the_similarity(generator, count):
     similarity = any_similarity(generator, count)

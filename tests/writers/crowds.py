@@ -1,5 +1,6 @@
 """Hand-made characters, motions and scenes with known truth, for the writers' tests."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -18,7 +19,7 @@ from usdfoot.model.motion import Motion, StepResults
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.skeleton import forward_kinematics
 from usdfoot.model.terrain import Terrain
-from usdfoot.readers.skeleton import read_skeleton, skeleton_in
+from usdfoot.readers.skeleton import matrices_of, read_skeleton, skeleton_in
 
 JOINTS = ["root"] + [
     f"root/pelvis{rest}"
@@ -46,6 +47,8 @@ class Rig:
     """Scale op between the character prim and the Skeleton."""
     bound: bool = False
     """Whether the Skeleton has an animation of its own."""
+    moving: bool = False
+    """Whether a transform between the character prim and the Skeleton moves and turns, over four time codes."""
 
 
 def write_character(path: Path, rig: Rig) -> Path:
@@ -56,7 +59,13 @@ def write_character(path: Path, rig: Rig) -> Path:
     stage.SetTimeCodesPerSecond(rig.units.time_codes_per_second)
     root = UsdSkel.Root.Define(stage, "/Hero")
     stage.SetDefaultPrim(root.GetPrim())
-    UsdGeom.Xform.Define(stage, "/Hero/Group").AddScaleOp().Set(Gf.Vec3f(rig.scale_above))
+    group = UsdGeom.Xform.Define(stage, "/Hero/Group")
+    if rig.moving:
+        move, turn = group.AddTranslateOp(), group.AddRotateXOp()
+        for code in range(5):
+            move.Set(Gf.Vec3d(0.3, 0.2, 0.1) * code / rig.units.meters_per_unit, code)
+            turn.Set(10.0 * code, code)
+    group.AddScaleOp().Set(Gf.Vec3f(rig.scale_above))
     skeleton = UsdSkel.Skeleton.Define(stage, "/Hero/Group/Skeleton")
     per_unit = 1.0 / (rig.units.meters_per_unit * rig.scale_above)
     matrices = []
@@ -96,13 +105,14 @@ def write_character(path: Path, rig: Rig) -> Path:
     return path
 
 
-def character_of(path: Path, *, tilt: float = 0.0, size: float = 1.0) -> Character:
+def character_of(path: Path, *, tilt: float = 0.0, size: float = 1.0, codes: Sequence[float] = (0.0,)) -> Character:
     """The character as a reader would describe it, with a biped known from the joint order.
 
     Args:
         path: Its file.
         tilt: Rotation of the character prim about the stage's x axis in the scene [rad].
         size: Scale of the character prim in the scene.
+        codes: Time codes to know the transforms above the Skeleton at; more than one only where they move.
     """
     stage = Usd.Stage.Open(str(path))
     units = StageUnits(
@@ -112,8 +122,7 @@ def character_of(path: Path, *, tilt: float = 0.0, size: float = 1.0) -> Charact
     )
     prim = stage.GetPrimAtPath("/Hero/Group/Skeleton")
     raw = read_skeleton(prim)
-    above = np.array(UsdGeom.XformCache().GetLocalToWorldTransform(prim))
-    to_prim = similarity_of_matrices(above[None], prim.GetPath())
+    to_prim = similarity_of_matrices(matrices_of(prim, np.array(codes)), prim.GetPath())
     stance = quaternion.from_axis_angle(np.array([1.0, 0.0, 0.0]), np.array(tilt))
     to_agent = Similarity(
         scale=size * units.meters_per_unit,

@@ -2,6 +2,7 @@
 
 import hashlib
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -107,6 +108,18 @@ def test_a_character_with_an_animation_of_its_own_is_copied_and_moves(tmp_path, 
     used = {layer.identifier for layer in stage.GetUsedLayers()}
     assert str(tmp_path / "hero.usda") not in used
     assert not errors_of(stage)
+
+
+def test_a_skeleton_below_a_transform_that_moves_stays_with_its_agent(tmp_path):
+    rig = Rig(units=CENTIMETRES, moving=True)
+    character = character_of(write_character(tmp_path / "hero.usda", rig), codes=range(6))
+    scene = scene_of(character, rig.units, agents=1, frames=6)
+    motion = wandering_motion("A0", character, frames=3, rate=30.0)
+    inserted = replace(motion, times=motion.times / 2.0 + 1.0 / 30.0)  # time codes 1, 1.5 and 2
+    crowd, _ = write_crowd(scene, [inserted], tmp_path / "out", provenance={}, report={"agents": []})
+    read = read_joints(crowd, "A0", rig.units, [0.0, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0])
+    expected = world_joints(motion, character)[[0, 0, 1, 2, 2, 2, 2]]
+    np.testing.assert_allclose(read, expected, atol=1e-5)
 
 
 def test_layers_are_those_of_the_contract(tmp_path):

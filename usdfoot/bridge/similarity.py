@@ -52,6 +52,20 @@ class Similarity:
         """Points (N, 3) mapped by a similarity that does not move (K = 1)."""
         return self.scale * quaternion.rotate(self.rotation, points) + self.translation
 
+    def at(self, times: FloatArray, wanted: FloatArray) -> Similarity:
+        """The similarity with samples at other times, held before the first and after the last.
+
+        Args:
+            times: Of its own samples, increasing, shape (K,).
+            wanted: Times to sample at, shape (N,).
+        """
+        after = np.clip(np.searchsorted(times, wanted, side="right"), 1, len(times) - 1)
+        before = after - 1
+        fraction = np.clip((wanted - times[before]) / (times[after] - times[before]), 0.0, 1.0)
+        moved = self.translation[before] + fraction[:, None] * (self.translation[after] - self.translation[before])
+        turned = quaternion.slerp(self.rotation[before], self.rotation[after], fraction)
+        return Similarity(scale=self.scale, rotation=turned, translation=moved)
+
 
 def similarity_of_matrices(matrices: FloatArray, where: object) -> Similarity:
     """Similarity of USD matrices (row vectors), shape (K, 4, 4), all of the same scale.

@@ -19,6 +19,7 @@ from usdfoot.writers.animations import write_animation
 from usdfoot.writers.characters import place_characters
 from usdfoot.writers.footsteps import write_executed_plan
 from usdfoot.writers.layers import LayerFormat, define_prim, new_layer
+from usdfoot.writers.moving import follow_transforms
 from usdfoot.writers.poses import rest_character
 from usdfoot.writers.root import expanded_layer, root_layer, stacked_layer
 from usdfoot.writers.staging import staged_files
@@ -106,10 +107,11 @@ def _body_layers(
             define_prim(layer, scope, "Scope")
     for motion in motions:
         agent = by_name[motion.name]
-        resting, reference = cast[agent.character], references[agent.character]
+        reference = references[agent.character]
+        held, resting = follow_transforms(motion, cast[agent.character], scene.crowd.frame_times)
         with Sdf.ChangeBlock():
-            write_agent(agents, motion, resting=resting, reference=reference, units=units)
-            write_animation(chunk, motion, resting=resting, units=units)
+            write_agent(agents, held, resting=resting, reference=reference, units=units)
+            write_animation(chunk, held, resting=resting, units=units)
             write_executed_plan(
                 footsteps, motion.name, agent.plan, results=motion.results, size=resting.foot_length, units=units
             )
