@@ -9,7 +9,7 @@ import numpy as np
 from usdfoot.analysis.contact_options import ContactOptions
 from usdfoot.analysis.motion import FootMotion
 from usdfoot.analysis.refine import still_end, still_start
-from usdfoot.analysis.signals import PointSignal, fine_times, point_signal, samples_within
+from usdfoot.analysis.signals import PointSignal, fine_times, point_signals, samples_within
 from usdfoot.analysis.stillness import intervals_of, still_flags, without_pauses, without_raised, without_rolls
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray
@@ -35,8 +35,8 @@ def contacts_of(
     options = options.for_leg(leg_length)
     rate = (len(motion.times) - 1) / (motion.times[-1] - motion.times[0])
     grid = fine_times(motion.times[0], len(motion.times), rate, options.fine_rate)
-    balls = [_signal(motion, motion.balls[:, side], grid, options) for side in range(2)]
-    heels = [_signal(motion, motion.heels[:, side], grid, options) for side in range(2)]
+    signals = _signals(motion, grid, options)
+    balls, heels = signals[:2], signals[2:]
     heels_still = np.stack([still_flags(heel, grid, options) for heel in heels])  # (2, N)
     still = np.stack([still_flags(ball, grid, options) for ball in balls])
     for side in range(2):
@@ -53,10 +53,11 @@ def contacts_of(
     return Contacts(left=feet[0], right=feet[1])
 
 
-def _signal(motion: FootMotion, positions: FloatArray, grid: FloatArray, options: ContactOptions) -> PointSignal:
-    return point_signal(
+def _signals(motion: FootMotion, grid: FloatArray, options: ContactOptions) -> list[PointSignal]:
+    """Left and right ball, left and right heel."""
+    return point_signals(
         motion.times,
-        positions,
+        np.concatenate([motion.balls, motion.heels], axis=1),
         grid,
         smoothing=options.smoothing,
         calming=options.calming,

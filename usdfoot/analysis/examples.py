@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from usdfoot.analysis.character import CharacterMotion, foot_stands, on_character
+from usdfoot.analysis.character import CharacterMotion, Stands, foot_stands, on_character
 from usdfoot.analysis.contact_options import ContactOptions
-from usdfoot.analysis.mirror import MirrorMap, mirror_contacts, mirror_map, mirrored_clip
+from usdfoot.analysis.mirror import MirrorMap, mirror_contacts, mirror_map
 from usdfoot.analysis.steps import Step, StepLimits, cut_steps
 from usdfoot.analysis.world import WorldClip, world_clip
 from usdfoot.errors import ClipError
@@ -56,10 +56,11 @@ def build_examples(
             problems.append(Problem(severity="error", where=clip.name, message=str(error)))
             continue
         steps, faults = cut_steps(world, limits=limits)
-        own, more_faults = _clip_examples(library, world, steps, samples, limits)
+        motion = on_character(library, world)
+        own, more_faults = _clip_examples(motion, world, steps, samples, limits)
         images = [own]
         if mirror and clip.mirror and len(own):
-            images.append(_mirror_examples(library, world, steps, reflection, samples, limits))
+            images.append(_mirror_examples(motion, world, steps, reflection, samples, limits))
         parts += [replace(image, clip_indices=image.clip_indices + index) for image in images]
         faults = (*faults, *more_faults, *(() if len(own) else (f"no usable step in its range: {REMEDY}",)))
         problems += [Problem(severity="warning", where=clip.name, message=f"{clip.name}: {fault}") for fault in faults]
@@ -67,7 +68,7 @@ def build_examples(
 
 
 def _mirror_examples(
-    library: ClipLibrary,
+    motion: CharacterMotion,
     world: WorldClip,
     steps: tuple[Step, ...],
     reflection: MirrorMap,
@@ -75,31 +76,25 @@ def _mirror_examples(
     limits: StepLimits,
 ) -> Examples:
     """Examples of the mirror image of a clip."""
-    image = replace(world, clip=mirrored_clip(world.clip, reflection), contacts=mirror_contacts(world.contacts))
+    image = replace(world, contacts=mirror_contacts(world.contacts))
     swapped = tuple(replace(step, swing_side=1 - step.swing_side) for step in steps)
-    examples, _ = _clip_examples(library, image, swapped, samples, limits)
+    examples, _ = _clip_examples(motion.mirrored(reflection), image, swapped, samples, limits)
     return replace(examples, mirrored=np.ones(len(examples), dtype=bool))
 
 
 def _clip_examples(
-    library: ClipLibrary, world: WorldClip, steps: tuple[Step, ...], samples: int, limits: StepLimits
+    motion: CharacterMotion, world: WorldClip, steps: tuple[Step, ...], samples: int, limits: StepLimits
 ) -> tuple[Examples, tuple[str, ...]]:
     """Examples of one clip, of index 0, and reasons for the steps left out."""
+    library = motion.library
     if not steps:
         return _no_examples(library, samples), ()
-    motion = on_character(library, world)
-    stands = [foot_stands(motion, world.contacts[side], side) for side in range(2)]
-
-    contacts = {
-        "departure": [(stands[step.swing_side], step.departure) for step in steps],
-        "support": [(stands[1 - step.swing_side], step.support) for step in steps],
-        "landing": [(stands[step.swing_side], step.landing) for step in steps],
-    }
-    places = {role: np.array([foot.positions[i] for foot, i in rows]) for role, rows in contacts.items()}
-    yaws = {role: np.array([foot.yaws[i] for foot, i in rows]) for role, rows in contacts.items()}
+    stands = _stands_of(motion, world, steps)
+    places = {role: stand.positions for role, stand in stands.items()}
+    yaws = {role: stand.yaws for role, stand in stands.items()}
+    slides = stands["support"].slides
     leg = library.biped.maximal_leg_length
     distances = np.linalg.norm((places["landing"] - places["support"])[:, [0, 2]], axis=1)
-    slides = np.array([foot.slides[i] for foot, i in contacts["support"]])
     too_far, sliding = distances > limits.reach * leg, slides > limits.slide * leg / 0.8
     faults = [
         f"step at {steps[i].start:.2f} s dropped: the support foot slides {100.0 * slides[i]:.1f} cm"
@@ -111,6 +106,23 @@ def _clip_examples(
     ]
     examples = _sampled(motion, world, steps, places, yaws, samples)
     return _selected(examples, ~(too_far | sliding)), tuple(faults)
+
+
+def _stands_of(motion: CharacterMotion, world: WorldClip, steps: tuple[Step, ...]) -> dict[str, Stands]:
+    """Where the contacts stand that E steps join, E of each role."""
+    roles = {
+        "departure": [(step.swing_side, step.departure) for step in steps],
+        "support": [(1 - step.swing_side, step.support) for step in steps],
+        "landing": [(step.swing_side, step.landing) for step in steps],
+    }
+    contacts, places = np.unique([row for rows in roles.values() for row in rows], axis=0, return_inverse=True)
+    flats = np.array([world.contacts[side].flat_times[index] for side, index in contacts])
+    liftoffs = np.array([world.contacts[side].liftoff_times[index] for side, index in contacts])
+    found = foot_stands(motion, flats, liftoffs, contacts[:, 0])
+    return {
+        role: Stands(positions=found.positions[own], yaws=found.yaws[own], slides=found.slides[own])
+        for role, own in zip(roles, places.reshape(len(roles), -1), strict=True)
+    }
 
 
 def _sampled(
@@ -133,8 +145,7 @@ def _sampled(
 
     times = starts[:, None] + _times_of_phases(durations, swing_liftoffs, support_liftoffs, samples)
     rotations, pelvis_world = motion.pose(times.ravel())
-    balls = np.stack([motion.leg(rotations, pelvis_world, side)[1] for side in range(2)])  # (2, E * S, 3)
-    balls = balls.reshape(2, count, samples, 3)
+    balls = motion.feet(rotations, pelvis_world)[1].reshape(count, samples, 2, 3)
     rows = np.arange(count)
     rotations = rotations.reshape(count, samples, -1, 4)
     unturned = quaternion.yaw_quaternion(-headings)[:, None]
@@ -168,8 +179,8 @@ def _sampled(
         turns=planar.wrap_angle(next_headings - headings),
         rotations=_continuous(rotations).astype(np.float32),
         pelvis_positions=in_support_frame(pelvis_world.reshape(count, samples, 3)),
-        support_balls=in_support_frame(balls[1 - swing_sides, rows]),
-        swing_balls=in_support_frame(balls[swing_sides, rows]),
+        support_balls=in_support_frame(balls[rows, :, 1 - swing_sides]),
+        swing_balls=in_support_frame(balls[rows, :, swing_sides]),
     )
 
 

@@ -15,6 +15,8 @@ from usdfoot.maths.types import BoolArray, FloatArray
 
 __all__ = ["still_end", "still_start"]
 
+LEVELS = np.array([1.0, 0.5, 0.25])
+"""Speeds whose crossings are taken, relative to the threshold."""
 STEEPEST = 0.8
 """How far the onset may lie before the crossing of a quarter, relative to the way from there: 1 for
 a square law."""
@@ -79,7 +81,7 @@ def _onset(times: FloatArray, speeds: FloatArray, fast: int, threshold: float, s
     """Onset of motion [s] before the sample `fast`, the first at or above the threshold; `smear` [s] later."""
     if fast == 0 or fast >= len(times):
         return float(times[min(fast, len(times) - 1)])
-    crossings = [_crossing(times, speeds, fast, part * threshold) for part in (1.0, 0.5, 0.25)]
+    crossings = _crossings(times, speeds[: fast + 1], threshold * LEVELS)
     late, early = crossings[0] - crossings[1], crossings[1] - crossings[2]
     limit = crossings[0] - late**2 / (late - early) if late > early else -np.inf
     limit = max(limit, crossings[2] - STEEPEST * (late + early))
@@ -89,11 +91,11 @@ def _onset(times: FloatArray, speeds: FloatArray, fast: int, threshold: float, s
     return min(limit + smear, crossings[0])
 
 
-def _crossing(times: FloatArray, speeds: FloatArray, fast: int, level: float) -> float:
-    """Last time before sample `fast` at which the speed rises through `level` [s]."""
-    below = np.flatnonzero(speeds[:fast] < level)
-    if not below.size:
-        return float(times[0])
-    i = int(below[-1])
-    fraction = (level - speeds[i]) / max(speeds[i + 1] - speeds[i], 1e-12)
-    return float(times[i] + min(fraction, 1.0) * (times[i + 1] - times[i]))
+def _crossings(times: FloatArray, speeds: FloatArray, levels: FloatArray) -> list[float]:
+    """Last times before the last speed at which the speed rises through the levels [s]; the first time if never."""
+    below = speeds[-2::-1] < levels[:, None]  # backward in time
+    last = len(speeds) - 2 - np.argmax(below, axis=1)
+    rises = np.maximum(speeds[last + 1] - speeds[last], 1e-12)
+    fractions = np.minimum((levels - speeds[last]) / rises, 1.0)
+    found = times[last] + fractions * (times[last + 1] - times[last])
+    return np.where(below.any(axis=1), found, times[0]).tolist()

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import gaussian_filter1d
 
-from usdfoot.analysis.motion import FootMotion, foot_motion, moved
+from usdfoot.analysis.motion import FootMotion, moved
 from usdfoot.analysis.signals import fine_times
 from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray
@@ -20,6 +20,9 @@ from usdfoot.model.clip import Clip
 from usdfoot.model.skeleton import Skeleton
 
 __all__ = ["RootMotion", "detect_root_motion", "restored"]
+
+NEGLIGIBLE = 1e-9
+"""Samples of this part of the greatest weight do not count."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,25 +53,24 @@ class _LowFeet:
     """95th percentile of the balls' speed [m/s]."""
 
 
-def detect_root_motion(clip: Clip, skeleton: Skeleton, biped: Biped) -> RootMotion:
+def detect_root_motion(motion: FootMotion, told: str, biped: Biped) -> RootMotion:
     """Travel missing from a clip, from the commonest velocity of its low feet.
 
     Args:
-        clip: The clip; `clip.root_motion` travel or inPlace overrules the detection.
-        skeleton: Its skeleton.
+        motion: Of the clip's feet and pelvis.
+        told: The clip's `root_motion`; travel or inPlace overrules the detection.
         biped: Its leg joints.
     """
     none = RootMotion(in_place=False, velocity=np.zeros(2), yaw_rate=0.0)
-    if clip.root_motion == "travel":
+    if told == "travel":
         return none
-    motion = foot_motion(clip, skeleton, biped)
     feet = _low_feet(motion)
     drift = (motion.pelvis[-1] - motion.pelvis[0])[[0, 2]] / (motion.times[-1] - motion.times[0])
-    if clip.root_motion == "auto" and np.linalg.norm(drift) > 0.3 * feet.fastest:
+    if told == "auto" and np.linalg.norm(drift) > 0.3 * feet.fastest:
         return none
     slip = _commonest(feet.velocities, feet)
     slips = np.linalg.norm(slip) > max(0.1 * feet.fastest, 0.125 * biped.maximal_leg_length)
-    if clip.root_motion == "auto" and not (slips and np.linalg.norm(drift) < 0.3 * np.linalg.norm(slip)):
+    if told == "auto" and not (slips and np.linalg.norm(drift) < 0.3 * np.linalg.norm(slip)):
         return none
     yaw_rate = _missing_yaw_rate(feet, slip)
     turning = yaw_rate * np.stack([feet.positions[:, 1], -feet.positions[:, 0]], axis=1)
@@ -79,10 +81,10 @@ def _low_feet(motion: FootMotion) -> _LowFeet:
     """Fine samples of both balls, weighted by how low and level they move."""
     rate = (len(motion.times) - 1) / (motion.times[-1] - motion.times[0])
     grid = fine_times(motion.times[0], len(motion.times), rate, 120.0)
-    spline = CubicSpline(motion.times, motion.balls)
-    positions, velocities = spline(grid), spline(grid, 1)  # (N, 2, 3)
-    forward = (motion.balls - motion.ankles)[..., [0, 2]]
-    yaws = CubicSpline(motion.times, np.unwrap(planar.yaw_of(forward), axis=0))
+    yaws = np.unwrap(planar.yaw_of((motion.balls - motion.ankles)[..., [0, 2]]), axis=0)
+    spline = CubicSpline(motion.times, np.concatenate([motion.balls, yaws[..., None]], axis=-1))
+    positions, rates = spline(grid)[..., :3], spline(grid, 1)  # (N, 2, 3) and (N, 2, 4)
+    velocities = rates[..., :3]
     fastest = _fastest(velocities)
     low, high = np.quantile(positions[..., 1], [0.05, 0.95], axis=0)
     heights = (positions[..., 1] - low) / np.maximum(high - low, 1e-6)
@@ -91,7 +93,7 @@ def _low_feet(motion: FootMotion) -> _LowFeet:
     return _LowFeet(
         positions=positions[..., [0, 2]].reshape(-1, 2),
         velocities=velocities[..., [0, 2]].reshape(-1, 2),
-        yaw_rates=yaws(grid, 1).reshape(-1),
+        yaw_rates=rates[..., 3].reshape(-1),
         weights=weights.reshape(-1),
         fastest=fastest,
     )
@@ -109,20 +111,25 @@ def _missing_yaw_rate(feet: _LowFeet, slip: FloatArray) -> float:
 def _commonest(velocities: FloatArray, feet: _LowFeet) -> FloatArray:
     """Mode of weighted planar velocities (M, 2), by a kernel density on the samples and mean shift, shape (2,)."""
     width = 0.06 * feet.fastest + 1e-6
-    stride = max(1, len(velocities) // 300)
-    centres = velocities[::stride]
-    density = _kernel(centres, velocities, width) @ feet.weights
+    centres = velocities[:: max(1, len(velocities) // 300)]
+    heavy = feet.weights > NEGLIGIBLE * feet.weights.max()
+    velocities, weights = velocities[heavy], feet.weights[heavy]
+    density = _kernel(centres, velocities, width) @ weights
     mode = centres[np.argmax(density)]
     for _ in range(8):
-        pull = _kernel(mode[None], velocities, width)[0] * feet.weights
+        pull = _kernel(mode[None], velocities, width)[0] * weights
         mode = pull @ velocities / max(pull.sum(), 1e-12)
     return mode
 
 
 def _kernel(centres: FloatArray, velocities: FloatArray, width: float) -> FloatArray:
     """Gaussian kernel between (C, 2) and (M, 2), shape (C, M)."""
-    squares = np.sum((centres[:, None] - velocities[None]) ** 2, axis=-1)
-    return np.exp(-0.5 * squares / width**2)
+    origin = centres[0]  # squares of differences as products of differences to a point nearby
+    centres, velocities = (centres - origin) / width, (velocities - origin) / width
+    exponents = centres @ velocities.T
+    exponents -= 0.5 * np.sum(centres**2, axis=1)[:, None]
+    exponents -= 0.5 * np.sum(velocities**2, axis=1)
+    return np.exp(exponents, out=exponents)
 
 
 def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
@@ -132,7 +139,9 @@ def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
     return float(values[order][np.searchsorted(share, 0.5 * share[-1])])
 
 
-def restored(clip: Clip, skeleton: Skeleton, biped: Biped, root_motion: RootMotion, *, origin_time: float) -> Clip:
+def restored(
+    clip: Clip, skeleton: Skeleton, biped: Biped, motion: FootMotion, root_motion: RootMotion, *, origin_time: float
+) -> Clip:
     """The clip with its travel given back so that what stands on the ground stays; unmoved at `origin_time`.
 
     At every instant the root moves against whatever stands lowest, heels and balls weighted by how near they are to
@@ -142,10 +151,10 @@ def restored(clip: Clip, skeleton: Skeleton, biped: Biped, root_motion: RootMoti
         clip: A clip that runs in place.
         skeleton: Its skeleton.
         biped: Its leg joints.
+        motion: Of its feet.
         root_motion: Its missing travel.
         origin_time: Time at which nothing is added [s].
     """
-    motion = foot_motion(clip, skeleton, biped)
     grid = fine_times(motion.times[0], len(motion.times), clip.rate, 240.0)
     points = CubicSpline(motion.times, np.concatenate([motion.balls, motion.heels], axis=1))
     positions, velocities = points(grid), points(grid, 1)  # (N, 4, 3)

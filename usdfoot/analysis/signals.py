@@ -10,7 +10,7 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from usdfoot.maths.types import FloatArray
 
-__all__ = ["PointSignal", "fine_times", "point_signal", "samples_within"]
+__all__ = ["PointSignal", "fine_times", "point_signals", "samples_within"]
 
 ROUNDING = 1e-6
 """Part of a sample that does not count: rates and times come from time codes with rounding errors."""
@@ -43,7 +43,7 @@ def samples_within(duration: float, step: float) -> int:
     return int(duration / step + ROUNDING)
 
 
-def point_signal(
+def point_signals(
     times: FloatArray,
     positions: FloatArray,
     grid: FloatArray,
@@ -53,12 +53,12 @@ def point_signal(
     still_fraction: float,
     still_limits: tuple[float, float],
     neighbourhood: float,
-) -> PointSignal:
-    """Trajectory of one point on a fine grid, by C2 splines through lightly smoothed samples.
+) -> list[PointSignal]:
+    """Trajectories of P points on a fine grid, by C2 splines through lightly smoothed samples.
 
     Args:
         times: Sample times [s], shape (T,).
-        positions: Samples [m], shape (T, 3).
+        positions: Samples [m], shape (T, P, 3).
         grid: Times wanted, within `times` [s], shape (N,).
         smoothing: Standard deviation of the Gaussian that takes noise off [s].
         calming: The same for the coarse decisions [s].
@@ -68,20 +68,30 @@ def point_signal(
     """
     rate = (len(times) - 1) / (times[-1] - times[0])
     spline = CubicSpline(times, _smoothed(positions, smoothing * rate))
-    calm_speeds = np.linalg.norm(CubicSpline(times, _smoothed(positions, calming * rate))(grid, 1), axis=-1)
+    calm_speeds = _lengths(CubicSpline(times, _smoothed(positions, calming * rate))(grid, 1))
     size = 2 * samples_within(neighbourhood, grid[1] - grid[0]) + 1
-    fastest = maximum_filter1d(calm_speeds, size, mode="nearest")
-    return PointSignal(
-        positions=spline(grid),
-        speeds=np.linalg.norm(spline(grid, 1), axis=-1),
-        calm_speeds=calm_speeds,
-        thresholds=np.clip(still_fraction * fastest, *still_limits),
-        rate=rate,
-    )
+    fastest = maximum_filter1d(calm_speeds, size, axis=0, mode="nearest")
+    thresholds = np.clip(still_fraction * fastest, *still_limits)
+    places, speeds = spline(grid), _lengths(spline(grid, 1))
+    return [
+        PointSignal(
+            positions=np.ascontiguousarray(places[:, point]),
+            speeds=speeds[:, point].copy(),
+            calm_speeds=calm_speeds[:, point].copy(),
+            thresholds=thresholds[:, point].copy(),
+            rate=rate,
+        )
+        for point in range(positions.shape[1])
+    ]
+
+
+def _lengths(vectors: FloatArray) -> FloatArray:
+    """Lengths of vectors (N, P, 3), shape (N, P)."""
+    return np.sqrt(np.einsum("npi,npi->np", vectors, vectors))
 
 
 def _smoothed(positions: FloatArray, sigma: float) -> FloatArray:
-    """Positions (T, 3) after a Gaussian of `sigma` samples that keeps straight motion at the ends straight."""
+    """Positions (T, P, 3) after a Gaussian of `sigma` samples that keeps straight motion at the ends straight."""
     if sigma < 0.2:
         return positions
     pad = min(int(4 * sigma) + 1, len(positions) - 1)

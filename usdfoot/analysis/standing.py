@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import minimum_filter1d
 
 from usdfoot.analysis.mirror import MirrorMap, mirror_map, mirrored_rotations
-from usdfoot.analysis.motion import FootMotion, foot_motion, partial_kinematics
+from usdfoot.analysis.motion import partial_kinematics
 from usdfoot.analysis.signals import ROUNDING
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import FloatArray
@@ -80,12 +80,14 @@ def find_standing_pose(library: ClipLibrary, examples: Examples, *, limits: Stan
 def _calmest(clip: Clip, library: ClipLibrary, limits: StandLimits) -> tuple[float, int]:
     """Cost and sample of a clip's calmest stand, infinite if it never stands."""
     scale = library.biped.maximal_leg_length / 0.8
-    motion = foot_motion(clip, library.skeleton, library.biped)
-    balls = np.linalg.norm(np.gradient(motion.balls, 1.0 / clip.rate, axis=0), axis=-1).max(axis=1)
-    pelvis = np.linalg.norm(np.gradient(motion.pelvis, 1.0 / clip.rate, axis=0), axis=-1)
-    across = motion.balls[:, 0] - motion.balls[:, 1]
-    ahead = np.abs(np.sum(planar.direction(_headings(motion)) * across[:, [0, 2]], axis=-1))
+    points, _ = _body_points(clip, library.skeleton, library.biped)
+    speeds = np.linalg.norm(np.gradient(points, 1.0 / clip.rate, axis=0), axis=-1)
+    balls, pelvis = speeds[:, 3:].max(axis=1), speeds[:, 0]
     stands = (balls < scale * limits.ball_speed) & (pelvis < scale * limits.pelvis_speed)
+    if not stands.any():
+        return np.inf, 0
+    across = points[:, 3] - points[:, 4]
+    ahead = np.abs(np.sum(planar.direction(_headings(points)) * across[:, [0, 2]], axis=-1))
     stands &= (np.abs(across[:, 1]) < scale * limits.level) & (ahead < scale * limits.apart)
     size = 2 * int(np.ceil(0.5 * limits.shortest * clip.rate - ROUNDING)) + 1
     lasting = minimum_filter1d(stands.astype(np.uint8), size, mode="constant", cval=0).astype(bool)
@@ -94,16 +96,21 @@ def _calmest(clip: Clip, library: ClipLibrary, limits: StandLimits) -> tuple[flo
     return float(cost[sample]), sample
 
 
-def _headings(motion: FootMotion) -> FloatArray:
-    """Mean direction of both feet as yaw [rad], shape (T,)."""
-    return planar.circular_mean(planar.yaw_of((motion.balls - motion.ankles)[..., [0, 2]]))
+def _body_points(clip: Clip, skeleton: Skeleton, biped: Biped) -> tuple[FloatArray, FloatArray]:
+    """Pelvis, both ankles and both balls in the world [m], shape (T, 5, 3), and their rotations, (T, 5, 4)."""
+    return partial_kinematics(skeleton, clip, np.array([biped.pelvis, *biped.ankles, *biped.balls]))
+
+
+def _headings(points: FloatArray) -> FloatArray:
+    """Mean direction of both feet as yaw [rad], shape (T,), for points as from `_body_points`."""
+    return planar.circular_mean(planar.yaw_of((points[:, 3:] - points[:, 1:3])[..., [0, 2]]))
 
 
 def _pose_at(clip: Clip, skeleton: Skeleton, biped: Biped, sample: int) -> FloatArray:
     """Joint-local rotations (J, 4) at a sample, the pelvis's relative to the heading."""
     rotations = clip.rotations[sample].copy()
-    _, world = partial_kinematics(skeleton, clip, np.array([biped.pelvis]))
-    heading = _headings(foot_motion(clip, skeleton, biped))[sample]
+    points, world = _body_points(clip, skeleton, biped)
+    heading = _headings(points)[sample]
     rotations[biped.pelvis] = quaternion.compose(quaternion.yaw_quaternion(-heading), world[sample, 0])
     return rotations
 

@@ -69,10 +69,11 @@ def world_clip(clip: Clip, skeleton: Skeleton, biped: Biped, *, options: Contact
     ball_heights = biped.ball_heights * leg_length / biped.maximal_leg_length
     period = detect_period(clip, skeleton, biped)
     travelling = clip if period is None else repeated(clip, skeleton, biped, period)
-    root_motion = detect_root_motion(travelling, skeleton, biped)
-    if root_motion.in_place:
-        travelling = restored(travelling, skeleton, biped, root_motion, origin_time=clip.start_time)
     motion = foot_motion(travelling, skeleton, biped)
+    root_motion = detect_root_motion(motion, travelling.root_motion, biped)
+    if root_motion.in_place:
+        travelling = restored(travelling, skeleton, biped, motion, root_motion, origin_time=clip.start_time)
+        motion = foot_motion(travelling, skeleton, biped)
     contacts = contacts_of(motion, ball_heights=ball_heights, leg_length=leg_length, options=options)
     contacts = with_authored_events(contacts, clip, motion, period, ball_heights=ball_heights, options=options)
     end = float(clip.times[-1]) if period is None else clip.start_time + period

@@ -79,9 +79,20 @@ def forward_kinematics(
     translations = np.broadcast_to(translations, (*rotations.shape[:-1], 3))
     positions_skel = np.array(translations, dtype=float)
     rotations_skel = np.array(rotations, dtype=float)
-    for joint, parent in enumerate(parents):
-        if parent >= 0:
-            turned = quaternion.rotate(rotations_skel[..., parent, :], translations[..., joint, :])
-            positions_skel[..., joint, :] = positions_skel[..., parent, :] + turned
-            rotations_skel[..., joint, :] = quaternion.compose(rotations_skel[..., parent, :], rotations[..., joint, :])
+    for joints in _generations(parents)[1:]:
+        above = rotations_skel[..., parents[joints], :]
+        turned = quaternion.rotate(above, translations[..., joints, :])
+        positions_skel[..., joints, :] = positions_skel[..., parents[joints], :] + turned
+        rotations_skel[..., joints, :] = quaternion.compose(above, rotations[..., joints, :])
     return positions_skel, rotations_skel
+
+
+def _generations(parents: IntArray) -> list[list[int]]:
+    """Joints with 0, 1, 2 ... joints above them."""
+    depths: list[int] = []
+    for parent in parents.tolist():
+        depths.append(depths[parent] + 1 if parent >= 0 else 0)
+    generations: list[list[int]] = [[] for _ in range(max(depths, default=0) + 1)]
+    for joint, depth in enumerate(depths):
+        generations[depth].append(joint)
+    return generations
