@@ -6,11 +6,13 @@ refer to them by the index of their first frame and their number of frames.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from usdfoot.analysis.feet import HEEL_REACH
+from usdfoot.analysis.flat_feet import flat_turns
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import Biped
@@ -138,19 +140,28 @@ def smallest_in_ranges(values: FloatArray, ranges: FrameRanges) -> FloatArray:
     return np.where(ranges.counts == 0, np.nan, smallest)
 
 
-def sole_offsets(skeleton: Skeleton, biped: Biped) -> FloatArray:
+def sole_offsets(skeleton: Skeleton, biped: Biped, stances: Sequence[FloatArray] | None = None) -> FloatArray:
     """Heel points of both soles in the frames of the ankle joints [m], shape (2, 3).
 
     The heel is the point of the sole under the ankle, moved back by 0.4 of the distance from ankle to ball
-    (design.md section 2), where the feet stand level in the rest pose.
+    (design.md section 2), where the feet stand level: in the rest pose, or else in mid stance.
+
+    Args:
+        skeleton: The character's.
+        biped: Its legs.
+        stances: World rotations of the ankles in mid stance, shape (N, 4) for each foot; None = the rest pose stands.
     """
     positions, rotations = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
     ankles, balls = list(biped.ankles), list(biped.balls)
-    across = positions[balls] - positions[ankles]  # (2, 3)
+    turns = rotations[ankles]
+    offsets = quaternion.rotate(quaternion.inverse(turns), positions[balls] - positions[ankles])
+    flat = flat_turns(turns, stances, offsets) if stances is not None else None
+    turns = turns if flat is None else flat
+    across = quaternion.rotate(turns, offsets)  # (2, 3)
     reach = HEEL_REACH * np.linalg.norm(across, axis=1)
     back = planar.direction(planar.yaw_of(across[:, [0, 2]])) * -reach[:, None]
     heels = np.stack([back[:, 0], across[:, 1] - biped.ball_heights, back[:, 1]], axis=1)
-    return quaternion.rotate(quaternion.inverse(rotations[ankles]), heels)
+    return quaternion.rotate(quaternion.inverse(turns), heels)
 
 
 def timing_faults(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
+from usdfoot.analysis.flat_feet import flat_turns
 from usdfoot.engine.legs import LegRig
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import FloatArray, IntArray
@@ -18,6 +19,8 @@ __all__ = ["HEEL_LENGTH", "Foot", "Rig", "build_rig", "measure_feet"]
 
 HEEL_LENGTH = 0.4
 """Heel behind the ankle as a part of the distance from ankle to ball (design.md section 2)."""
+STANCE_PHASE = 0.35
+"""Phase of a step at which the support foot is flat: the other foot has left the ground, the heel has not."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +50,7 @@ class Rig:
 
 
 def measure_feet(skeleton: Skeleton, biped: Biped, rolls: FloatArray) -> tuple[Foot, Foot]:
-    """Both feet from the rest pose, whose feet stand level; `rolls` [rad] (2,) is how far the clips' lean about it."""
+    """Both feet from a rest pose whose feet stand level; `rolls` [rad] (2,) is how far the clips' lean about it."""
     positions, rotations = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
     feet = []
     for side in (0, 1):
@@ -55,21 +58,47 @@ def measure_feet(skeleton: Skeleton, biped: Biped, rolls: FloatArray) -> tuple[F
         across = positions[ball] - positions[ankle]
         upright = quaternion.yaw_quaternion(-planar.yaw_of(across[[0, 2]]))
         across = quaternion.rotate(upright, across)
-        length = float(np.linalg.norm(across))
-        roll = quaternion.from_axis_angle(across / length, np.array(rolls[side]))
+        roll = quaternion.from_axis_angle(across / np.linalg.norm(across), np.array(rolls[side]))
         flat = quaternion.compose(roll, quaternion.compose(upright, rotations[ankle]))
         toes = quaternion.compose(roll, quaternion.compose(upright, rotations[ball]))
-        heel = np.array([0.0, across[1] - biped.ball_heights[side], -HEEL_LENGTH * length])
-        feet.append(
-            Foot(
-                flat_rotation=flat,
-                toe_rotation=toes,
-                ball_offset=quaternion.rotate(quaternion.inverse(flat), across),
-                heel_offset=quaternion.rotate(quaternion.inverse(flat), heel),
-                elevation=float(np.arcsin(across[1] / length)),
-            )
-        )
+        offset = quaternion.rotate(quaternion.inverse(flat), across)
+        feet.append(_foot(flat, toes, offset, float(biped.ball_heights[side])))
     return feet[0], feet[1]
+
+
+def _foot(flat: FloatArray, toes: FloatArray, offset: FloatArray, ball_height: float) -> Foot:
+    """A foot from its joints' rotations (4,) when flat and the ball in the ankle's frame (3,)."""
+    across = quaternion.rotate(flat, offset)
+    length = float(np.linalg.norm(across))
+    heel = np.array([0.0, across[1] - ball_height, -HEEL_LENGTH * length])
+    return Foot(
+        flat_rotation=flat,
+        toe_rotation=toes,
+        ball_offset=offset,
+        heel_offset=quaternion.rotate(quaternion.inverse(flat), heel),
+        elevation=float(np.arcsin(across[1] / length)),
+    )
+
+
+def _find_feet(skeleton: Skeleton, biped: Biped, examples: Examples) -> tuple[Foot, Foot]:
+    """Both feet; where those of the rest pose do not stand level, as the examples stand on them."""
+    feet = measure_feet(skeleton, biped, np.zeros(2))
+    sample = round(STANCE_PHASE * (examples.rotations.shape[1] - 1))
+    rows = [np.flatnonzero(examples.swing_sides == 1 - side) for side in (0, 1)]
+    ankles = [_pose_joint(skeleton, biped, examples, rows[i], sample, biped.ankles[i]) for i in (0, 1)]
+    rest, offsets = (np.array([getattr(foot, name) for foot in feet]) for name in ("flat_rotation", "ball_offset"))
+    flats = flat_turns(rest, ankles, offsets)
+    if flats is None:
+        return measure_feet(skeleton, biped, measure_rolls(skeleton, biped, examples))
+    standing = []
+    for side, foot in enumerate(feet):
+        toes = foot.toe_rotation
+        if len(rows[side]):
+            balls = _pose_joint(skeleton, biped, examples, rows[side], sample, biped.balls[side])
+            bent = quaternion.compose(quaternion.inverse(ankles[side]), balls)
+            toes = quaternion.compose(flats[side], quaternion.mean(bent, np.ones(len(bent))))
+        standing.append(_foot(flats[side], toes, offsets[side], float(biped.ball_heights[side])))
+    return standing[0], standing[1]
 
 
 def measure_rolls(skeleton: Skeleton, biped: Biped, examples: Examples) -> FloatArray:
@@ -112,7 +141,7 @@ def _pose_joint(
 
 def build_rig(skeleton: Skeleton, biped: Biped, examples: Examples) -> Rig:
     """Legs of a character, with what its examples tell of roll, hinges and reach."""
-    feet = measure_feet(skeleton, biped, measure_rolls(skeleton, biped, examples))
+    feet = _find_feet(skeleton, biped, examples)
     chains = [skeleton.chain(biped.pelvis, biped.balls[side])[1:] for side in (0, 1)]
     width = max(len(chain) for chain in chains)
     padded = np.full((2, width), -1, dtype=np.int32)

@@ -20,7 +20,7 @@ from usdfoot.analysis.smoothness import angular_jerks, angular_jumps, angular_sp
 from usdfoot.bridge.tokens import Status
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths import quaternion
-from usdfoot.maths.types import BoolArray, FloatArray
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.terrain import Terrain
 from usdfoot.readers.written import JointTracks, WrittenAgent, read_joint_tracks
@@ -32,6 +32,8 @@ SUBFRAMES = (0.25, 0.5, 0.75)
 LONGEST_ROLL = 0.12
 SHARE_OF_ROLL = 0.25
 """The foot is flat at most this long [s], and this part of the contact, after the strike (design.md section 2)."""
+STANCE = 0.4
+"""Part of a contact's time after which the foot is flat."""
 SWING_MIDDLE = (0.2, 0.8)
 """Part of the swing's time over which the clearance counts."""
 
@@ -139,8 +141,16 @@ def _flat_times(agent: WrittenAgent) -> FloatArray:
 def _heels(agent: WrittenAgent, tracks: JointTracks) -> FloatArray:
     """Heel points of both feet in the world [m], shape (F, 2, 3)."""
     ankles = list(agent.biped.ankles)
-    offsets = sole_offsets(agent.skeleton, agent.biped)
+    stances = [tracks.turns[_middles(agent, tracks, side), ankles[side]] for side in (0, 1)]
+    offsets = sole_offsets(agent.skeleton, agent.biped, stances)
     return tracks.positions[:, ankles] + quaternion.rotate(tracks.turns[:, ankles], offsets)
+
+
+def _middles(agent: WrittenAgent, tracks: JointTracks, side: int) -> IntArray:
+    """Frames in the middle of each contact of one foot, where it stands flat."""
+    own = agent.plan.sides == side
+    middles = agent.plan.strike_times[own] + STANCE * (agent.plan.liftoff_times[own] - agent.plan.strike_times[own])
+    return np.clip(np.searchsorted(tracks.times, middles), 0, len(tracks.times) - 1)
 
 
 def _steps(agent: WrittenAgent, whole: JointTracks, fine: JointTracks, heels: FloatArray) -> dict[str, Any]:

@@ -1,0 +1,44 @@
+"""What the engine knows of a character's feet."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from tests.engine.plans import way
+from tests.engine.walkers import in_world
+from usdfoot.engine.animate import prepare_library
+from usdfoot.engine.options import EngineOptions
+from usdfoot.maths import quaternion
+
+
+@pytest.fixture(scope="module")
+def tiptoe_library(walker_library):
+    """The same clips on a character whose rest pose is a frame of them: one foot steep, the other with its toes up."""
+    skeleton, biped = walker_library.source.skeleton, walker_library.source.biped
+    rest = skeleton.rest_rotations.copy()
+    for ankle, pitch in zip(biped.ankles, (0.9, -0.4), strict=True):
+        turn = quaternion.from_axis_angle(np.array([1.0, 0.0, 0.0]), np.array(pitch))
+        rest[ankle] = quaternion.compose(turn, rest[ankle])
+    source = replace(walker_library.source, skeleton=replace(skeleton, rest_rotations=rest))
+    return prepare_library(source, EngineOptions())
+
+
+def test_feet_are_flat_whatever_the_rest_pose_shows(walker_library, tiptoe_library):
+    for level, found in zip(walker_library.rig.feet, tiptoe_library.rig.feet, strict=True):
+        assert np.degrees(abs(found.elevation - level.elevation)) < 2.0
+        assert_allclose(found.heel_offset, level.heel_offset, atol=0.01)
+
+
+def test_planted_feet_do_not_stand_as_the_rest_pose_does(animate, walker_library, tiptoe_library):
+    plan = way(stand_first=0.6, stand_last=0.6)
+    level, found = (
+        in_world(library.source, animate([plan], library=library)[0]) for library in (walker_library, tiptoe_library)
+    )
+    ankles = list(walker_library.source.biped.ankles)
+    difference = np.linalg.norm(found.positions[:, ankles] - level.positions[:, ankles], axis=-1)
+    assert np.median(difference) < 0.005
+    assert difference.max() < 0.03
