@@ -1,6 +1,7 @@
 """The command line from argument to exit code."""
 
 import json
+import logging
 
 import pytest
 
@@ -94,3 +95,10 @@ def test_analyze_prints_a_table(stages, tmp_path, capsys):
     code = main(["analyze", str(stages / "clips.usdc"), "-o", str(tmp_path / "events.usda")])
     out = capsys.readouterr().out
     assert code == 0 and "walk_110" in out and "step length m" in out and (tmp_path / "events.usda").is_file()
+
+
+def test_logging_of_the_calling_program_is_left_as_it_was(tmp_path):
+    package, scene = logging.getLogger("usdfoot"), logging.getLogger("usdfoot.readers.scene")
+    before = (package.level, list(package.handlers), scene.level)
+    assert main(["analyze", str(tmp_path / "missing.usd"), "--verbose"]) == 2
+    assert (package.level, list(package.handlers), scene.level) == before

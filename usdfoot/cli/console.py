@@ -12,7 +12,7 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from usdfoot.model.report import Problem
 
-__all__ = ["configure_logging", "print_error", "print_problems", "results_console", "shown_progress"]
+__all__ = ["logging_on_stderr", "print_error", "print_problems", "results_console", "shown_progress"]
 
 WIDTH_WITHOUT_TERMINAL = 160
 """Columns of tables that go to a file or pipe."""
@@ -36,16 +36,27 @@ def print_problems(problems: Iterable[Problem], *, quiet: bool) -> None:
             print_error(str(problem))
 
 
-def configure_logging(*, quiet: bool, verbose: bool) -> None:
-    """Messages of the package on stderr: warnings, with `verbose` everything, with `quiet` errors only."""
-    level = logging.INFO if verbose else logging.ERROR if quiet else logging.WARNING
+@contextmanager
+def logging_on_stderr(*, quiet: bool, verbose: bool) -> Iterator[None]:
+    """Messages of the package on stderr: warnings, with `verbose` everything, with `quiet` errors only.
+
+    A program that calls `main` finds its own logging unchanged afterwards.
+    """
+    package = logging.getLogger("usdfoot")
+    # The scene's reader logs the problems that the verbs print themselves.
+    scene = logging.getLogger("usdfoot.readers.scene")
+    levels = package.level, scene.level
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(logging.Formatter("usdfoot: %(levelname)s: %(message)s"))
-    logger = logging.getLogger("usdfoot")
-    logger.handlers = [handler]
-    logger.setLevel(level)
-    # The scene's reader logs the problems that the verbs print themselves.
-    logging.getLogger("usdfoot.readers.scene").setLevel(logging.CRITICAL)
+    package.addHandler(handler)
+    package.setLevel(logging.INFO if verbose else logging.ERROR if quiet else logging.WARNING)
+    scene.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        package.removeHandler(handler)
+        package.setLevel(levels[0])
+        scene.setLevel(levels[1])
 
 
 @contextmanager

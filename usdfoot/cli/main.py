@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from usdfoot import __version__
 from usdfoot.cli import analyze, animate, validate
-from usdfoot.cli.console import configure_logging, print_error
+from usdfoot.cli.console import logging_on_stderr, print_error
 from usdfoot.errors import UsdfootError
 
 __all__ = ["main"]
@@ -28,9 +28,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         arguments = parser.parse_args(argv)
     except SystemExit as stop:
         return int(stop.code or 0)
-    configure_logging(quiet=arguments.quiet, verbose=arguments.verbose)
     try:
-        return arguments.run(arguments)
+        with logging_on_stderr(quiet=arguments.quiet, verbose=arguments.verbose):
+            return arguments.run(arguments)
     except UsdfootError as error:
         if arguments.verbose:
             traceback.print_exc()
