@@ -43,7 +43,8 @@ def match_joints(sources: Sequence[str], wanted: Sequence[str]) -> IntArray:
     for i, joint in enumerate(wanted):
         matches[i] = paths.get(joint, -1)
     for rename in (_leaves, _bare_leaves, _lower_leaves):
-        _match_unique(matches, rename(sources), rename(wanted))
+        if (matches < 0).any():
+            _match_unique(matches, rename(sources), rename(wanted))
     return matches
 
 

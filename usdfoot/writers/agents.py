@@ -60,7 +60,7 @@ def write_agent(
 
 def _write_root_path(prim: Sdf.PrimSpec, motion: Motion, codes: list[float], units: StageUnits) -> list[str]:
     """Position on the ground and yaw, time-sampled; gives back the names of the ops."""
-    positions = [Gf.Vec3d(*row) for row in units.points_to_stage(motion.root_positions).tolist()]
+    positions = list(Vt.Vec3dArray.FromNumpy(np.ascontiguousarray(units.points_to_stage(motion.root_positions))))
     yaws = np.degrees(motion.root_yaws).tolist()
     turn = f"xformOp:rotate{units.up_axis}"
     author_samples(author(prim, "xformOp:translate", ValueTypes.Double3), codes, positions)

@@ -66,12 +66,30 @@ def write_crowd(
         for name, layer in layers.items():
             files.add_layer(name, layer)
         files.add_layer(File.EXPANDED, expanded_layer(layer_format, [motion.name for motion in motions]))
-        text = json.dumps({**report, "files": files.content_hashes()}, indent=1, sort_keys=True, allow_nan=False)
-        files.add_text(File.REPORT, text + "\n")
+        files.add_text(File.REPORT, _readable({**report, "files": files.content_hashes()}) + "\n")
         if not (target / File.OVERRIDES).exists():
             files.add_layer(File.OVERRIDES, stacked_layer(layer_format, ()))
         files.add_layer(File.CROWD, root_layer(layer_format, provenance))
     return target / File.CROWD, target / File.REPORT
+
+
+def _readable(report: Mapping[str, Any]) -> str:
+    """The report as JSON, one line for each entry of its lists and mappings."""
+    lines = []
+    for key, value in sorted(report.items()):
+        if isinstance(value, Mapping):
+            entries = [f"{json.dumps(name)}: {_compact(value[name])}" for name in sorted(value)]
+            text = "{\n  " + ",\n  ".join(entries) + "\n }" if entries else "{}"
+        elif isinstance(value, Sequence) and not isinstance(value, str):
+            text = "[\n  " + ",\n  ".join(map(_compact, value)) + "\n ]" if value else "[]"
+        else:
+            text = _compact(value)
+        lines.append(f" {json.dumps(key)}: {text}")
+    return "{\n" + ",\n".join(lines) + "\n}"
+
+
+def _compact(value: object) -> str:
+    return json.dumps(value, sort_keys=True, allow_nan=False)
 
 
 def crowd_format(scene: Scene) -> LayerFormat:

@@ -39,9 +39,8 @@ def write_executed_plan(
     author(prim, "purpose", ValueTypes.Token, "guide", uniform=True)
     author(prim, "protoIndices", ValueTypes.IntArray, Vt.IntArray.FromNumpy(plan.sides.astype(np.int32)))
     author(prim, "positions", ValueTypes.Point3fArray, _points(units.points_to_stage(plan.positions)))
-    turns = units.rotations_to_stage(plan.orientations).tolist()
-    orientations = Vt.QuathArray([Gf.Quath(w, x, y, z) for x, y, z, w in turns])
-    author(prim, "orientations", ValueTypes.QuathArray, orientations)
+    orientations = np.ascontiguousarray(units.rotations_to_stage(plan.orientations), dtype=np.float16)
+    author(prim, "orientations", ValueTypes.QuathArray, Vt.QuathArray.FromNumpy(orientations))
     box = print_extent(plan.positions, plan.orientations, plan.sides, size=size)
     author(prim, "extent", ValueTypes.Float3Array, _box(units.points_to_stage(box)))
     for attribute, times in (

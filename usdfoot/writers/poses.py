@@ -43,10 +43,13 @@ class RestingCharacter:
     """Joints above the pelvis."""
     foot_length: float
     """Mean distance from ankle to ball [m]."""
+    boxed: tuple[wp.array, ...]
+    """What `box_frames` takes of the character, on the device."""
 
 
 def rest_character(character: Character) -> RestingCharacter:
     """The character with its rest pose worked out."""
+    start_warp()
     skeleton, biped = character.skeleton, character.biped
     places, turns = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
     above, joint = [], int(skeleton.parents[biped.pelvis])
@@ -60,6 +63,20 @@ def rest_character(character: Character) -> RestingCharacter:
         turns=turns,
         above=tuple(above),
         foot_length=float(np.linalg.norm(across, axis=1).mean()),
+        boxed=_boxed(character, places, turns, above),
+    )
+
+
+def _boxed(character: Character, places: FloatArray, turns: FloatArray, above: list[int]) -> tuple[wp.array, ...]:
+    """Parents, rest translations, places, turns and radii of the joints as `box_frames` takes them."""
+    parents = character.skeleton.parents.astype(np.int32)
+    parents[above] = -1
+    return (
+        wp.array(parents, dtype=wp.int32),
+        _array(character.skeleton.rest_translations, wp.vec3f),
+        _array(places, wp.vec3f),
+        _array(turns, wp.quatf),
+        _array(_radii(character), wp.float32),
     )
 
 
@@ -94,11 +111,8 @@ def prim_extents(motion: Motion, resting: RestingCharacter, units: StageUnits) -
 
     Every joint stands for a ball as large as the skin it moves; geometry that is not skinned keeps its own box.
     """
-    start_warp()
-    character, skeleton = resting.character, resting.character.skeleton
+    character = resting.character
     frames, joints = motion.rotations.shape[:2]
-    parents = skeleton.parents.astype(np.int32)
-    parents[list(resting.above)] = -1
     to_agent = quaternion.compose(units.axes_to_canonical, character.agent_rotation)
     to_prim, scale = quaternion.inverse(to_agent), 1.0 / (units.meters_per_unit * character.agent_scale)
     boxes = wp.empty((frames, 2), dtype=wp.vec3f)
@@ -106,11 +120,7 @@ def prim_extents(motion: Motion, resting: RestingCharacter, units: StageUnits) -
         box_frames,
         dim=frames,
         inputs=[
-            wp.array(parents, dtype=wp.int32),
-            _array(skeleton.rest_translations, wp.vec3f),
-            _array(resting.places, wp.vec3f),
-            _array(resting.turns, wp.quatf),
-            _array(_radii(character), wp.float32),
+            *resting.boxed,
             character.biped.pelvis,
             _array(motion.pelvis_positions, wp.vec3f),
             _array(motion.pelvis_rotations, wp.quatf),
