@@ -228,3 +228,16 @@ def test_rotations_are_unit_and_pelvis_entry_repeats(animate, walker_library):
         quaternion.compose(quaternion.inverse(motion.rotations[:-1]), motion.rotations[1:]).astype(float)
     )
     assert np.linalg.norm(apart, axis=-1).max() < 0.5
+
+
+def test_a_foot_that_leans_with_the_ground_still_points_where_a_level_print_does(animate, walker_library):
+    """The ankle leans sideways above the ball; the yaw is that of the line between the two, seen from above."""
+    flat = way(length=0.45)
+    plan = replace(flat, positions=flat.positions + np.array([0.0, 0.3, 0.0]) * flat.positions[:, :1])
+    motion = animate([plan], terrain=slope(0.3, 0.0), rate=120.0)[0]
+    feet = in_world(walker_library.source, motion)
+    for step in range(2, len(plan) - 2):
+        side = plan.sides[step]
+        flat_time = motion.contacts[side].flat_times[np.flatnonzero(plan.sides[:step] == side).size]
+        forward = (feet.balls - feet.ankles)[np.searchsorted(feet.times, flat_time + 0.02), side]
+        assert abs(float(planar.yaw_of(forward[[0, 2]]))) < np.radians(0.5)

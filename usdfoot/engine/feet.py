@@ -24,6 +24,9 @@ FLAT_SHARE = 0.25
 EDGE_HEIGHT = 0.03
 """Ground under the heel farther than this from the print's plane is another tread, not a slope [m]."""
 
+FACINGS = 3
+"""How often the yaw of a foot that leans with the ground is corrected."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class ContactFeet:
@@ -52,16 +55,42 @@ class ContactFeet:
 def lay_prints(setup: Setup, ground: Ground) -> tuple[FloatArray, BoolArray]:
     """Frames of the prints: yaw from the plan, pitch and roll from the ground under ball and heel ([B] 4.5).
 
+    A foot that leans sideways with the ground carries its ankle sideways, above the ball. The yaw is that of the line
+    from ankle to ball, seen along the plan's normal (design.md section 2), so such a foot is turned back by as much.
+
     Returns:
         Rotations print to world, shape (C, 4), and whether walkable ground is under the ball, shape (C,).
     """
+    yaws = setup.contacts.yaws
+    frames, on_ground = _frames_on_ground(setup, ground, yaws)
+    for _ in range(FACINGS if ground.has_terrain else 0):
+        yaws = yaws - _yaw_errors(setup, frames)
+        frames, on_ground = _frames_on_ground(setup, ground, yaws)
+    return frames, on_ground
+
+
+def _yaw_errors(setup: Setup, frames: FloatArray) -> FloatArray:
+    """Yaw from the plan's forward to the line from ankle to ball, about the plan's normals [rad], shape (C,)."""
+    contacts = setup.contacts
+    across = np.array([quaternion.rotate(foot.flat_rotation, foot.ball_offset) for foot in setup.rig.feet])
+    seen = quaternion.rotate(frames, across[contacts.sides])
+    normals = contacts.normals
+    level = planar.direction(contacts.yaws)
+    rise = -np.sum(normals[:, [0, 2]] * level, axis=1) / normals[:, 1]
+    forward = np.stack([level[:, 0], rise, level[:, 1]], axis=1)
+    forward /= np.linalg.norm(forward, axis=1, keepdims=True)
+    return np.arctan2(np.sum(np.cross(forward, seen) * normals, axis=1), np.sum(forward * seen, axis=1))
+
+
+def _frames_on_ground(setup: Setup, ground: Ground, yaws: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Frames of prints with headings `yaws` [rad] (C,), as `lay_prints` gives them."""
     contacts = setup.contacts
     places = contacts.positions[:, [0, 2]]
     under = ground.heights(places, contacts.positions[:, 1], step_up=0.1)
     near = np.abs(under.heights - contacts.positions[:, 1]) < 0.05
     normals = np.where((ground.has_terrain & under.hit & near)[:, None], under.normals, contacts.normals)
     lengths = np.array([_heel_distance(setup, side) for side in (0, 1)])[contacts.sides]
-    forward = planar.direction(contacts.yaws)
+    forward = planar.direction(yaws)
     behind = ground.heights(places - lengths[:, None] * forward, contacts.positions[:, 1], step_up=0.1)
     plane_drop = np.sum(normals[:, [0, 2]] * forward, axis=1) / normals[:, 1] * lengths
     heel_rise = behind.heights - contacts.positions[:, 1]
