@@ -13,7 +13,10 @@ from pxr import Sdf, Usd, UsdGeom, Vt
 
 from benching.rigs import straight_plan
 from usdfoot.bridge.tokens import anims_chunk
+from usdfoot.engine.animate import prepare_library
+from usdfoot.engine.options import EngineOptions
 from usdfoot.pipeline.animate import animate
+from usdfoot.readers.libraries import read_libraries
 
 __all__ = ["disk_times"]
 
@@ -30,7 +33,9 @@ def disk_times(stages: Path, *, agents: int = 100, frames: int = 240, repeats: i
         repeats: Shortest of so many runs of either, in turn.
 
     Returns:
-        The parts of animating by name, "whole" (read, plan, synthesise, author, save), "author alone" and "ratio".
+        The parts of animating by name, "whole" (read, plan, synthesise, author, save), "author alone" and their
+        "ratio"; then "library", what it takes to read and analyse the clips, which is the same for one agent or ten
+        thousand, and "ratio without library".
     """
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
@@ -38,13 +43,28 @@ def disk_times(stages: Path, *, agents: int = 100, frames: int = 240, repeats: i
         _write_scene(scene, stages, agents, frames)
         animate(scene, folder / "out")  # kernels are compiled and files are in the system's cache
         samples = _read_samples(folder / "out")
-        runs = []
+        runs, library_times = [], []
         for number in range(repeats):
+            library_times.append(_timed(lambda: _prepare_libraries(stages)))
             parts = _timed_animate(scene, folder / f"out{number}")
             runs.append((parts, _timed(lambda n=number: _author(samples, folder / f"alone{n}.usdc"))))  # type: ignore[misc]
     parts = min((run[0] for run in runs), key=lambda run: sum(run.values()))
     whole, alone = sum(parts.values()), min(run[1] for run in runs)
-    return {**parts, "whole": whole, "author alone": alone, "ratio": whole / alone}
+    library = min(library_times)
+    return {
+        **parts,
+        "whole": whole,
+        "author alone": alone,
+        "ratio": whole / alone,
+        "library": library,
+        "ratio without library": (whole - library) / alone,
+    }
+
+
+def _prepare_libraries(stages: Path) -> None:
+    """Read and analyse the clips as `animate` does."""
+    for library in read_libraries(stages / "clips.usdc").libraries:
+        prepare_library(library, EngineOptions())
 
 
 def _timed(run: Callable[[], object]) -> float:
