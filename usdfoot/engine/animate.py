@@ -108,9 +108,9 @@ def animate_crowd(crowd: Crowd, *, options: EngineOptions | None = None) -> tupl
     """Motions of all agents that could be animated, in the crowd's order, and what was wrong with the others."""
     options = options or EngineOptions()
     motions: dict[str, Motion] = {}
-    problems: list[Problem] = []
+    problems = [problem for agent in crowd.agents for problem in _not_from_clips(agent)]
     for index, library in enumerate(crowd.libraries):
-        agents = [agent for agent in crowd.agents if agent.library == index]
+        agents = [agent for agent in crowd.agents if agent.library == index and agent.motion != "physics"]
         if not agents:
             continue
         try:
@@ -122,6 +122,15 @@ def animate_crowd(crowd: Crowd, *, options: EngineOptions | None = None) -> tupl
         problems += [*prepared.problems, *faults]
         motions.update({motion.name: motion for motion in found})
     return [motions[agent.name] for agent in crowd.agents if agent.name in motions], problems
+
+
+def _not_from_clips(agent: Agent) -> list[Problem]:
+    """What an agent asks for beyond clips, which is all there is so far."""
+    if agent.motion == "clips":
+        return []
+    severity, done = ("error", "it was skipped") if agent.motion == "physics" else ("warning", "clips alone were used")
+    message = f"{agent.source}: usdfoot:agent:motion is {agent.motion}, which cannot be made yet; {done}. Author clips"
+    return [Problem(severity=severity, where=agent.source, message=message)]
 
 
 def _animate_each(

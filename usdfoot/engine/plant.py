@@ -39,7 +39,6 @@ class FootPose:
     ankle: wp.vec3f
     rotation: wp.quatf
     toes: wp.float32  # how far the toes stay parallel to the print, 0..1
-    planted: wp.float32  # 1 in contact, 0 in swing
 
 
 @wp.func
@@ -102,7 +101,6 @@ def standing_foot(
     normal = wp.quat_rotate(print_to_world, wp.vec3f(0.0, 1.0, 0.0))
     ball = feet.positions[contact] + wp.vec3f(0.0, rig.ball_heights[side] / normal[1], 0.0)
     pose = FootPose()
-    pose.planted = 1.0
     rolling = feet.flats[contact] - feet.strikes[contact]
     if time < feet.flats[contact] and rolling > 0.0:
         fraction = smootherstep((time - feet.strikes[contact]) / rolling)
@@ -154,7 +152,6 @@ def swinging_foot(rig: LegRig, feet: FootArrays, contact: int, side: int, time: 
     pose.rotation = correction * leg.rotation_of_ankle
     pose.ankle = ball - wp.quat_rotate(pose.rotation, rig.ball_offsets[side])
     pose.toes = 1.0 - smootherstep(2.0 * fraction)
-    pose.planted = 0.0
     return pose
 
 
