@@ -241,3 +241,16 @@ def test_a_foot_that_leans_with_the_ground_still_points_where_a_level_print_does
         flat_time = motion.contacts[side].flat_times[np.flatnonzero(plan.sides[:step] == side).size]
         forward = (feet.balls - feet.ankles)[np.searchsorted(feet.times, flat_time + 0.02), side]
         assert abs(float(planar.yaw_of(forward[[0, 2]]))) < np.radians(0.5)
+
+
+@pytest.mark.parametrize("offset", [-0.03, -0.01, 0.01, 0.03])
+def test_footsteps_a_little_off_the_terrain_stand_on_it(animate, walker_library, offset):
+    flat = way()
+    plan = replace(flat, positions=flat.positions + np.array([0.0, offset, 0.0]))
+    motion = animate([plan], terrain=slope(0.0, 0.0), rate=120.0)[0]
+    assert set(motion.results.status) == {"ok"}
+    assert motion.results.placement_error.max() < 1e-3
+    feet = in_world(walker_library.source, motion)
+    assert min(feet.balls[..., 1].min() - BALL_HEIGHT, feet.heels[..., 1].min()) > -2e-3
+    for side in (0, 1):
+        assert_allclose(motion.contacts[side].positions[:, 1], 0.0, atol=1e-6)

@@ -17,6 +17,9 @@ __all__ = ["ContactTable", "lay_contacts", "lay_on_ground", "with_headings"]
 NEAR_GROUND = 0.3
 """Ground farther than this above or below a contact is not its own [m]."""
 
+NEAR_FOOTSTEP = 0.05
+"""Ground farther than this above or below a planned footstep is not meant by it [m]."""
+
 GROUND_AXES = np.array([0, 2])
 
 UNKNOWN_STEP_TIME = 0.6
@@ -179,17 +182,21 @@ def with_headings(contacts: ContactTable) -> ContactTable:
 
 
 def lay_on_ground(contacts: ContactTable, ground: Ground, *, planned: FloatArray) -> ContactTable:
-    """The table with contacts that stand where none was planned put on the walkable ground under them, if it is near.
+    """The table with contacts put on the ground under them, if it is near.
+
+    Footsteps that lie a little above or below the terrain stand on it: their places are exact across the ground only.
 
     Args:
         contacts: As executed.
         ground: The terrain.
         planned: Their positions as planned [m], shape (C, 3); contacts that are no footsteps count as moved.
     """
-    rows = np.flatnonzero((contacts.steps < 0) | (contacts.positions != planned).any(axis=1))
-    places = contacts.positions[rows]
-    found = ground.heights(places[:, [0, 2]], places[:, 1], step_up=NEAR_GROUND)
-    near = ground.has_terrain & found.walkable & (np.abs(found.heights - places[:, 1]) < NEAR_GROUND)
-    positions = contacts.positions.copy()
-    positions[rows, 1] = np.where(near, found.heights, places[:, 1])
+    moved = (contacts.steps < 0) | (contacts.positions != planned).any(axis=1)
+    places = contacts.positions
+    reach = np.where(moved, NEAR_GROUND, NEAR_FOOTSTEP)
+    found = ground.heights(places[:, [0, 2]], places[:, 1] + reach, step_up=0.0)
+    usable = found.hit & (found.walkable | ~moved) & ground.has_terrain
+    positions = places.copy()
+    near = usable & (np.abs(found.heights - places[:, 1]) < reach)
+    positions[near, 1] = found.heights[near]
     return replace(contacts, positions=positions)
