@@ -45,6 +45,61 @@ def test_steps_land_where_the_walker_put_its_feet(gait: Gait) -> None:
     assert_allclose(examples.turns, 0.0, atol=2e-3)
 
 
+def with_thigh_twist(library: ClipLibrary) -> ClipLibrary:
+    """The library with a joint in the middle of each thigh, which turns about the bone."""
+    skeleton, biped, clip = library.skeleton, library.biped, library.clips[0]
+    rows = list(range(len(skeleton.joints)))
+    for knee in sorted(biped.knees, reverse=True):
+        rows.insert(knee, knee)
+    new = {old: rows.index(old) + (1 if old in biped.knees else 0) for old in range(len(skeleton.joints))}
+    twists = [new[knee] - 1 for knee in biped.knees]
+    parents = np.array([-1 if skeleton.parents[old] < 0 else new[int(skeleton.parents[old])] for old in rows])
+    for twist, hip in zip(twists, biped.hips, strict=True):
+        parents[twist], parents[twist + 1] = new[hip], twist
+    names = [f"twist{i}" if i in twists else skeleton.joints[old] for i, old in enumerate(rows)]
+
+    def split(translations: np.ndarray) -> np.ndarray:
+        longer = translations[..., rows, :].copy()
+        longer[..., twists, :] *= 0.5
+        longer[..., [new[knee] for knee in biped.knees], :] *= 0.5
+        return longer
+
+    def straight(rotations: np.ndarray) -> np.ndarray:
+        longer = rotations[..., rows, :].copy()
+        longer[..., twists, :] = [0.0, 0.0, 0.0, 1.0]
+        return longer
+
+    roles = {role: tuple(new[joint] for joint in getattr(biped, role)) for role in ("hips", "knees", "ankles", "balls")}
+    return ClipLibrary(
+        skeleton=replace(
+            skeleton,
+            joints=tuple(names),
+            parents=parents,
+            rest_translations=split(skeleton.rest_translations),
+            rest_rotations=straight(skeleton.rest_rotations),
+        ),
+        biped=replace(biped, pelvis=new[biped.pelvis], **roles),
+        clips=(replace(clip, translations=split(clip.translations), rotations=straight(clip.rotations)),),
+    )
+
+
+def test_twist_joints_in_the_thighs_change_nothing() -> None:
+    library = build_walker(Gait(), rate=60.0).library
+    plain, _ = build_examples(library, mirror=False)
+    twisted, _ = build_examples(with_thigh_twist(library), mirror=False)
+    for name in ("landings", "departures", "durations", "landing_heights", "support_balls", "swing_balls"):
+        assert_allclose(getattr(twisted, name), getattr(plain, name), atol=1e-5, err_msg=name)
+
+
+def test_an_authored_leg_length_scales_no_clip() -> None:
+    library = build_walker(Gait(), rate=60.0).library
+    plain, _ = build_examples(library, mirror=False)
+    biped = replace(library.biped, maximal_leg_length=1.1 * library.biped.maximal_leg_length)
+    longer, _ = build_examples(replace(library, biped=biped), mirror=False)
+    assert_allclose(longer.landings, plain.landings, atol=1e-6)
+    assert_allclose(longer.pelvis_positions, plain.pelvis_positions, atol=1e-5)
+
+
 def test_turns_and_stairs() -> None:
     walker = build_walker(Gait(turn=0.25, rise=0.15, step_time=0.6, clearance=0.2), rate=60.0)
     examples, _ = build_examples(walker.library, mirror=False)

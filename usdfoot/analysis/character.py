@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline, PPoly
 
 from usdfoot.analysis.mirror import REFLECTION, MirrorMap, mirrored_rotations
-from usdfoot.analysis.motion import partial_kinematics
+from usdfoot.analysis.motion import partial_kinematics, rest_leg_length
 from usdfoot.analysis.world import WorldClip
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import FloatArray, IntArray
@@ -85,7 +85,7 @@ def on_character(library: ClipLibrary, world: WorldClip) -> CharacterMotion:
     for joint in _ancestors(skeleton, pelvis):
         rotations[:, joint] = skeleton.rest_rotations[joint]
     rotations[:, pelvis] = quaternion.continuous(world_rotations[:, 0])
-    ratio = library.biped.maximal_leg_length / world.leg_length
+    ratio = rest_leg_length(skeleton, library.biped) / world.leg_length
     times = world.clip.times
     return CharacterMotion(
         library=library,

@@ -13,7 +13,7 @@ from usdfoot.model.biped import Biped
 from usdfoot.model.clip import Clip
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
 
-__all__ = ["FootMotion", "clip_leg_length", "foot_motion", "moved", "partial_kinematics"]
+__all__ = ["FootMotion", "clip_leg_length", "foot_motion", "moved", "partial_kinematics", "rest_leg_length"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,11 +34,23 @@ class FootMotion:
     """Pelvis joint, xyzw, shape (T, 4)."""
 
 
-def clip_leg_length(clip: Clip, biped: Biped) -> float:
+def clip_leg_length(clip: Clip, skeleton: Skeleton, biped: Biped) -> float:
     """Hip to ankle with the knee straight, in the clip's own proportions, mean of both legs [m]."""
-    joints = [*biped.knees, *biped.ankles]
-    lengths = np.linalg.norm(clip.translations[:, joints], axis=-1)  # (T, 4)
-    return float(np.median(lengths, axis=0).sum() / 2.0)
+    joints = np.array([*biped.hips, *biped.knees, *biped.ankles])
+    positions, _ = partial_kinematics(skeleton, clip, joints)
+    return float(np.median(_leg_lengths(positions)))
+
+
+def rest_leg_length(skeleton: Skeleton, biped: Biped) -> float:
+    """The same of the character's rest pose, whatever length an artist allows its legs [m]."""
+    positions, _ = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
+    return float(_leg_lengths(positions[[*biped.hips, *biped.knees, *biped.ankles]]))
+
+
+def _leg_lengths(positions: FloatArray) -> FloatArray:
+    """Thigh and shin, mean of both legs [m], of hips, knees and ankles (..., 6, 3); there may be joints between."""
+    hips, knees, ankles = (positions[..., i : i + 2, :] for i in (0, 2, 4))
+    return (np.linalg.norm(knees - hips, axis=-1) + np.linalg.norm(ankles - knees, axis=-1)).mean(axis=-1)
 
 
 def partial_kinematics(skeleton: Skeleton, clip: Clip, joints: IntArray) -> tuple[FloatArray, FloatArray]:
@@ -60,7 +72,7 @@ def foot_motion(clip: Clip, skeleton: Skeleton, biped: Biped) -> FootMotion:
     joints = np.array([biped.pelvis, *biped.ankles, *biped.balls])
     positions, rotations = partial_kinematics(skeleton, clip, joints)
     ankles, balls, ankle_rotations = positions[:, 1:3], positions[:, 3:5], quaternion.continuous(rotations[:, 1:3])
-    ball_heights = biped.ball_heights * clip_leg_length(clip, biped) / biped.maximal_leg_length
+    ball_heights = biped.ball_heights * clip_leg_length(clip, skeleton, biped) / rest_leg_length(skeleton, biped)
     offsets = heel_offsets(ankles, balls, ankle_rotations, ball_heights, rate=clip.rate)
     return FootMotion(
         times=clip.times,

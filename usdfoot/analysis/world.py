@@ -8,7 +8,7 @@ from usdfoot.analysis.authored import with_authored_events
 from usdfoot.analysis.contact_options import ContactOptions
 from usdfoot.analysis.contacts import contacts_of
 from usdfoot.analysis.cycle import detect_period, repeated
-from usdfoot.analysis.motion import clip_leg_length, foot_motion
+from usdfoot.analysis.motion import clip_leg_length, foot_motion, rest_leg_length
 from usdfoot.analysis.root import RootMotion, detect_root_motion, restored
 from usdfoot.maths.types import BoolArray
 from usdfoot.model.biped import Biped
@@ -65,8 +65,8 @@ def listed_contacts(world: WorldClip) -> Contacts:
 def world_clip(clip: Clip, skeleton: Skeleton, biped: Biped, *, options: ContactOptions | None = None) -> WorldClip:
     """The clip with loops repeated, travel given back, and contacts detected."""
     options = options or ContactOptions()
-    leg_length = clip_leg_length(clip, biped)
-    ball_heights = biped.ball_heights * leg_length / biped.maximal_leg_length
+    leg_length = clip_leg_length(clip, skeleton, biped)
+    ball_heights = biped.ball_heights * leg_length / rest_leg_length(skeleton, biped)
     period = detect_period(clip, skeleton, biped)
     travelling = clip if period is None else repeated(clip, skeleton, biped, period)
     motion = foot_motion(travelling, skeleton, biped)
