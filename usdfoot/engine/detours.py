@@ -150,7 +150,8 @@ def _over_ground(setup: Setup, rows: IntArray, balls: FloatArray, heels: FloatAr
 def _refine(path: FloatArray, probes: IntArray = PROBES) -> FloatArray:
     """Paths (N, FINE, 3) through points (N, K, 3) at the fine samples `probes` (K,), straight in between."""
     shares = np.stack([np.interp(np.arange(FINE), probes, unit) for unit in np.eye(len(probes))], axis=1)
-    return np.einsum("fk,nkc->nfc", shares, path)
+    points: FloatArray = shares @ path
+    return points
 
 
 def _envelope(missing: FloatArray) -> FloatArray:

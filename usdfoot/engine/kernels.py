@@ -161,8 +161,10 @@ def blend_rotations(
     before = weights * (1.0 - fraction)
     after = weights * fraction
     window = joint_windows[frame]
+    beside_seam = wp.length_sq(window) > 0.0
     for k in range(joints.shape[0]):
         joint = joints[k]
         blended = blended_rotation(library.rotations, examples, row, before, after, joint)
-        seam = seam_rotation(segments.joint_values, segments.joint_slopes, segment, window, joint)
-        rotations[frame, joint] = wp.normalize(seam * blended)
+        if beside_seam:
+            blended = seam_rotation(segments.joint_values, segments.joint_slopes, segment, window, joint) * blended
+        rotations[frame, joint] = wp.normalize(blended)
