@@ -1,15 +1,26 @@
 """Every attribute that is written, read back through USD."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pxr import Usd, UsdGeom, UsdSkel
 
-from tests.writers.crowds import Rig, four_steps, results_of
+from tests.writers.crowds import (
+    Rig,
+    character_of,
+    four_steps,
+    results_of,
+    scene_of,
+    wandering_motion,
+    write_character,
+)
 from tests.writers.test_crowd import CENTIMETRES, read_joints, write
 from usdfoot.bridge import tokens
 from usdfoot.bridge.schema import has_api
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths import quaternion
+from usdfoot.writers.crowd import write_crowd
 
 Z_UP = StageUnits(meters_per_unit=1.0, up_axis="Z", time_codes_per_second=24.0)
 
@@ -43,6 +54,19 @@ def test_plan_is_kept_as_given(tmp_path, units):
     for name in (tokens.Plan.STRIKE_TIMES, tokens.Plan.LIFTOFF_TIMES):
         assert prim.GetAttribute(name).GetTypeName() == "timecode[]"
         assert prim.GetAttribute(name).GetVariability().name == "VariabilityUniform"
+
+
+def test_rotations_never_change_sign(tmp_path):
+    character = character_of(write_character(tmp_path / "hero.usda", Rig(units=CENTIMETRES)))
+    scene = scene_of(character, CENTIMETRES, agents=1, frames=40)
+    motion = wandering_motion("A0", character, frames=40, rate=30.0)
+    signs = np.where(np.random.default_rng(3).random((40, len(character.skeleton.joints), 1)) < 0.5, -1.0, 1.0)
+    motion = replace(motion, rotations=motion.rotations * signs, pelvis_rotations=motion.pelvis_rotations * signs[:, 0])
+    crowd, _ = write_crowd(scene, [motion], tmp_path / "out", provenance={}, report={"agents": []})
+    stage = Usd.Stage.Open(str(crowd))
+    animation = UsdSkel.Animation(stage.GetPrimAtPath("/Crowd/Anims/A0"))
+    rotations = np.array([xyzw(animation.GetRotationsAttr().Get(float(code))) for code in range(40)])
+    assert np.sum(rotations[1:] * rotations[:-1], axis=-1).min() > 0.9
 
 
 def test_prints_lie_flat_and_point_forward(tmp_path):

@@ -27,7 +27,7 @@ class JointPoses:
     translations: FloatArray
     """Shape (F, J, 3)."""
     rotations: FloatArray
-    """Unit xyzw, shape (F, J, 4)."""
+    """Unit xyzw, continuous in sign, shape (F, J, 4)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,7 +103,7 @@ def skeleton_poses(motion: Motion, resting: RestingCharacter) -> JointPoses:
     scale = character.skeleton_to_agent.scale * character.inherited_scales[:, None]
     translations[:] = skeleton.rest_translations / scale
     translations[:, joints] = moved / character.inherited_scales[joints, None]
-    return JointPoses(translations=translations, rotations=rotations)
+    return JointPoses(translations=translations, rotations=quaternion.continuous(rotations).astype(np.float32))
 
 
 def prim_extents(motion: Motion, resting: RestingCharacter, units: StageUnits) -> FloatArray:
