@@ -37,6 +37,15 @@ def test_without_a_rest_pose_the_bind_pose_is_used_and_said(caplog):
     assert "restTransforms are not authored for every joint, the bind pose is used" in caplog.text
 
 
+def test_names_that_usd_takes_for_no_hierarchy_are_said(caplog):
+    _, skeleton = skeleton_prim(joints=["/".join(f"rig:{name}" for name in joint.split("/")) for joint in JOINTS])
+    with caplog.at_level(logging.WARNING):
+        raw = read_skeleton(skeleton.GetPrim())
+    assert raw.parents.tolist() == [-1, 0, 1, 0, 3, 4, 5, 0, 7, 8, 9]
+    assert "11 joint name(s) are no USD paths, so other programs see these joints unconnected" in caplog.text
+    assert "write rig:Hips as rig_Hips" in caplog.text
+
+
 def test_a_scaled_root_lengthens_the_bones_below_it():
     _, skeleton = skeleton_prim()
     rest = list(skeleton.GetRestTransformsAttr().Get())

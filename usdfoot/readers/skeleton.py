@@ -6,7 +6,7 @@ import logging
 from dataclasses import dataclass
 
 import numpy as np
-from pxr import Usd, UsdGeom, UsdSkel
+from pxr import Sdf, Tf, Usd, UsdGeom, UsdSkel
 
 from usdfoot.bridge.similarity import Similarity, fold_into_joints
 from usdfoot.errors import SkeletonError
@@ -64,6 +64,7 @@ def read_skeleton(prim: Usd.Prim) -> RawSkeleton:
     if not joints:
         raise SkeletonError(prim.GetPath(), "has no joints", "author the joints attribute of the Skeleton")
     _check_unique(prim, joints)
+    _warn_of_names(prim, joints)
     parents = parent_indices(joints)
     bind = _matrices(skeleton.GetBindTransformsAttr().Get(), len(joints))
     rest = _matrices(skeleton.GetRestTransformsAttr().Get(), len(joints))
@@ -188,3 +189,16 @@ def _check_unique(prim: Usd.Prim, joints: tuple[str, ...]) -> None:
     twice = sorted({joint for joint in joints if joints.count(joint) > 1})
     if twice:
         raise SkeletonError(prim.GetPath(), "lists joints twice", "every joint path must be unique", twice)
+
+
+def _warn_of_names(prim: Usd.Prim, joints: tuple[str, ...]) -> None:
+    """Say so if USD itself cannot tell which joint is below which."""
+    wrong = [joint for joint in joints if Sdf.Path.IsValidPathString(joint) is not True]  # else (False, why)
+    if wrong:
+        _logger.warning(
+            "%s: %d joint name(s) are no USD paths, so other programs see these joints unconnected; write %s as %s",
+            prim.GetPath(),
+            len(wrong),
+            wrong[0],
+            "/".join(Tf.MakeValidIdentifier(name) for name in wrong[0].split("/")),
+        )
