@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from tests.engine.plans import mirrored
+from tests.engine.plans import mirrored, way
 from tests.engine.walkers import in_world
 from usdfoot.analysis.joint_pairs import joint_pairs
 from usdfoot.engine.animate import animate_agents, animate_crowd, prepare_library
@@ -28,6 +30,22 @@ def test_footsteps_are_kept(shared_data, scene):
     assert np.abs(results.yaw_error).max() < np.radians(0.5)
     inside = results.hull_distance < 1e-6
     assert results.blend_error[inside].mean() < 1e-3
+
+
+@pytest.mark.parametrize("farther", [0.8, 1.0])
+def test_before_a_step_too_long_the_support_foot_stays(shared_data, farther):
+    """The pelvis comes down as far as the longest step takes, rather than the foot behind being pulled along."""
+    crowd = read_scene(shared_data / "scenes" / "walk_flat.usda").crowd
+    plan = way(12, length=0.6, width=0.12, step_time=0.55, duty=0.6)
+    ahead = np.array([0.0, 0.0, farther]) * (np.arange(12) > 5)[:, None]
+    agent = replace(crowd.agents[0], plan=replace(plan, positions=plan.positions + ahead))
+    crowd = replace(crowd, agents=(agent,), terrain=_nothing(), frame_times=np.arange(210) / 30.0)
+    results = animate_crowd(crowd)[0][0].results
+    assert results.status[6] == "unreachable"
+    promised = np.isin(results.status, ["ok", "outsideHull"])
+    assert promised[:6].all() and promised[9:].all()
+    assert results.placement_error[promised].max() < 1e-3
+    assert results.slide[promised].max() < 1e-3
 
 
 def test_the_mirrored_stepping_stones_give_the_mirrored_motion(stages):

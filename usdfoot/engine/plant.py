@@ -165,12 +165,12 @@ def foot_pose(rig: LegRig, feet: FootArrays, contact: int, side: int, time: floa
 
 @wp.func
 def needed_drop(rig: LegRig, leg: Leg, ankle: wp.vec3f) -> float:
-    """How far the pelvis must come down for the leg to reach the ankle's place; capped at 0.2 of the leg."""
+    """How far the pelvis must come down for the leg to reach the ankle's place; capped at 0.35 of the leg."""
     longest = longest_leg(rig, leg)
     offset = leg.hip - ankle
     flat = offset[0] * offset[0] + offset[2] * offset[2]
     height = wp.sqrt(wp.max(longest * longest - flat, 0.0))
-    return wp.min(offset[1] - height, 0.2 * longest)
+    return wp.min(offset[1] - height, 0.35 * longest)
 
 
 @wp.func
