@@ -70,7 +70,7 @@ class FootstepPlan:
         ):
             bad = np.flatnonzero(~np.isfinite(values.reshape(len(values), -1)).all(axis=1))
             if bad.size:
-                raise PlanError(self.name, f"{label} of footstep {bad[0]} is not a finite number")
+                raise PlanError(self.name, f"{label} of footstep {bad[0]} is not a finite number", "author numbers")
         if np.any(np.abs(np.linalg.norm(self.orientations, axis=1) - 1.0) > 1e-3):
             raise PlanError(self.name, "orientations are not unit quaternions", "normalise them")
 

@@ -91,7 +91,10 @@ def select_agents(sources: Sequence[AgentSource], pattern: str) -> tuple[AgentSo
     chosen = tuple(s for s in sources if fnmatchcase(s.name, pattern) or fnmatchcase(str(s.prim.GetPath()), pattern))
     if sources and not chosen:
         raise SceneError(
-            f"agents {pattern}", "match none of the scene's agents", "use a name or glob of", [s.name for s in sources]
+            f"agents {pattern}",
+            "match none of the scene's agents",
+            "give a glob of their names or paths",
+            [s.name for s in sources],
         )
     return chosen
 

@@ -130,8 +130,13 @@ def _to_world(prim: Usd.Prim, units: StageUnits, matrix: FloatArray, orientation
     if np.linalg.det(matrix[:3, :3]) <= 0.0:
         raise PlanError(prim.GetPath(), "is mirrored by its transform", "left would be right; bake the mirror into it")
     lengths = np.linalg.norm(orientations, axis=-1, keepdims=True)
-    if not np.all(np.isfinite(lengths) & (lengths > 1e-3)):
-        return np.full_like(orientations, np.nan)  # the plan's own check names the footstep
+    unusable = ~(np.isfinite(lengths[..., 0]) & (lengths[..., 0] > 1e-3))
+    if unusable.any():
+        raise PlanError(
+            prim.GetPath(),
+            f"orientation of footstep {np.flatnonzero(unusable)[0]} is zero or not finite",
+            "author unit quaternions",
+        )
     own = orientations / lengths
     other = replace(units, up_axis="Y" if units.up_axis == "Z" else "Z")
     forward, normal = _print_axes(units, matrix, own, units)
