@@ -193,7 +193,7 @@ def _check_unique(prim: Usd.Prim, joints: tuple[str, ...]) -> None:
 
 def _warn_of_names(prim: Usd.Prim, joints: tuple[str, ...]) -> None:
     """Say so if USD itself cannot tell which joint is below which."""
-    wrong = [joint for joint in joints if Sdf.Path.IsValidPathString(joint) is not True]  # else (False, why)
+    wrong = [joint for joint in joints if not Sdf.Path.IsValidPathString(joint)]
     if wrong:
         _logger.warning(
             "%s: %d joint name(s) are no USD paths, so other programs see these joints unconnected; write %s as %s",
