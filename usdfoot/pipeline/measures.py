@@ -20,7 +20,7 @@ from usdfoot.analysis.smoothness import angular_jerks, angular_jumps, angular_sp
 from usdfoot.bridge.tokens import Status
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths import quaternion
-from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.terrain import Terrain
 from usdfoot.readers.written import JointTracks, WrittenAgent, read_joint_tracks
@@ -32,8 +32,8 @@ SUBFRAMES = (0.25, 0.5, 0.75)
 LONGEST_ROLL = 0.12
 SHARE_OF_ROLL = 0.25
 """The foot is flat at most this long [s], and this part of the contact, after the strike (design.md section 2)."""
-STANCE = 0.4
-"""Part of a contact's time after which the foot is flat."""
+STANCE = (0.25, 0.3, 0.35, 0.4, 0.5)
+"""Parts of a contact's time, at one of which at least the foot stands flat."""
 SWING_MIDDLE = (0.2, 0.8)
 """Part of the swing's time over which the clearance counts."""
 
@@ -141,16 +141,20 @@ def _flat_times(agent: WrittenAgent) -> FloatArray:
 def _heels(agent: WrittenAgent, tracks: JointTracks) -> FloatArray:
     """Heel points of both feet in the world [m], shape (F, 2, 3)."""
     ankles = list(agent.biped.ankles)
-    stances = [tracks.turns[_middles(agent, tracks, side), ankles[side]] for side in (0, 1)]
+    stances = [_stances(agent, tracks, side) for side in (0, 1)]
     offsets = sole_offsets(agent.skeleton, agent.biped, stances)
     return tracks.positions[:, ankles] + quaternion.rotate(tracks.turns[:, ankles], offsets)
 
 
-def _middles(agent: WrittenAgent, tracks: JointTracks, side: int) -> IntArray:
-    """Frames in the middle of each contact of one foot, where it stands flat."""
+def _stances(agent: WrittenAgent, tracks: JointTracks, side: int) -> FloatArray:
+    """World rotations of one ankle where the heel is lowest in each contact, shape (N, 4)."""
     own = agent.plan.sides == side
-    middles = agent.plan.strike_times[own] + STANCE * (agent.plan.liftoff_times[own] - agent.plan.strike_times[own])
-    return np.clip(np.searchsorted(tracks.times, middles), 0, len(tracks.times) - 1)
+    strikes, liftoffs = agent.plan.strike_times[own, None], agent.plan.liftoff_times[own, None]
+    frames = np.searchsorted(tracks.times, strikes + (liftoffs - strikes) * np.array(STANCE))  # (N, S)
+    frames = np.minimum(frames, len(tracks.times) - 1)
+    ankles, balls = (tracks.positions[:, joints[side], 1] for joints in (agent.biped.ankles, agent.biped.balls))
+    lowest = np.argmin((ankles - balls)[frames], axis=1)
+    return tracks.turns[frames[np.arange(len(frames)), lowest], agent.biped.ankles[side]]
 
 
 def _steps(agent: WrittenAgent, whole: JointTracks, fine: JointTracks, heels: FloatArray) -> dict[str, Any]:
