@@ -102,3 +102,28 @@ def test_logging_of_the_calling_program_is_left_as_it_was(tmp_path):
     before = (package.level, list(package.handlers), scene.level)
     assert main(["analyze", str(tmp_path / "missing.usd"), "--verbose"]) == 2
     assert (package.level, list(package.handlers), scene.level) == before
+
+
+def test_root_weights_reach_the_results(scene, tmp_path, capsys):
+    for arguments in (["--root-weight", "0.5"], ["--max-root-weight-within", "0.02"]):
+        folder = tmp_path / arguments[0]
+        assert main(["animate", str(scene), "-o", str(folder), *arguments, "--frames", "0:20", "-q"]) == 0
+        steps = json.loads((folder / "report.json").read_text())["agents"][0]["steps"]
+        if arguments[0] == "--root-weight":
+            assert set(steps["rootWeight"][2:]) == {0.5} and "rootWeighted" in steps["status"]
+            assert max(steps["beta"]) > 0.0
+        else:
+            assert 0.0 < max(steps["rootWeight"]) <= 1.0
+
+
+@pytest.mark.parametrize(
+    ("flag", "value", "message"),
+    [
+        ("--root-weight", "2", "'2' is no root weight; give a number between 0 and 1"),
+        ("--root-weight", "much", "'much' is no root weight"),
+        ("--max-root-weight-within", "-1", "'-1' is no distance; give metres, like 0.02"),
+    ],
+)
+def test_root_weights_out_of_range_are_refused(flag, value, message, tmp_path, capsys):
+    assert main(["animate", "scene.usda", "-o", str(tmp_path), f"{flag}={value}"]) == 2
+    assert message in capsys.readouterr().err

@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 
 from tests.engine.plans import way
 from tests.engine.synthesis import synthesise
+from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.poses import device_segments, pose_feet, pose_frames
 from usdfoot.engine.segments import phases_at
 from usdfoot.maths import quaternion
@@ -17,9 +18,11 @@ from usdfoot.model.skeleton import forward_kinematics
 SEGMENT_TIMES = 9
 
 
-@pytest.fixture(scope="module")
-def made(walker_library):
-    return synthesise(walker_library, [way(turn=0.15, length=0.5), way(length=0.95, step_time=0.35, duty=0.4)])
+@pytest.fixture(scope="module", params=[0.0, 0.5], ids=["four", "eight"])
+def made(walker_library, request):
+    """Segments of up to four examples, and of up to eight with the root's."""
+    plans = [way(turn=0.15, length=0.5), way(length=0.95, step_time=0.35, duty=0.4)]
+    return synthesise(walker_library, plans, options=EngineOptions(root_weight=request.param))
 
 
 @pytest.fixture(scope="module")

@@ -69,6 +69,7 @@ def test_both_feet_together_at_the_ends_is_standing() -> None:
         (lambda: changed("positions", 1, np.nan), "positions of footstep 1 is not a finite number"),
         (lambda: changed("strike_times", 3, np.inf), "strikeTimes of footstep 3"),
         (lambda: changed("root_weights", 0, np.nan), "rootWeights of footstep 0"),
+        (lambda: changed("root_weights", 2, 1.5), "rootWeights of footstep 2 is 1.5. 0 to 1 is possible"),
         (lambda: changed("orientations", 0, 0.0), "not unit quaternions. normalise them"),
         (lambda: changed("liftoff_times", 1, 0.5), "footstep 1 lifts off at 0.5 s, not after its strike at 0.5 s"),
         (lambda: changed("strike_times", 1, 1.05), "footstep 2 strikes before footstep 1. order by strike time"),

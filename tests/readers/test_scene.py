@@ -75,6 +75,19 @@ def test_options_of_an_agent_are_read_in_its_units():
     (agent,) = read_scene(stage).crowd.agents
     assert (agent.ik_reach, agent.root_weight, agent.replace_distance) == pytest.approx((0.12, 0.5, 0.03))
     assert agent.motion == "hybrid"
+    assert_array_equal(agent.plan.root_weights, 0.5)
+
+
+def test_root_weights_of_a_plan_go_before_the_agents_even_if_all_are_zero():
+    stage = simple_scene()
+    prim = stage.GetPrimAtPath("/World/Hero")
+    prim.CreateAttribute(Token.ROOT_WEIGHT, Sdf.ValueTypeNames.Float, False).Set(0.5)
+    (agent,) = read_scene(stage).crowd.agents
+    plan = stage.GetPrimAtPath(agent.plan.name)
+    attribute = plan.CreateAttribute(Plan.ROOT_WEIGHTS, Sdf.ValueTypeNames.FloatArray, False)
+    attribute.Set([0.0] * len(agent.plan))
+    (agent,) = read_scene(stage).crowd.agents
+    assert_array_equal(agent.step_root_weights, 0.0)
 
 
 def crowd_stage(tmp_path, count=3):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import re
 
 from usdfoot.cli.console import print_problems, results_console, shown_progress
@@ -19,6 +20,7 @@ EPILOG = """\
 example:
   usdfoot animate scenes/walk_flat.usda -o build/walk
   usdfoot animate city.usd -o build/city --agents 'Extra_*' --frames 1:240
+  usdfoot animate city.usd -o build/city --max-root-weight-within 0.02
 
 exit codes: 0 all written, 1 some agents or clips skipped (listed), 2 nothing written
 
@@ -54,6 +56,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="neighbours",
         help="blend the examples most like the step, or those of the paper's triangle (default: %(default)s)",
     )
+    parser.add_argument(
+        "--root-weight",
+        metavar="X",
+        type=root_weight,
+        help="0 = land exactly on the footsteps, 1 = keep the root's velocity exactly (default: as the scene says)",
+    )
+    parser.add_argument(
+        "--max-root-weight-within",
+        metavar="METRES",
+        type=distance,
+        help="give each step the largest root weight, X at most, that plants it this near its footstep",
+    )
     parser.add_argument("--collect", action="store_true", help="copy the characters' files into DIR")
 
 
@@ -63,6 +77,30 @@ def frame_range(text: str) -> tuple[int, int]:
     if not match or int(match[1]) > int(match[2]):
         raise argparse.ArgumentTypeError(f"{text!r} is not a range of frames; give first:last, like 1:240")
     return int(match[1]), int(match[2])
+
+
+def root_weight(text: str) -> float:
+    """A number between 0 and 1."""
+    value = _number(text)
+    if not 0.0 <= value <= 1.0:
+        raise argparse.ArgumentTypeError(f"{text!r} is no root weight; give a number between 0 and 1")
+    return value
+
+
+def distance(text: str) -> float:
+    """A distance [m], 0 or more."""
+    value = _number(text)
+    if not 0.0 <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} is no distance; give metres, like 0.02")
+    return value
+
+
+def _number(text: str) -> float:
+    """The number, not finite if the text is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -76,7 +114,13 @@ def run(arguments: argparse.Namespace) -> int:
             arguments.output,
             agents=arguments.agents,
             frames=arguments.frames,
-            options=EngineOptions(correction=arguments.correction, seam=arguments.seam, space=arguments.space),
+            options=EngineOptions(
+                correction=arguments.correction,
+                seam=arguments.seam,
+                space=arguments.space,
+                root_weight=arguments.root_weight,
+                root_weight_within=arguments.max_root_weight_within,
+            ),
             collect=arguments.collect,
             progress=progress,
         )

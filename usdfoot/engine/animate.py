@@ -21,6 +21,7 @@ from usdfoot.engine.poses import Feet, Poses, Setup, StepBlend, device_library, 
 from usdfoot.engine.results import achieved_contacts, measure_steps
 from usdfoot.engine.rig import Rig, build_rig
 from usdfoot.engine.root import lay_root, root_at
+from usdfoot.engine.root_goals import root_goals
 from usdfoot.engine.seams import measure_seams
 from usdfoot.engine.segments import cut_segments, locate
 from usdfoot.engine.stand import with_stand
@@ -186,7 +187,8 @@ def prepare_steps(
         options=options,
     )
     reach = np.array([agent.ik_reach for agent in agents])
-    setup, blend, landings = weigh_steps(setup, library.spaces, stand=len(library.examples) - 1, reach=reach)
+    goals, stand = root_goals(setup, agents), len(library.examples) - 1
+    setup, blend, landings = weigh_steps(setup, library.spaces, goals, stand=stand, reach=reach)
     contacts = lay_on_ground(setup.contacts, ground, planned=contacts.positions)
     setup = replace(
         setup, contacts=contacts, path=lay_root(contacts, setup.segments, step_height_share=options.step_height_share)

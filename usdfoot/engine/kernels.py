@@ -1,4 +1,4 @@
-"""Warp kernels over frames: blend the poses of up to four examples, place the pelvis over the support foot.
+"""Warp kernels over frames: blend the poses of up to eight examples, place the pelvis over the support foot.
 
 A *frame* here is any (segment, time) pair, an output frame or an instant of the set-up. Positions are relative to the
 agent's origin so that float32 is exact to some micrometres.
@@ -29,6 +29,8 @@ class SegmentArrays:
 
     examples: wp.array(dtype=wp.vec4i)
     weights: wp.array(dtype=wp.vec4f)
+    more_examples: wp.array(dtype=wp.vec4i)  # fifth to eighth; none of them if the first has no weight
+    more_weights: wp.array(dtype=wp.vec4f)
     support_sides: wp.array(dtype=wp.int32)  # -1 in a stand
     anchors: wp.array(dtype=wp.float32)  # last sample at which the support foot is on the ground
     origins: wp.array(dtype=wp.vec3f)  # support ball on the ground, or middle of the feet in a stand
@@ -57,15 +59,41 @@ def blended_rotation(
 
 
 @wp.func
-def sampled_rotation(
-    rotations: wp.array3d(dtype=wp.quatf), examples: wp.vec4i, weights: wp.vec4f, sample: float, joint: int
+def more_rotation(
+    rotations: wp.array3d(dtype=wp.quatf),
+    examples: wp.vec4i,
+    row: int,
+    before: wp.vec4f,
+    after: wp.vec4f,
+    joint: int,
+    heaviest: int,
 ) -> wp.quatf:
-    """Normalised blend of the examples' rotations at a sample."""
+    """Sum of four more examples' rotations, likewise, signs aligned to the `heaviest` example."""
+    reference = rotations[heaviest, row, joint]
+    total = wp.quatf(0.0, 0.0, 0.0, 0.0)
+    for k in range(4):
+        if before[k] + after[k] > 0.0:
+            first = rotations[examples[k], row, joint]
+            sign = wp.where(wp.dot(first, reference) < 0.0, -1.0, 1.0)
+            total += first * (sign * before[k]) + rotations[examples[k], row + 1, joint] * (sign * after[k])
+    return total
+
+
+@wp.func
+def sampled_rotation(
+    rotations: wp.array3d(dtype=wp.quatf), segments: SegmentArrays, segment: int, sample: float, joint: int
+) -> wp.quatf:
+    """Normalised blend of a segment's examples' rotations at a sample."""
     row = wp.min(int(sample), rotations.shape[1] - 2)
     fraction = sample - float(row)
-    return wp.normalize(
-        blended_rotation(rotations, examples, row, weights * (1.0 - fraction), weights * fraction, joint)
-    )
+    examples = segments.examples[segment]
+    weights = segments.weights[segment]
+    total = blended_rotation(rotations, examples, row, weights * (1.0 - fraction), weights * fraction, joint)
+    more = segments.more_weights[segment]
+    if more[0] > 0.0:
+        others = segments.more_examples[segment]
+        total += more_rotation(rotations, others, row, more * (1.0 - fraction), more * fraction, joint, examples[0])
+    return wp.normalize(total)
 
 
 @wp.func
@@ -81,6 +109,18 @@ def blended_position(
         if weights[k] > 0.0:
             first = positions[examples[k], row]
             total += weights[k] * (first + fraction * (positions[examples[k], row + 1] - first))
+    return total
+
+
+@wp.func
+def sampled_position(
+    positions: wp.array2d(dtype=wp.vec3f), segments: SegmentArrays, segment: int, sample: float
+) -> wp.vec3f:
+    """Weighted sum of a segment's examples' positions at a sample."""
+    total = blended_position(positions, segments.examples[segment], segments.weights[segment], sample)
+    more = segments.more_weights[segment]
+    if more[0] > 0.0:
+        total += blended_position(positions, segments.more_examples[segment], more, sample)
     return total
 
 
@@ -114,21 +154,19 @@ def place_pelvis(
     frame = wp.tid()
     segment = frame_segments[frame]
     sample = samples[frame]
-    examples = segments.examples[segment]
-    weights = segments.weights[segment]
     side = segments.support_sides[segment]
-    rotation = sampled_rotation(library.rotations, examples, weights, sample, library.pelvis)
-    offset = blended_position(library.pelvis_positions, examples, weights, sample)
+    rotation = sampled_rotation(library.rotations, segments, segment, sample, library.pelvis)
+    offset = sampled_position(library.pelvis_positions, segments, segment, sample)
     if side >= 0:
         anchor = wp.min(sample, segments.anchors[segment])
-        turned = sampled_rotation(library.rotations, examples, weights, anchor, library.pelvis)
-        offset -= blended_position(library.pelvis_positions, examples, weights, anchor)
-        offset += blended_position(library.support_balls, examples, weights, anchor)
+        turned = sampled_rotation(library.rotations, segments, segment, anchor, library.pelvis)
+        offset -= sampled_position(library.pelvis_positions, segments, segment, anchor)
+        offset += sampled_position(library.support_balls, segments, segment, anchor)
         for c in range(library.chains.shape[1]):
             joint = library.chains[side, c]
             if joint >= 0:
                 offset -= wp.quat_rotate(turned, library.translations[joint])
-                turned = turned * sampled_rotation(library.rotations, examples, weights, anchor, joint)
+                turned = turned * sampled_rotation(library.rotations, segments, segment, anchor, joint)
     heading = wp.quat_from_axis_angle(wp.vec3f(0.0, 1.0, 0.0), yaws[frame])
     window = position_windows[frame]
     position = segments.origins[segment] + wp.quat_rotate(heading, offset)
@@ -160,11 +198,17 @@ def blend_rotations(
     fraction = sample - float(row)
     before = weights * (1.0 - fraction)
     after = weights * fraction
+    others = segments.more_examples[segment]
+    more = segments.more_weights[segment]
     window = joint_windows[frame]
     beside_seam = wp.length_sq(window) > 0.0
     for k in range(joints.shape[0]):
         joint = joints[k]
         blended = blended_rotation(library.rotations, examples, row, before, after, joint)
+        if more[0] > 0.0:
+            blended += more_rotation(
+                library.rotations, others, row, more * (1.0 - fraction), more * fraction, joint, examples[0]
+            )
         if beside_seam:
             blended = seam_rotation(segments.joint_values, segments.joint_slopes, segment, window, joint) * blended
         rotations[frame, joint] = wp.normalize(blended)

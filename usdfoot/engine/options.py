@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from usdfoot.errors import UsdfootError
+from usdfoot.spaces.root_weight import BEYONDS
 
 __all__ = ["SEAMS", "SPACES", "EngineOptions"]
 
@@ -51,13 +52,25 @@ class EngineOptions:
     """Least distance between the swinging foot and the standing leg it passes, centre to centre [m]."""
     subframe_slide: float = 0.001
     """A planted ball that drifts farther than this between two frames gets a sample halfway [m]."""
+    root_weight: float | None = None
+    """[B]'s lambda4 of every step, 0..1; None = what plans and agents say."""
+    root_weight_within: float | None = None
+    """Give each step the largest lambda4, `root_weight` at most, that plants it this near its footstep [m]; None = do
+    not look for it."""
+    beyond_beta: str = "segment"
+    """Where a step lands whose lambda4 is beyond beta: segment = on the way from the footstep to the root's landing
+    ([B]'s q'); closest = as near the footstep as weights without a negative one allow."""
     samples: int = 61
     """Samples of each example; 20 k + 1 puts the liftoffs' phases, where the pace may change, on samples."""
 
     def __post_init__(self) -> None:
-        for name, choices in (("seam", SEAMS), ("space", SPACES)):
+        for name, choices in (("seam", SEAMS), ("space", SPACES), ("beyond_beta", BEYONDS)):
             if getattr(self, name) not in choices:
                 raise UsdfootError(name, f"{getattr(self, name)!r} is not known", f"choose one of {', '.join(choices)}")
         for name in ("seam_time", "stand_time", "stand_seam_time"):
             if not getattr(self, name) > 0.0:
                 raise UsdfootError(name, f"is {getattr(self, name)}", "must be above 0 s")
+        if self.root_weight is not None and not 0.0 <= self.root_weight <= 1.0:
+            raise UsdfootError("root_weight", f"is {self.root_weight}", "must be a number between 0 and 1")
+        if self.root_weight_within is not None and not 0.0 <= self.root_weight_within < float("inf"):
+            raise UsdfootError("root_weight_within", f"is {self.root_weight_within}", "must be 0 m or more")

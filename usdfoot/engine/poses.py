@@ -38,9 +38,9 @@ class StepBlend:
     """Which examples each segment blends and how it is turned."""
 
     examples: IntArray
-    """Heaviest first, padded with weight 0, shape (M, 4)."""
+    """Heaviest first, padded with weight 0, shape (M, 4); (M, 8) where the root has examples of its own."""
     weights: FloatArray
-    """Non-negative, sum 1, shape (M, 4)."""
+    """Non-negative, sum 1, of the same shape."""
     twists: FloatArray
     """Turn about the support ball by the end of the step, on top of the examples' own [rad], shape (M,)."""
 
@@ -123,8 +123,12 @@ def device_segments(setup: Setup, blend: StepBlend, seams: Seams | None = None) 
     middle = 0.5 * (contacts.positions[supports] + contacts.positions[supports - 1])
     origins = np.where(stands[:, None], middle, contacts.positions[supports]) - setup.origins[setup.segments.agents]
     arrays = SegmentArrays()
-    arrays.examples = wp.array(blend.examples.astype(np.int32), dtype=wp.vec4i)
-    arrays.weights = wp.array(blend.weights.astype(np.float32), dtype=wp.vec4f)
+    chosen, weights = blend.examples.astype(np.int32), blend.weights.astype(np.float32)
+    wide = weights.shape[1] > 4
+    arrays.examples = wp.array(np.ascontiguousarray(chosen[:, :4]), dtype=wp.vec4i)
+    arrays.weights = wp.array(np.ascontiguousarray(weights[:, :4]), dtype=wp.vec4f)
+    arrays.more_examples = wp.array(np.ascontiguousarray(chosen[:, 4:] if wide else 0 * chosen), dtype=wp.vec4i)
+    arrays.more_weights = wp.array(np.ascontiguousarray(weights[:, 4:] if wide else 0 * weights), dtype=wp.vec4f)
     arrays.support_sides = wp.array(np.where(stands, -1, contacts.sides[supports]).astype(np.int32), dtype=wp.int32)
     flies = natural_flights(setup.examples, blend.examples, blend.weights) > 0.0
     last = setup.examples.rotations.shape[1] - 1

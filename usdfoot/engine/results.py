@@ -61,8 +61,8 @@ def measure_steps(
             yaw_error=yaw[a:b],
             hull_distance=values["hull_distance"][a:b],
             time_warp=values["time_warp"][a:b],
-            root_weight=np.zeros(b - a),
-            beta=values["beta"][a:b],
+            root_weight=values["root_weights"][a:b],
+            beta=values["betas"][a:b],
             status=tuple(statuses[a:b]),
             **_clips(setup, blend, values["segment"][a:b].astype(int)),
         )
@@ -93,7 +93,8 @@ def _by_landing(setup: Setup, blend: StepBlend, landings: Landings, real: np.nda
     values: dict[str, FloatArray] = {"segment": segment}
     for name, neutral in (("blend_error", 0.0), ("hull_distance", 0.0), ("time_warp", 1.0), ("limited", 0.0)):
         values[name] = np.where(known, getattr(landings, name)[segment].astype(float), neutral)
-    values["beta"] = np.zeros(len(real))
+    for name in ("root_weights", "betas", "given_up"):
+        values[name] = np.where(known, getattr(landings.rooted, name)[segment].astype(float), 0.0)
     return values
 
 
@@ -102,6 +103,7 @@ def _statuses(on_ground: np.ndarray, values: dict[str, FloatArray], placement: F
     statuses = np.full(len(placement), "ok", dtype=object)
     statuses[values["hull_distance"] > 1e-4] = "outsideHull"
     statuses[placement > PLACED] = "ikLimited"
+    statuses[values["given_up"] > 0.0] = "rootWeighted"
     statuses[values["limited"] > 0.0] = "unreachable"
     statuses[~on_ground] = "offTerrain"
     return [str(status) for status in statuses]

@@ -1,4 +1,4 @@
-"""Blend weights of every step: query the footstep space, measure the blended landing, correct ([B] 4.3, Fig. 5)."""
+"""Blend weights of every step; footsteps out of reach are moved to where they are achieved ([B] 4.3, 5)."""
 
 from __future__ import annotations
 
@@ -7,18 +7,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdfoot.engine.contacts import ContactTable, with_headings
-from usdfoot.engine.poses import Setup, StepBlend, device_segments, pose_feet, pose_frames
-from usdfoot.engine.queries import ask_spaces, step_queries
+from usdfoot.engine.corrections import correct_steps
+from usdfoot.engine.landings import GROUND_AXES, beyond_reach, stand_blend
+from usdfoot.engine.poses import Setup, StepBlend
 from usdfoot.engine.root import lay_root
+from usdfoot.engine.root_goals import RootGoals
+from usdfoot.engine.root_weights import RootedSteps, weigh_rooted
 from usdfoot.engine.segments import cut_segments
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.examples import event_knots
-from usdfoot.spaces.library import FootstepSpaces, StepWeights
+from usdfoot.spaces.library import FootstepSpaces
 
 __all__ = ["Landings", "weigh_steps"]
-
-GROUND_AXES = np.array([0, 2])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,28 +34,36 @@ class Landings:
     """Planned duration over the blended one."""
     limited: BoolArray
     """Whether the landing lies farther from the footstep than IK may pull it."""
+    rooted: RootedSteps
+    """Root weights, and what became of the steps that have one."""
 
 
 def weigh_steps(
-    setup: Setup, spaces: FootstepSpaces, *, stand: int, reach: FloatArray
+    setup: Setup, spaces: FootstepSpaces, goals: RootGoals, *, stand: int, reach: FloatArray
 ) -> tuple[Setup, StepBlend, Landings]:
     """Weights of all segments, footsteps out of reach moved to where they are achieved.
 
     Args:
         setup: Contacts as planned.
         spaces: Footstep spaces of the setup's examples.
+        goals: What the steps are asked of their root.
         stand: Index of the example that stands still.
         reach: Largest distance from blended landing to footstep for each agent [m], shape (A,).
 
     Returns:
         The setup with contacts as executed, the blend of each segment, and how the landings meet.
     """
-    limited = np.zeros(len(setup.segments), dtype=bool)
-    moved = np.zeros((len(setup.segments), 2))
-    setup, blend, landings = _solve(setup, spaces, stand)
+    count = len(setup.segments)
+    blend = stand_blend(count, stand, width=8 if goals.rooted.any() else 4)
+    setup, blend, rooted = weigh_rooted(setup, spaces, goals, blend, reach=reach)
+    pending = ~goals.rooted
+    limited = np.zeros(count, dtype=bool)
+    moved = np.zeros((count, 2))
+    steps = np.flatnonzero(~setup.segments.stands & pending)
+    setup, blend, landings = _solve(setup, spaces, steps, blend)
     while True:
-        excess = _beyond_reach(setup, landings.offsets, reach)
-        over = (np.abs(excess).max(axis=1) > 1e-6) & ~limited
+        excess = beyond_reach(setup, landings.offsets, reach)
+        over = pending & (np.abs(excess).max(axis=1) > 1e-6) & ~limited
         first = _first_of_agent(setup.segments.agents, over)
         if not first.any():
             break
@@ -62,37 +71,18 @@ def weigh_steps(
         shift = excess * first[:, None]
         moved += shift
         setup = _move_targets(setup, shift)
-        setup, blend, landings = _solve(setup, spaces, stand)
+        setup, blend, landings = _solve(setup, spaces, steps, blend)
     return (
         align_events(setup, blend),
         blend,
         Landings(
-            blend_error=np.linalg.norm(landings.offsets + moved, axis=1),
-            hull_distance=landings.hull_distances,
+            blend_error=np.where(goals.rooted, rooted.blend_errors, np.linalg.norm(landings.offsets + moved, axis=1)),
+            hull_distance=np.where(goals.rooted, rooted.hull_distances, landings.hull_distances),
             time_warp=landings.time_warps,
-            limited=limited,
+            limited=limited | rooted.limited,
+            rooted=rooted,
         ),
     )
-
-
-def _beyond_reach(setup: Setup, offsets: FloatArray, reach: FloatArray) -> FloatArray:
-    """How far each landing has to fall short of its footstep, (x, z) [m], shape (M, 2).
-
-    What is left of `offsets` (M, 2) beyond the agents' `reach` (A,), or of the step beyond `longest_step` legs.
-    """
-    segments, positions = setup.segments, setup.contacts.positions
-    distance = np.linalg.norm(offsets, axis=1)
-    beyond_ik = offsets * np.maximum(1.0 - reach[segments.agents] / np.maximum(distance, 1e-12), 0.0)[:, None]
-    steps = np.flatnonzero(~segments.stands)
-    supports = segments.supports[steps]
-    grounded = setup.contacts.liftoffs[supports] >= setup.contacts.strikes[supports + 1]
-    strides = (positions[supports + 1] - positions[supports])[:, GROUND_AXES]
-    longest = np.where(grounded, setup.options.longest_step * setup.leg_length, np.inf)
-    beyond_leg = np.zeros_like(offsets)
-    lengths = np.linalg.norm(strides, axis=1)
-    beyond_leg[steps] = strides * np.maximum(1.0 - longest / np.maximum(lengths, 1e-12), 0.0)[:, None]
-    farther = np.linalg.norm(beyond_leg, axis=1) > np.linalg.norm(beyond_ik, axis=1)
-    return np.where(farther[:, None], beyond_leg, beyond_ik)
 
 
 def align_events(setup: Setup, blend: StepBlend) -> Setup:
@@ -149,93 +139,18 @@ def _move_targets(setup: Setup, shifts: FloatArray) -> Setup:
     )
 
 
-def _solve(setup: Setup, spaces: FootstepSpaces, stand: int) -> tuple[Setup, StepBlend, _Solution]:
-    """Weights for contacts as they are; the contacts before the first footsteps are placed by the examples."""
+def _solve(
+    setup: Setup, spaces: FootstepSpaces, steps: IntArray, blend: StepBlend
+) -> tuple[Setup, StepBlend, _Solution]:
+    """Weights of `steps` for contacts as they are; those before the first footsteps are placed by the examples."""
     segments, examples = setup.segments, setup.examples
-    steps = np.flatnonzero(~segments.stands)
-    blend, offsets, hull = _correct(setup, spaces, steps, _stand_blend(len(segments), stand))
+    corrected = correct_steps(setup, spaces, steps, blend)
+    blend = corrected.blend
     setup = place_departures(setup, blend)
     blended = np.sum(blend.weights * examples.durations[blend.examples], axis=1)
     planned = segments.knot_times[:, -1] - segments.knot_times[:, 0]
     warps = np.where(segments.stands, 1.0, planned / blended)
-    return setup, blend, _Solution(offsets=offsets, hull_distances=hull, time_warps=warps)
-
-
-def _correct(
-    setup: Setup, spaces: FootstepSpaces, steps: IntArray, blend: StepBlend
-) -> tuple[StepBlend, FloatArray, FloatArray]:
-    """Blend of the steps with what is left of their offsets (M, 2), and the distances from the hull (M,).
-
-    The blended landing is measured and the query moved by what it missed; the chosen examples are weighed anew, twice,
-    before others are chosen. Of all tries the best is kept.
-    """
-    options, count = setup.options, len(setup.segments)
-    queries = step_queries(setup, steps)
-    offsets, hull, best = np.zeros((count, 2)), np.zeros(count), np.full(len(steps), np.inf)
-    landings, chosen = queries.landings, np.zeros((len(steps), 3), dtype=np.intp)
-    active = np.arange(len(steps))
-    for round_ in range(1 + options.corrections * options.correction):
-        asked = queries[active]
-        kept = chosen[active] if round_ % 3 else None
-        solved = ask_spaces(setup, spaces, asked, landings[active], examples=kept)
-        chosen[active] = solved.examples
-        if round_ == 0:
-            hull[steps] = solved.hull_distances
-        rows = steps[active]
-        trial = _with_steps(blend, rows, solved, asked.turns, setup.examples.turns)
-        missed = _landing_offsets(setup, trial, rows)
-        distance = np.linalg.norm(missed, axis=1)
-        better = distance < best[active]
-        best[active] = np.where(better, distance, best[active])
-        blend = _merge(blend, trial, rows[better])
-        offsets[rows[better]] = missed[better]
-        landings[active] += planar.rotate(-(asked.headings + asked.turns), missed)
-        choosing = (round_ + 1) % 3 == 0
-        active = active[distance > (options.choice_tolerance if choosing else options.landing_tolerance)]
-        if not active.size:
-            break
-    return blend, offsets, hull
-
-
-def _stand_blend(count: int, stand: int) -> StepBlend:
-    weights = np.zeros((count, 4))
-    weights[:, 0] = 1.0
-    return StepBlend(examples=np.full((count, 4), stand), weights=weights, twists=np.zeros(count))
-
-
-def _with_steps(
-    blend: StepBlend, steps: IntArray, solved: StepWeights, turns: FloatArray, own_turns: FloatArray
-) -> StepBlend:
-    """The blend with the steps' three examples, heaviest first, and the twist that their own turns leave."""
-    examples, weights, twists = blend.examples.copy(), blend.weights.copy(), blend.twists.copy()
-    examples[steps] = solved.examples[:, [0, 1, 2, 0]]
-    weights[steps, :3] = solved.weights
-    weights[steps, 3] = 0.0
-    twists[steps] = planar.wrap_angle(turns - np.sum(solved.weights * own_turns[solved.examples], axis=1))
-    return StepBlend(examples=examples, weights=weights, twists=twists)
-
-
-def _merge(blend: StepBlend, other: StepBlend, rows: IntArray) -> StepBlend:
-    """`blend` with the rows of `other`."""
-    examples, weights, twists = blend.examples.copy(), blend.weights.copy(), blend.twists.copy()
-    examples[rows], weights[rows], twists[rows] = other.examples[rows], other.weights[rows], other.twists[rows]
-    return StepBlend(examples=examples, weights=weights, twists=twists)
-
-
-def _landing_offsets(setup: Setup, blend: StepBlend, steps: IntArray) -> FloatArray:
-    """Footstep minus where the blended swing foot is going to be planted, (x, z) [m], shape (N, 2)."""
-    contacts, segments, examples = setup.contacts, setup.segments, setup.examples
-    poses = pose_frames(
-        setup, blend, device_segments(setup, blend), steps, segments.ends[steps], joints=setup.rig.leg_joints
-    )
-    targets = segments.supports[steps] + 1
-    balls = pose_feet(setup.rig, poses).balls[np.arange(len(steps)), contacts.sides[targets]][:, GROUND_AXES]
-    settle = examples.landings - examples.swing_balls[:, -1, GROUND_AXES]  # from the strike until the ball is down
-    settling = np.sum(blend.weights[steps, :, None] * settle[blend.examples[steps]], axis=1)
-    headings = contacts.headings[segments.supports[steps]] + blend.twists[steps]
-    landing = balls + planar.rotate(headings, settling)
-    target = contacts.positions[targets] - setup.origins[segments.agents[steps]]
-    return target[:, GROUND_AXES] - landing
+    return setup, blend, _Solution(offsets=corrected.offsets, hull_distances=corrected.hull_distances, time_warps=warps)
 
 
 def place_departures(setup: Setup, blend: StepBlend) -> Setup:

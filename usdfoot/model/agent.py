@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.plan import FootstepPlan
@@ -29,11 +31,17 @@ class Agent:
     ik_reach: float = 0.3
     """Largest horizontal distance IK may pull a landing to its footstep [m] ([B] 5)."""
     root_weight: float = 0.0
-    """[B]'s lambda4 for the whole agent."""
+    """[B]'s lambda4 of a plan whose own root weights are all 0."""
     replace_distance: float = 0.0
     """[B]'s epsilon [m]."""
     motion: str = "clips"
     """clips | physics | hybrid."""
+
+    @property
+    def step_root_weights(self) -> FloatArray:
+        """lambda4 of each step: the plan's where it has any above 0, else the agent's, shape (N,)."""
+        own = self.plan.root_weights
+        return own if own.any() else np.full(len(own), self.root_weight)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -71,6 +71,10 @@ class FootstepPlan:
             bad = np.flatnonzero(~np.isfinite(values.reshape(len(values), -1)).all(axis=1))
             if bad.size:
                 raise PlanError(self.name, f"{label} of footstep {bad[0]} is not a finite number", "author numbers")
+        beyond = np.flatnonzero((self.root_weights < 0.0) | (self.root_weights > 1.0))
+        if beyond.size:
+            weight = self.root_weights[beyond[0]]
+            raise PlanError(self.name, f"rootWeights of footstep {beyond[0]} is {weight:.4g}", "0 to 1 is possible")
         if np.any(np.abs(np.linalg.norm(self.orientations, axis=1) - 1.0) > 1e-3):
             raise PlanError(self.name, "orientations are not unit quaternions", "normalise them")
 

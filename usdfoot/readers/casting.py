@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
+import numpy as np
 from pxr import Usd, UsdSkel
 
 from usdfoot.bridge.scene import Character
-from usdfoot.bridge.tokens import Motion
+from usdfoot.bridge.tokens import Motion, Plan
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import ClipError, UsdfootError
 from usdfoot.maths.types import FloatArray
@@ -20,7 +21,7 @@ from usdfoot.readers.agents import AgentSource, read_agent_options
 from usdfoot.readers.characters import character_key, find_skeleton, only_character, read_character
 from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.clips import missing_leg_joints, read_clip
-from usdfoot.readers.stage import StagePrims
+from usdfoot.readers.stage import StagePrims, authored
 
 __all__ = ["Casting", "skipped"]
 
@@ -52,6 +53,9 @@ class Casting:
         except UsdfootError as error:
             self.problems.append(skipped(source, error))
             return None
+        weighed = authored(source.plan, Plan.ROOT_WEIGHTS) is not None
+        if not weighed:
+            plan = replace(plan, root_weights=np.full(len(plan), options.root_weight))
         return Agent(
             name=source.name,
             source=str(source.prim.GetPath()),
@@ -59,7 +63,7 @@ class Casting:
             library=library,
             character=character,
             ik_reach=options.ik_reach,
-            root_weight=options.root_weight,
+            root_weight=0.0 if weighed else options.root_weight,
             replace_distance=options.replace_distance,
             motion=options.motion,
         )

@@ -8,7 +8,7 @@ the mirrored examples with the same weights.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,6 +22,7 @@ from usdfoot.spaces.features import FeatureScales, StepFeatures, example_feature
 from usdfoot.spaces.footsteps import FootstepSpace, build_footstep_space, solve_footsteps
 from usdfoot.spaces.mirror import mirror_partners
 from usdfoot.spaces.neighbours import NeighbourSpace, build_neighbour_space, solve_neighbours
+from usdfoot.spaces.root_velocity import RootVelocitySpace, build_root_velocity_space
 from usdfoot.spaces.triples import weigh_triples
 
 __all__ = [
@@ -33,6 +34,7 @@ __all__ = [
     "has_flight",
     "left_landings",
     "reweigh_steps",
+    "root_velocities",
     "solve_steps",
 ]
 
@@ -51,6 +53,8 @@ class SideSpace:
     """Examples by landing."""
     neighbours: NeighbourSpace
     """Examples by landing and features."""
+    roots: RootVelocitySpace
+    """Examples by root velocity."""
     examples: IntArray
     """Index into the library's examples of each example of the space, shape (E',)."""
 
@@ -65,6 +69,21 @@ class FootstepSpaces:
     """Landings of all the library's examples in left-swing coordinates, (x, z) [m], shape (E, 2)."""
     scales: FeatureScales
     """What was used to build the neighbour spaces."""
+
+    def group(
+        self, landings: FloatArray, *, swing_sides: IntArray, flights: BoolArray, styles: Sequence[str]
+    ) -> Iterator[tuple[SideSpace, IntArray]]:
+        """The spaces that N steps ask, each with its steps; landings (N, 2) in left-swing coordinates [m].
+
+        Raises:
+            ClipError: If a style has no step of a swing side.
+        """
+        groups: dict[tuple[str, bool, int], list[int]] = defaultdict(list)
+        runs = np.asarray(flights) & (landings[:, 1] > BACKWARD)
+        for step, key in enumerate(zip(styles, runs, swing_sides, strict=True)):
+            groups[key[0], bool(key[1]), int(key[2])].append(step)
+        for (style, flight, side), steps in groups.items():
+            yield self.find(style, flight, side), np.array(steps, dtype=np.intp)
 
     def find(self, style: str, flight: bool, side: int) -> SideSpace:
         """The space of a style, gait and swing side; that of the other gait if there is no example of this.
@@ -119,6 +138,15 @@ def end_landings(examples: Examples) -> FloatArray:
     return planar.rotate(-examples.turns, examples.landings)
 
 
+def root_velocities(examples: Examples) -> FloatArray:
+    """Mean velocity of the root over each step in the heading at its end, (x, z) [m/s], shape (E, 2).
+
+    The root is midway between consecutive footsteps ([B] 4.2): it moves by half of what the swing foot does.
+    """
+    strides = 0.5 * (examples.landings - examples.departures)
+    return planar.rotate(-examples.turns, strides) / np.asarray(examples.durations, dtype=float)[:, None]
+
+
 def left_landings(landings: FloatArray, swing_sides: IntArray) -> FloatArray:
     """Landings (N, 2) as if the left foot swung: x negated where the right one does. Its own inverse."""
     signs = np.where(np.asarray(swing_sides) == RIGHT, -1.0, 1.0)
@@ -130,6 +158,7 @@ def build_spaces(
     *,
     merge_distance: float = 0.005,
     minimal_altitude: float = 0.02,
+    root_merge_distance: float = 0.1,
     scales: FeatureScales | None = None,
 ) -> FootstepSpaces:
     """Footstep spaces of all styles, gaits and swing sides of a library.
@@ -138,19 +167,22 @@ def build_spaces(
         examples: The library's steps.
         merge_distance: Landings at most this far apart [m] become one vertex.
         minimal_altitude: Slivers along the hull lower than this [m] are dropped.
+        root_merge_distance: Root velocities at most this far apart [m/s] share one example.
         scales: Differences between steps that count the same when neighbours are chosen.
     """
     scales = scales or FeatureScales()
     landings = left_landings(end_landings(examples), examples.swing_sides)
     features = example_features(examples).as_left(examples.swing_sides)
     coordinates = step_coordinates(landings, features, scales)
+    velocities = left_landings(root_velocities(examples), examples.swing_sides)
 
     def build(members: IntArray) -> SideSpace:
         footsteps = build_footstep_space(
             landings[members], merge_distance=merge_distance, minimal_altitude=minimal_altitude
         )
         neighbours = build_neighbour_space(footsteps, landings[members], coordinates[members])
-        return SideSpace(footsteps=footsteps, neighbours=neighbours, examples=members)
+        roots = build_root_velocity_space(velocities[members], merge_distance=root_merge_distance)
+        return SideSpace(footsteps=footsteps, neighbours=neighbours, roots=roots, examples=members)
 
     partners = mirror_partners(examples)
     styles = np.array(examples.styles)
@@ -202,12 +234,7 @@ def solve_steps(
         coordinates = step_coordinates(queries, features.as_left(swing_sides), spaces.scales)
     examples, weights = np.zeros((count, 3), dtype=np.intp), np.zeros((count, 3))
     distances, projections = np.zeros(count), np.zeros((count, 2))
-    groups: dict[tuple[str, bool, int], list[int]] = defaultdict(list)
-    runs = np.asarray(flights) & (queries[:, 1] > BACKWARD)
-    for step, key in enumerate(zip(styles, runs, swing_sides, strict=True)):
-        groups[key[0], bool(key[1]), int(key[2])].append(step)
-    for (style, flight, side), steps in groups.items():
-        space = spaces.find(style, flight, side)
+    for space, steps in spaces.group(queries, swing_sides=swing_sides, flights=flights, styles=styles):
         if coordinates is None:
             solved = solve_footsteps(space.footsteps, queries[steps])
         else:

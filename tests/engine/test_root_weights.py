@@ -1,0 +1,185 @@
+"""Steps that follow the root's velocity as well as their footsteps."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from tests.engine.plans import crowd, mirrored, way
+from tests.engine.synthesis import synthesise
+from tests.engine.walkers import in_world
+from usdfoot.engine.animate import animate_agents, animate_crowd
+from usdfoot.engine.options import EngineOptions
+from usdfoot.errors import UsdfootError
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.readers.scene import read_scene
+
+WEIGHTS = (0.0, 0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0)
+both = pytest.mark.parametrize("beyond", ["segment", "closest"])
+
+
+def uneven(count: int = 9) -> FootstepPlan:
+    """A turning walk whose footsteps lie some centimetres off even ones."""
+    plan = way(count, length=0.55, width=0.16, turn=0.04)
+    noise = np.random.default_rng(3).uniform(-0.05, 0.05, (count, 3)) * [1.0, 0.0, 1.0]
+    return replace(plan, positions=plan.positions + noise)
+
+
+def weighted(plan: FootstepPlan, weights: float | np.ndarray) -> FootstepPlan:
+    return replace(plan, root_weights=np.broadcast_to(np.asarray(weights, dtype=float), (len(plan),)).copy())
+
+
+def assert_same(first, second) -> None:
+    """Two motions with the same bytes."""
+    for name in ("root_positions", "root_yaws", "pelvis_positions", "pelvis_rotations", "rotations"):
+        assert getattr(first, name).tobytes() == getattr(second, name).tobytes()
+    for name, values in vars(first.results).items():
+        assert_array_equal(values, getattr(second.results, name))
+
+
+def test_without_root_weight_nothing_changes_even_beside_agents_with_one(animate):
+    plans = [uneven(), way(7, length=1.6)]
+    before = animate(plans)
+    beside = animate([*plans, weighted(uneven(), 0.6)])
+    for first, second in zip(before, beside[:2], strict=True):
+        assert_same(first, second)
+    for first, second in zip(before, animate(plans, options=EngineOptions(root_weight=0.0)), strict=True):
+        assert_same(first, second)
+    assert not before[0].results.root_weight.any() and not before[0].results.beta.any()
+
+
+@both
+def test_the_error_grows_with_the_root_weight_and_contacts_never_slide(animate, beyond):
+    means, first_steps = [], []
+    for weight in WEIGHTS:
+        options = EngineOptions(root_weight=weight, beyond_beta=beyond)
+        results = animate([uneven()], options=options, rate=60.0)[0].results
+        assert results.slide.max() < 1e-3
+        assert_allclose(results.root_weight, [0.0, *[weight] * 8])
+        means.append(results.blend_error.mean())
+        first_steps.append(results.blend_error[1])
+    assert np.all(np.diff(means) > -1e-4)
+    assert np.all(np.diff(first_steps) > -2e-4)
+    assert means[-1] > 0.01 + means[0]
+
+
+@both
+@pytest.mark.parametrize("weight", WEIGHTS)
+def test_the_error_is_predicted(walker_library, beyond, weight):
+    options = EngineOptions(root_weight=weight, beyond_beta=beyond)
+    rooted = synthesise(walker_library, [uneven(), way(6, turn=0.3)], options=options).landings.rooted
+    assert_allclose(rooted.predicted_errors, rooted.blend_errors, atol=1e-3)
+
+
+def test_up_to_beta_the_footstep_is_kept_and_beyond_the_landing_becomes_the_contact(animate):
+    motion = animate([uneven()], options=EngineOptions(root_weight=0.6), rate=60.0)[0]
+    results = motion.results
+    beyond = results.root_weight > results.beta + 1e-3
+    assert 2 <= beyond.sum() <= 7
+    assert {status for status, lost in zip(results.status, beyond, strict=True) if lost} == {"rootWeighted"}
+    assert {status for status, lost in zip(results.status, beyond, strict=True) if not lost} <= {"ok", "outsideHull"}
+    assert results.placement_error[~beyond].max() < 1e-3
+    beyond &= results.hull_distance < 1e-6
+    assert_allclose(results.placement_error[beyond], results.blend_error[beyond], atol=1e-3)
+
+
+def test_at_one_only_the_root_examples_are_blended(walker_library):
+    steps = synthesise(walker_library, [uneven()], options=EngineOptions(root_weight=1.0))
+    rows = np.flatnonzero(~steps.setup.segments.stands)
+    rooted = steps.landings.rooted
+    assert_allclose(rooted.root_weights[rows], 1.0)
+    assert rooted.velocity_errors[rows].max() < 0.15
+    lengths = steps.blend.weights[rows]
+    assert lengths.min() >= 0.0 and (lengths > 0.0).sum(axis=1).max() <= 5
+    assert_allclose(lengths.sum(axis=1), 1.0, atol=1e-12)
+
+
+def test_an_even_walk_of_a_clip_keeps_its_footsteps_at_any_root_weight(animate):
+    """Its root velocity is that of the clip, of which the step that lands where the plan has it is taken."""
+    plan = way(8, length=0.55, width=0.18, step_time=0.5)
+    for weight in (0.3, 1.0):
+        results = animate([weighted(plan, weight)])[0].results
+        assert results.blend_error[2:].max() < 0.03
+
+
+def test_plans_weigh_steps_agents_the_others_and_options_all(walker_library):
+    weights = np.linspace(0.0, 0.8, 9)
+    scene = crowd(walker_library.source, [weighted(uneven(), weights), uneven()])
+    agents = tuple(replace(agent, root_weight=0.4) for agent in scene.agents)
+    first, second = animate_agents(walker_library, agents, scene, options=EngineOptions())
+    assert_allclose(first.results.root_weight[1:], weights[1:])
+    assert_allclose(second.results.root_weight[1:], 0.4)
+    options = EngineOptions(root_weight=0.7)
+    assert_allclose(animate_agents(walker_library, agents, scene, options=options)[0].results.root_weight[1:], 0.7)
+
+
+@both
+def test_the_largest_root_weight_within_a_tolerance_is_found(animate, beyond):
+    last = np.zeros(9)
+    for tolerance in (0.0, 0.01, 0.03):
+        options = EngineOptions(root_weight_within=tolerance, beyond_beta=beyond)
+        results = animate([uneven()], options=options, rate=60.0)[0].results
+        assert results.placement_error.max() <= tolerance + 1e-4
+        assert results.root_weight[1] > last[1] and results.root_weight.mean() > last.mean()
+        last = results.root_weight
+    capped = animate([uneven()], options=EngineOptions(root_weight_within=0.03, root_weight=0.2))[0].results
+    assert capped.root_weight.max() == pytest.approx(0.2)
+
+
+def test_near_corners_are_replaced_by_root_examples_that_still_reach_the_footstep(walker_library):
+    scene = crowd(walker_library.source, [uneven()])
+    agents = tuple(replace(agent, replace_distance=0.15) for agent in scene.agents)
+    plain = animate_agents(walker_library, scene.agents, scene, options=EngineOptions())[0].results
+    results = animate_agents(walker_library, agents, scene, options=EngineOptions())[0].results
+    assert results.clips != plain.clips
+    assert results.blend_error.mean() < 1e-3 and results.placement_error.max() < 1e-3
+
+
+def test_the_mirrored_plan_gives_the_mirrored_motion(animate):
+    plan = weighted(uneven(), 0.6)
+    first, second = animate([plan])[0], animate([mirrored(plan)])[0]
+    assert_allclose(second.results.blend_error, first.results.blend_error, atol=1e-4)
+    assert_allclose(second.root_positions, first.root_positions * [-1.0, 1.0, 1.0], atol=1e-4)
+
+
+def test_outside_the_hull_ik_pulls_less_the_more_the_root_weighs(animate):
+    far = way(6, length=1.6)
+    errors = [animate([weighted(far, weight)], reach=0.5)[0].results.placement_error[2] for weight in (1e-9, 0.5, 1.0)]
+    assert errors[0] < errors[1] < errors[2]
+
+
+def test_steps_of_more_than_four_examples_do_not_jump(animate, walker_library):
+    """It moves on smoothly where more than four examples have weight."""
+    steps = synthesise(walker_library, [uneven()], options=EngineOptions(root_weight=0.5))
+    assert steps.blend.examples.shape[1] == 8
+    assert (steps.blend.weights[:, 4] > 0.0).any()
+    motion = animate([weighted(uneven(), 0.5)], rate=60.0)[0]
+    world = in_world(walker_library.source, motion)
+    assert np.abs(np.diff(world.pelvis, axis=0)).max() < 0.06
+
+
+@pytest.mark.parametrize("scene", ["walk_flat.usda", "stepping_stones.usda"])
+def test_real_steps_are_predicted_and_do_not_slide(shared_data, scene):
+    crowd_ = read_scene(shared_data / "scenes" / scene).crowd
+    means = []
+    for weight in (0.0, 0.3, 0.6, 1.0):
+        motions, _ = animate_crowd(crowd_, options=EngineOptions(root_weight=weight))
+        assert motions[0].results.slide.max() < 1e-3
+        means.append(motions[0].results.blend_error.mean())
+    assert np.all(np.diff(means) > 0.0)
+
+
+@pytest.mark.parametrize(
+    ("about", "message"),
+    [
+        ({"root_weight": 1.5}, "root_weight: is 1.5. must be a number between 0 and 1"),
+        ({"root_weight_within": -0.1}, "root_weight_within: is -0.1. must be 0 m or more"),
+        ({"beyond_beta": "nearest"}, "beyond_beta: 'nearest' is not known. choose one of segment, closest"),
+    ],
+)
+def test_options_out_of_range_are_refused(about, message):
+    with pytest.raises(UsdfootError, match=message):
+        EngineOptions(**about)
