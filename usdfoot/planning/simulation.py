@@ -1,0 +1,114 @@
+"""Simulation: JuPedSim moves walkers to their goals past obstacles and each other (extra `crowd`)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import jupedsim
+import numpy as np
+import shapely
+
+from usdfoot.maths.types import BoolArray, FloatArray
+from usdfoot.planning.scenario import Walker
+
+__all__ = ["Tracks", "simulate"]
+
+TIME_STEP = 0.05
+"""Of the simulation [s]."""
+SAMPLE_STEP = 0.1
+"""Between positions kept [s]."""
+ARRIVAL = 0.2
+"""A goal is reached at this distance [m]."""
+PATIENCE, STUCK = 15.0, 0.5
+"""It ends when nobody on the way has moved so far [m] for so long [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tracks:
+    """Where N walkers were."""
+
+    times: FloatArray
+    """[s], shape (T,)."""
+    points: FloatArray
+    """(x, z) [m], shape (T, N, 2)."""
+    arrived: BoolArray
+    """Whether they reached their last goal, shape (N,)."""
+
+
+def simulate(area: shapely.Polygon, walkers: Sequence[Walker], *, duration: float, seed: int) -> Tracks:
+    """Tracks of walkers in one area (anticipation velocity model), until all have arrived or nobody gets on.
+
+    Who has arrived stays there.
+
+    Args:
+        area: Where they walk (x, z) [m]; all starts and goals are in it.
+        walkers: Who.
+        duration: At most [s].
+        seed: Of the model; same seed, same tracks.
+    """
+    simulation = jupedsim.Simulation(model=jupedsim.AnticipationVelocityModel(rng_seed=seed), geometry=area, dt=TIME_STEP)
+    steering = simulation.add_direct_steering_stage()
+    journey = simulation.add_journey(jupedsim.JourneyDescription([steering]))
+    ids = [
+        simulation.add_agent(
+            jupedsim.AnticipationVelocityModelAgentParameters(
+                position=tuple(walker.start[[0, 2]].tolist()),
+                journey_id=journey,
+                stage_id=steering,
+                radius=walker.radius,
+                desired_speed=walker.speed,
+            )
+        )
+        for walker in walkers
+    ]
+    legs = _Legs(walkers)
+    for identity, target in zip(ids, legs.targets, strict=True):
+        simulation.agent(identity).target = tuple(target.tolist())
+    samples = [np.array([walker.start[[0, 2]] for walker in walkers])]
+    every = round(SAMPLE_STEP / TIME_STEP)
+    while len(samples) * SAMPLE_STEP < duration and not legs.arrived.all() and not _is_stuck(samples, legs.arrived):
+        simulation.iterate(every)
+        points = np.array([simulation.agent(identity).position for identity in ids])
+        samples.append(points)
+        for index in legs.advance(points):
+            agent = simulation.agent(ids[index])
+            agent.target = tuple(legs.targets[index].tolist())
+            if legs.arrived[index]:
+                agent.model.desired_speed = 0.0
+    return Tracks(
+        times=SAMPLE_STEP * np.arange(len(samples)), points=np.array(samples), arrived=legs.arrived
+    )
+
+
+def _is_stuck(samples: list[FloatArray], arrived: BoolArray) -> bool:
+    """Whether nobody who has not arrived got anywhere lately."""
+    before = round(PATIENCE / SAMPLE_STEP)
+    if len(samples) <= before:
+        return False
+    moved = np.linalg.norm(samples[-1] - samples[-1 - before], axis=1)
+    return bool(np.all(moved[~arrived] < STUCK))
+
+
+class _Legs:
+    """Which goal each walker is on its way to."""
+
+    def __init__(self, walkers: Sequence[Walker]) -> None:
+        most = max(len(walker.goals) for walker in walkers)
+        padded = [np.concatenate([w.goals, np.repeat(w.goals[-1:], most - len(w.goals), axis=0)]) for w in walkers]
+        self._goals = np.array(padded)[..., [0, 2]]  # (N, G, 2)
+        self._last = np.array([len(walker.goals) - 1 for walker in walkers])
+        self._current = np.zeros(len(walkers), dtype=int)
+        self.arrived = np.zeros(len(walkers), dtype=bool)
+
+    @property
+    def targets(self) -> FloatArray:
+        """Goal each is on its way to, shape (N, 2)."""
+        return self._goals[np.arange(len(self._goals)), self._current]
+
+    def advance(self, points: FloatArray) -> list[int]:
+        """Those at their goal take the next; gives back who did, or arrived at the last."""
+        there = (np.linalg.norm(points - self.targets, axis=1) <= ARRIVAL) & ~self.arrived
+        self.arrived |= there & (self._current == self._last)
+        self._current[there & ~self.arrived] += 1
+        return np.flatnonzero(there).tolist()
