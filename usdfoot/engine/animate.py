@@ -9,7 +9,6 @@ import numpy as np
 
 from usdfoot.analysis.examples import build_examples
 from usdfoot.analysis.standing import find_standing_pose
-from usdfoot.engine.contacts import lay_contacts, lay_on_ground
 from usdfoot.engine.kernels import LibraryArrays
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.planting import Planting, cut_motions, plant_samples, prepare_planting
@@ -25,6 +24,7 @@ from usdfoot.engine.weights import Landings, weigh_steps
 from usdfoot.errors import ClipError, UsdfootError
 from usdfoot.model.agent import Agent, Crowd
 from usdfoot.model.clip import ClipLibrary
+from usdfoot.model.contact_table import lay_contacts, lay_on_ground
 from usdfoot.model.device import start_warp
 from usdfoot.model.examples import Examples
 from usdfoot.model.ground import Ground
