@@ -10,7 +10,6 @@ import warp as wp
 
 from usdfoot.analysis.examples import build_examples
 from usdfoot.analysis.standing import find_standing_pose
-from usdfoot.engine.contacts import lay_contacts, lay_on_ground
 from usdfoot.engine.detours import plan_detours
 from usdfoot.engine.feet import ContactFeet, device_feet, lead_swings, roll_contacts
 from usdfoot.engine.frames import Frames, lay_frames
@@ -32,6 +31,7 @@ from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.agent import Agent, Crowd
 from usdfoot.model.clip import ClipLibrary
+from usdfoot.model.contact_table import lay_contacts, lay_on_ground
 from usdfoot.model.device import start_warp
 from usdfoot.model.examples import Examples
 from usdfoot.model.ground import Ground

@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import warp as wp
 
-from usdfoot.engine.contacts import ContactTable
 from usdfoot.engine.legs import LegRig
 from usdfoot.engine.plant import FootArrays, standing_foot
 from usdfoot.engine.poses import Feet, Setup
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.contact_table import ContactTable
 from usdfoot.model.ground import Ground
 
 __all__ = ["ContactFeet", "device_feet", "lay_prints", "lead_swings", "roll_contacts"]

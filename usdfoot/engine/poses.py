@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
-from usdfoot.engine.contacts import ContactTable
 from usdfoot.engine.flight import flight_lifts, natural_flights
 from usdfoot.engine.kernels import LibraryArrays, SegmentArrays, blend_rotations, place_pelvis
 from usdfoot.engine.options import EngineOptions
@@ -17,6 +16,7 @@ from usdfoot.engine.root import RootPath, root_at
 from usdfoot.engine.segments import Segments, phases_at
 from usdfoot.engine.windows import seam_windows
 from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.contact_table import ContactTable
 from usdfoot.model.examples import LIFTOFF_PHASES, Examples
 from usdfoot.model.skeleton import Skeleton
 

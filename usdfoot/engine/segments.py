@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdfoot.engine.contacts import ContactTable
 from usdfoot.engine.options import EngineOptions
 from usdfoot.maths.monotone import pchip_evaluate, pchip_slopes
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.contact_table import ContactTable
 from usdfoot.model.examples import LIFTOFF_PHASES, event_knots
 
 __all__ = ["Segments", "cut_segments", "locate", "phases_at"]
