@@ -11,15 +11,14 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import gaussian_filter1d
 
-from usdfoot.analysis.motion import FootMotion, moved
+from usdfoot.analysis.motion import FootMotion
 from usdfoot.analysis.signals import fine_times
 from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.clip import Clip
-from usdfoot.model.skeleton import Skeleton
 
-__all__ = ["RootMotion", "detect_root_motion", "restored"]
+__all__ = ["RootMotion", "detect_root_motion", "restored_path"]
 
 NEGLIGIBLE = 1e-9
 """Samples of this part of the greatest weight do not count."""
@@ -139,21 +138,23 @@ def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
     return float(values[order][np.searchsorted(share, 0.5 * share[-1])])
 
 
-def restored(
-    clip: Clip, skeleton: Skeleton, biped: Biped, motion: FootMotion, root_motion: RootMotion, *, origin_time: float
-) -> Clip:
-    """The clip with its travel given back so that what stands on the ground stays; unmoved at `origin_time`.
+def restored_path(
+    clip: Clip, biped: Biped, motion: FootMotion, root_motion: RootMotion, *, origin_time: float
+) -> tuple[FloatArray, FloatArray]:
+    """What moves a clip so that what stands on the ground stays: its travel given back, none at `origin_time`.
 
     At every instant the root moves against whatever stands lowest, heels and balls weighted by how near they are to
     their own floor and to the common velocity; where nothing stands, at the common velocity.
 
     Args:
         clip: A clip that runs in place.
-        skeleton: Its skeleton.
         biped: Its leg joints.
         motion: Of its feet.
         root_motion: Its missing travel.
         origin_time: Time at which nothing is added [s].
+
+    Returns:
+        Shifts (x, z) [m] (T, 2) and turns [rad] (T,), as `moved` takes them.
     """
     grid = fine_times(motion.times[0], len(motion.times), clip.rate, 240.0)
     points = CubicSpline(motion.times, np.concatenate([motion.balls, motion.heels], axis=1))
@@ -176,7 +177,7 @@ def restored(
     path[1:] = np.cumsum(0.5 * (pace[1:] + pace[:-1]), axis=0) * step
     path = path - np.array([np.interp(origin_time, grid, path[:, axis]) for axis in range(2)])
     parts = (len(grid) - 1) // (len(motion.times) - 1)
-    return moved(clip, skeleton, path[::parts], yaws[::parts])
+    return path[::parts], yaws[::parts]
 
 
 def _fastest(velocities: FloatArray) -> float:
