@@ -34,9 +34,7 @@ class CharacterMotion:
     mirror: MirrorMap | None = None
     """If given, the poses are those of the mirror images in the plane x = 0 of the world, on the same character."""
 
-    def pose(
-        self, clips: IntArray, times: FloatArray, joints: IntArray | None = None
-    ) -> tuple[FloatArray, FloatArray]:
+    def pose(self, clips: IntArray, times: FloatArray, joints: IntArray | None = None) -> tuple[FloatArray, FloatArray]:
         """Poses at times (N,) of the world clips (N,).
 
         Returns:
@@ -53,8 +51,8 @@ class CharacterMotion:
             return rotations, pelvis
         parents = self.mirror.parent_inverses[joints]
         parents[joints == self.library.biped.pelvis] = [0.0, 0.0, 0.0, 1.0]
-        images = quaternion.compose(quaternion.mirror_x(rotations), self.mirror.relations[joints])
-        images = quaternion.compose(parents, images)
+        turned = quaternion.compose(quaternion.mirror_x(np.eye(4)), self.mirror.relations[joints, None])
+        images = np.einsum("nki,kij->nkj", rotations, quaternion.compose(parents[:, None], turned))  # linear: (K, 4, 4)
         images[:, above] = rotations[:, above]
         return images, pelvis * REFLECTION
 

@@ -104,13 +104,10 @@ def _examples_of(
     leg = motion.library.biped.maximal_leg_length
     distances = np.linalg.norm((places["landing"] - places["support"])[:, [0, 2]], axis=1)
     too_far, sliding = distances > limits.reach * leg, slides > limits.slide * leg / 0.8
+    reasons = {i: f"the support foot slides {100.0 * slides[i]:.1f} cm" for i in np.flatnonzero(sliding)}
+    reasons |= {i: f"it lands {distances[i]:.2f} m away" for i in np.flatnonzero(too_far & ~sliding)}
     dropped = [
-        (int(table.clips[i]), f"step at {table.starts[i]:.2f} s dropped: the support foot slides {100 * slides[i]:.1f} cm")
-        for i in np.flatnonzero(sliding)
-    ]
-    dropped += [
-        (int(table.clips[i]), f"step at {table.starts[i]:.2f} s dropped: it lands {distances[i]:.2f} m away")
-        for i in np.flatnonzero(too_far & ~sliding)
+        (int(table.clips[i]), f"step at {table.starts[i]:.2f} s dropped: {reason}") for i, reason in reasons.items()
     ]
     examples = _sampled(motion, table, places, yaws, samples)
     return _selected(examples, ~(too_far | sliding)), dropped

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 from usdfoot.analysis.authored import with_authored_events
 from usdfoot.analysis.contact_options import ContactOptions
-from usdfoot.analysis.contacts import contacts_of
+from usdfoot.analysis.contacts import contacts_of, select_contacts
 from usdfoot.analysis.cycle import detect_periods, repeated
 from usdfoot.analysis.motion import clip_leg_lengths, foot_motions, moved, moved_motion, rest_leg_length, with_heels
-from usdfoot.analysis.root import RootMotion, detect_root_motion, restored_path
+from usdfoot.analysis.root import RootMotion, detect_root_motions, restored_path
 from usdfoot.errors import ClipError
-from usdfoot.maths.types import BoolArray, FloatArray
+from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.clip import Clip
 from usdfoot.model.contacts import Contacts, FootContacts
@@ -95,33 +95,32 @@ def world_clips(
     ]
     motions = foot_motions(travelling, skeleton, biped, leg_lengths=leg_lengths)
     heights = leg_lengths[:, None] / rest_leg_length(skeleton, biped) * biped.ball_heights  # (C, 2)
-    worlds: list[WorldClip | ClipError] = []
-    for index, clip in enumerate(clips):
-        motion, moving = motions[index], travelling[index]
-        root_motion = detect_root_motion(motion, moving.root_motion, biped)
+    root_motions = detect_root_motions(motions, [clip.root_motion for clip in clips], biped)
+    for index, root_motion in enumerate(root_motions):
         if root_motion.in_place:
-            path, yaws = restored_path(moving, biped, motion, root_motion, origin_time=clip.start_time)
-            moving, motion = moved(moving, skeleton, path, yaws), moved_motion(motion, path, yaws)
-            motion = with_heels(motion, heights[index]) if root_motion.yaw_rate else motion
+            clip, motion = travelling[index], motions[index]
+            shift = restored_path(clip, biped, motion, root_motion, origin_time=clips[index].start_time)
+            motion = moved_motion(motion, *shift)
+            travelling[index] = moved(clip, skeleton, *shift)
+            motions[index] = with_heels(motion, heights[index]) if root_motion.yaw_rate else motion
+    detected = contacts_of(motions, ball_heights=heights, leg_lengths=leg_lengths, options=options)
+    worlds: list[WorldClip | ClipError] = []
+    for index, (clip, motion, period) in enumerate(zip(clips, motions, periods, strict=True)):
         try:
-            contacts = contacts_of(
-                motion, ball_heights=heights[index], leg_length=float(leg_lengths[index]), options=options
-            )
             contacts = with_authored_events(
-                contacts, clip, motion, periods[index], ball_heights=heights[index], options=options
+                detected[index], clip, motion, period, ball_heights=heights[index], options=options
             )
         except ClipError as error:
             worlds.append(error)
             continue
-        period = periods[index]
         worlds.append(
             WorldClip(
-                clip=moving,
+                clip=travelling[index],
                 contacts=contacts,
                 period=period,
                 start=clip.start_time,
                 end=float(clip.times[-1]) if period is None else clip.start_time + period,
-                root_motion=root_motion,
+                root_motion=root_motions[index],
                 leg_length=float(leg_lengths[index]),
                 pelvis_positions=motion.pelvis,
                 pelvis_rotations=motion.pelvis_rotations,
@@ -134,15 +133,3 @@ def _begun_within(foot: FootContacts, start: float, end: float) -> FootContacts:
     """Contacts whose strike lies in start <= strike < end."""
     keep = (foot.strike_times >= start - 1e-9) & (foot.strike_times < end - 1e-9)
     return select_contacts(foot, keep)
-
-
-def select_contacts(foot: FootContacts, keep: BoolArray) -> FootContacts:
-    """Contacts at which `keep` (K,) is True."""
-    return FootContacts(
-        strike_times=foot.strike_times[keep],
-        flat_times=foot.flat_times[keep],
-        liftoff_times=foot.liftoff_times[keep],
-        positions=foot.positions[keep],
-        yaws=foot.yaws[keep],
-        ball_first=foot.ball_first[keep],
-    )

@@ -35,22 +35,32 @@ class Splines:
 
     def at(self, runs: IntArray, times: FloatArray, columns: IntArray | slice = slice(None)) -> FloatArray:
         """Values of some columns of runs (M,) at times (M,) [s], shape (M, columns)."""
-        places = (times - self.starts[runs]) * self.rates[runs]
-        last = np.maximum(np.diff(self.first)[runs] - 2, 0)
-        before = np.clip(np.floor(places), 0, last).astype(np.intp)
-        f = (places - before)[:, None]
+        rows, f = self._places(runs, times)
         g = 1.0 - f
-        rows = self.first[:-1][runs] + before
-        indices = np.stack([rows, rows + 1], axis=1).ravel()
-        bounds = 2 * np.arange(len(rows) + 1)
+        values = np.stack([(1.0 + 2.0 * f) * g * g, (1.0 + 2.0 * g) * f * f], axis=1)
+        slopes = np.stack([f * g * g, -g * f * f], axis=1)
+        return _blend(rows, values, self.values[:, columns]) + _blend(rows, slopes, self.slopes[:, columns])
 
-        def blend(weights: list[FloatArray], samples: FloatArray) -> FloatArray:
-            matrix = csr_matrix((np.hstack(weights).ravel(), indices, bounds), shape=(len(rows), len(samples)))
-            return matrix @ samples[:, columns]
+    def rates_at(self, runs: IntArray, times: FloatArray, columns: IntArray | slice = slice(None)) -> FloatArray:
+        """Derivatives [1/s] of some columns of runs (M,) at times (M,) [s], shape (M, columns)."""
+        rows, f = self._places(runs, times)
+        g = 1.0 - f
+        values = np.stack([-6.0 * f * g, 6.0 * f * g], axis=1)
+        slopes = np.stack([g * (g - 2.0 * f), f * (f - 2.0 * g)], axis=1)
+        found = _blend(rows, values, self.values[:, columns]) + _blend(rows, slopes, self.slopes[:, columns])
+        return found * self.rates[runs, None]
 
-        return blend([(1.0 + 2.0 * f) * g * g, (1.0 + 2.0 * g) * f * f], self.values) + blend(
-            [f * g * g, -g * f * f], self.slopes
-        )
+    def _places(self, runs: IntArray, times: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Index of the sample before each time, but never a run's last, and the part of a sample since then."""
+        places = (times - self.starts[runs]) * self.rates[runs]
+        before = np.clip(np.floor(places), 0, np.diff(self.first)[runs] - 2).astype(np.intp)
+        return self.first[:-1][runs] + before, places - before
+
+
+def _blend(rows: IntArray, weights: FloatArray, samples: FloatArray) -> FloatArray:
+    """Sums of samples (N, K) at rows (M,) and the rows after them, with weights (M, 2), shape (M, K)."""
+    indices, bounds = np.stack([rows, rows + 1], axis=1).ravel(), 2 * np.arange(len(rows) + 1)
+    return csr_matrix((weights.ravel(), indices, bounds), shape=(len(rows), len(samples))) @ samples
 
 
 def build_splines(values: FloatArray, first: IntArray, starts: FloatArray, rates: FloatArray) -> Splines:
