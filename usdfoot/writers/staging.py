@@ -6,7 +6,7 @@ import hashlib
 import logging
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -14,9 +14,12 @@ from pxr import Sdf, Tf, UsdUtils
 
 from usdfoot.errors import OutputError
 
-__all__ = ["StagedFiles", "staged_files"]
+__all__ = ["StagedFiles", "content_hashes", "staged_files"]
 
 _logger = logging.getLogger(__name__)
+
+_BLOCK = 1 << 20
+"""Bytes hashed at a time: a chunk need not fit into memory twice."""
 
 _EXPECTED_WARNING = "Upgrading crate file"
 """Time codes need a younger .usdc than USD starts with; it says so for every file."""
@@ -57,7 +60,7 @@ class StagedFiles:
 
     def content_hashes(self) -> dict[str, str]:
         """SHA-256 of every file so far, by name."""
-        return {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in sorted(self._temporary.items())}
+        return {name: _sha256(path) for name, path in sorted(self._temporary.items())}
 
     def commit(self) -> tuple[Path, ...]:
         """Rename all files to their final names, the last one added last; gives back their paths."""
@@ -80,6 +83,19 @@ class StagedFiles:
         path = final.with_name(f".{os.getpid()}.{final.name}")
         self._temporary[name] = path
         return path
+
+
+def content_hashes(folder: Path, names: Iterable[str]) -> dict[str, str]:
+    """SHA-256 of files in a folder, by name."""
+    return {name: _sha256(folder / name) for name in sorted(names)}
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        digest = hashlib.sha256()
+        while block := file.read(_BLOCK):
+            digest.update(block)
+    return digest.hexdigest()
 
 
 @contextmanager
