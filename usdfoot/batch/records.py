@@ -25,6 +25,8 @@ class ChunkRecord:
     """Entries of the report, one an agent that was written."""
     problems: tuple[Problem, ...]
     """Of the agents and the clips they use."""
+    is_kept: bool
+    """Whether an earlier run made the chunk."""
 
     @property
     def results(self) -> dict[str, StepResults]:
@@ -52,16 +54,19 @@ def record_of(
     return json.dumps(record, sort_keys=True, allow_nan=False)
 
 
-def parse_record(text: str) -> ChunkRecord:
+def parse_record(text: str, *, is_kept: bool) -> ChunkRecord:
     """The record that `record_of` made.
 
-    Raises:
-        ValueError: If it is none.
+    Args:
+        text: JSON.
+        is_kept: Whether an earlier run made it.
     """
     record = json.loads(text)
-    return ChunkRecord(
-        agents=tuple(record["agents"]), problems=tuple(Problem(**problem) for problem in record["problems"])
+    problems = tuple(
+        Problem(severity=problem["severity"], where=problem["where"], message=problem["message"])
+        for problem in record["problems"]
     )
+    return ChunkRecord(agents=tuple(record["agents"]), problems=problems, is_kept=is_kept)
 
 
 def problem_json(problem: Problem) -> dict[str, str]:

@@ -4,6 +4,7 @@ The names are the contract of design.md sections 2 and 3; tools outside the proj
 foot is a tuple indexed by side, so ``Clip.STRIKE_TIMES[side]`` is the attribute of that foot (0 = left, 1 = right).
 """
 
+import pathlib
 from typing import Final, NamedTuple
 
 PLUGIN: Final = "usdfoot"
@@ -193,6 +194,8 @@ class File:
     ANIMS: Final = "anims.usda"
     EXPANDED: Final = "crowd.expanded.usda"
     REPORT: Final = "report.json"
+    PENDING: Final = ".pending"
+    """Folder of chunks that are done while others are not."""
 
 
 PROVENANCE: Final = "usdfoot"
@@ -224,8 +227,17 @@ def chunk_files(index: int, count: int) -> ChunkFiles:
         index: Of the chunk.
         count: Of all chunks.
     """
-    names = [File.AGENTS, File.FOOTSTEPS] if count == 1 else [_numbered(File.AGENTS, index), _numbered(File.FOOTSTEPS, index)]
-    return ChunkFiles(*names, _numbered(File.ANIMS, index))
+    agents: str = File.AGENTS
+    footsteps: str = File.FOOTSTEPS
+    if count > 1:
+        agents, footsteps = _numbered(agents, index), _numbered(footsteps, index)
+    return ChunkFiles(agents=agents, footsteps=footsteps, anims=_numbered(File.ANIMS, index))
+
+
+def chunk_folder(folder: pathlib.Path, files: ChunkFiles) -> pathlib.Path:
+    """Where a chunk is that was made last: waiting for the others, or part of the crowd in `folder`."""
+    waiting = folder / File.PENDING
+    return waiting if (waiting / files.anims).exists() else folder
 
 
 def _numbered(name: str, index: int) -> str:

@@ -5,22 +5,24 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
+from dataclasses import dataclass
 from pathlib import Path
 
 from usdfoot.batch.records import ChunkRecord, parse_record
 from usdfoot.batch.running import run_chunks
 from usdfoot.batch.tasks import ChunkTask, cut_chunks
 from usdfoot.batch.workshop import Workshop
+from usdfoot.bridge.scene import Scene
 from usdfoot.engine.options import EngineOptions
-from usdfoot.errors import OutputError
+from usdfoot.errors import OutputError, SceneError
 from usdfoot.model.report import Problem
 from usdfoot.pipeline.report import AnimateReport, provenance_of, report_json
 from usdfoot.readers.chunks import read_record
 from usdfoot.readers.scene import SceneReader
-from usdfoot.writers.characters import place_characters
+from usdfoot.writers.characters import PlacedCharacter, place_characters
 from usdfoot.writers.crowd import check_output, crowd_format, write_crowd
 
-__all__ = ["CHUNK_SIZE", "animate"]
+__all__ = ["CHUNK_SIZE", "animate", "animate_chunk", "count_chunks"]
 
 CHUNK_SIZE = 100
 """Agents a chunk unless told otherwise."""
@@ -50,9 +52,9 @@ def animate(
         frames: First and last time code to write; None = all of the plans.
         options: Of the engine.
         collect: Copy the characters' files into the folder.
-        chunk_size: Agents a chunk; one worker makes a chunk, and no more than a worker's chunk is in memory.
-        executor: Whose workers make the chunks, in this or other processes; None = this process does.
-        progress: Told what begins or goes on and how much of it is done: "read", "animate", "write".
+        chunk_size: Agents a chunk; a worker has no more than one chunk in memory.
+        executor: Whose workers make the chunks, if there are several to make; None = this process does.
+        progress: Told what begins or goes on, how much of it is done, and of how much: "read", "animate", "write".
 
     Returns:
         What was written, what was kept and what was skipped.
@@ -61,60 +63,127 @@ def animate(
         SceneError: If the scene cannot be opened or no agent can be used.
         OutputError: If the folder cannot be written to, the output would replace the input, or a worker vanished.
     """
-    options = options or EngineOptions()
-    target = Path(os.path.realpath(folder))
     progress("read", 0, 0)
-    reader = SceneReader(scene_file, agents=agents, frames=frames)
-    scene = reader.read()
-    check_output(scene, target)
-    characters = place_characters(scene.characters, target, layer_format=crowd_format(scene), collect=collect)
-    references = [(placed.reference.assetPath, str(placed.reference.primPath)) for placed in characters]
-    tasks = cut_chunks(scene, references, folder=target, options=options, size=chunk_size)
-    kept = {index: record for index, task in enumerate(tasks) if (record := _kept(target, task))}
-    made = _make(tasks, kept, executor or Workshop(reader, options), progress)
-    records = [parse_record({**kept, **made}[index]) for index in range(len(tasks))]
-    problems = _distinct((*scene.crowd.problems, *(problem for record in records for problem in record.problems)))
+    shot = _open_shot(scene_file, folder, agents, frames, options or EngineOptions(), collect, chunk_size)
+    records = _make_chunks(shot, executor, progress)
+    problems = _distinct((*shot.scene.crowd.problems, *(problem for record in records for problem in record.problems)))
     _require_agents(scene_file, records, problems)
     progress("write", 0, 0)
-    report = report_json(scene, records, options=options, problems=problems, folder=target)
     crowd_file, report_file = write_crowd(
-        scene,
+        shot.scene,
         [agent["name"] for record in records for agent in record.agents],
-        target,
-        chunks=[task.files for task, record in zip(tasks, records, strict=True) if record.agents],
-        characters=characters,
-        provenance=provenance_of(scene, options, target),
-        report=report,
+        shot.folder,
+        chunks=[task.files for task, record in zip(shot.tasks, records, strict=True) if record.agents],
+        characters=shot.characters,
+        provenance=provenance_of(shot.scene, shot.options, shot.folder),
+        report=report_json(shot.scene, records, options=shot.options, problems=problems, folder=shot.folder),
     )
     return AnimateReport(
         crowd_file=crowd_file,
         report_file=report_file,
         results={name: results for record in records for name, results in record.results.items()},
         problems=problems,
-        chunks=len(tasks),
-        kept=len(kept),
+        chunks=len(records),
+        kept=sum(record.is_kept for record in records),
     )
 
 
-def _kept(folder: Path, task: ChunkTask) -> str | None:
-    """The record of a chunk that need not be made again."""
-    return read_record(folder, task.files, task.content_hash)
+def animate_chunk(
+    scene_file: str | os.PathLike[str],
+    folder: str | os.PathLike[str],
+    index: int,
+    *,
+    agents: str = "*",
+    frames: tuple[int, int] | None = None,
+    options: EngineOptions | None = None,
+    collect: bool = False,
+    chunk_size: int = CHUNK_SIZE,
+) -> ChunkRecord:
+    """One chunk of what `animate` with the same arguments makes, which then keeps it: the task of a render farm.
+
+    Args:
+        scene_file: The USD scene; never changed.
+        folder: Where crowd.usd will be.
+        index: Of the chunk.
+        agents: As of `animate`.
+        frames: As of `animate`.
+        options: As of `animate`.
+        collect: As of `animate`.
+        chunk_size: As of `animate`.
+
+    Raises:
+        SceneError: If the scene cannot be opened, no agent can be used, or there is no such chunk.
+        OutputError: If the folder cannot be written to or the output would replace the input.
+    """
+    shot = _open_shot(scene_file, folder, agents, frames, options or EngineOptions(), collect, chunk_size)
+    if not 0 <= index < len(shot.tasks):
+        raise SceneError(scene_file, f"has no chunk {index}", f"give one of 0 to {len(shot.tasks) - 1}")
+    task = shot.tasks[index]
+    kept = read_record(shot.folder, task.files, task.content_hash)
+    return parse_record(kept or Workshop(shot.reader, shot.options).make(task), is_kept=kept is not None)
 
 
-def _make(
-    tasks: Sequence[ChunkTask],
-    kept: dict[int, str],
-    workers: Executor | Workshop,
-    progress: Callable[[str, int, int], None],
-) -> dict[int, str]:
-    """Records of the chunks that are not kept, by index."""
-    pending = [index for index in range(len(tasks)) if index not in kept]
-    made: dict[int, str] = {}
+def count_chunks(
+    scene_file: str | os.PathLike[str],
+    *,
+    agents: str = "*",
+    frames: tuple[int, int] | None = None,
+    chunk_size: int = CHUNK_SIZE,
+) -> int:
+    """How many chunks `animate` with the same arguments makes.
+
+    Raises:
+        SceneError: If the scene cannot be opened or no agent can be used.
+    """
+    scene = SceneReader(scene_file, agents=agents, frames=frames).read()
+    return len(range(0, len(scene.crowd.agents), chunk_size))
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Shot:
+    """A scene as read, and the chunks to make of it."""
+
+    reader: SceneReader
+    scene: Scene
+    folder: Path
+    options: EngineOptions
+    characters: Sequence[PlacedCharacter]
+    tasks: Sequence[ChunkTask]
+
+
+def _open_shot(
+    scene_file: str | os.PathLike[str],
+    folder: str | os.PathLike[str],
+    agents: str,
+    frames: tuple[int, int] | None,
+    options: EngineOptions,
+    collect: bool,
+    chunk_size: int,
+) -> _Shot:
+    target = Path(os.path.realpath(folder))
+    reader = SceneReader(scene_file, agents=agents, frames=frames)
+    scene = reader.read()
+    check_output(scene, target)
+    characters = place_characters(scene.characters, target, layer_format=crowd_format(scene), collect=collect)
+    references = [(placed.reference.assetPath, str(placed.reference.primPath)) for placed in characters]
+    tasks = cut_chunks(scene, references, folder=target, options=options, size=chunk_size)
+    return _Shot(reader=reader, scene=scene, folder=target, options=options, characters=characters, tasks=tasks)
+
+
+def _make_chunks(
+    shot: _Shot, executor: Executor | None, progress: Callable[[str, int, int], None]
+) -> tuple[ChunkRecord, ...]:
+    """Records of all chunks, kept or made."""
+    tasks = shot.tasks
+    kept = [read_record(shot.folder, task.files, task.content_hash) for task in tasks]
+    records = [None if text is None else parse_record(text, is_kept=True) for text in kept]
+    pending = [index for index, record in enumerate(records) if record is None]
+    workers = executor if executor and len(pending) > 1 else Workshop(shot.reader, shot.options)
     progress("animate", 0, len(pending))
-    for done, record in run_chunks([tasks[index] for index in pending], workers):
-        made[pending[done]] = record
-        progress("animate", len(made), len(pending))
-    return made
+    for done, (index, text) in enumerate(run_chunks([tasks[index] for index in pending], workers)):
+        records[pending[index]] = parse_record(text, is_kept=False)
+        progress("animate", done + 1, len(pending))
+    return tuple(record for record in records if record is not None)
 
 
 def _distinct(problems: Iterable[Problem]) -> tuple[Problem, ...]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from pxr import Sdf
 
 from usdfoot.bridge.scene import Scene
-from usdfoot.bridge.tokens import PROVENANCE, ChunkFiles, Prim, Record
+from usdfoot.bridge.tokens import PROVENANCE, ChunkFiles, File, Prim, Record
 from usdfoot.model.motion import Motion
 from usdfoot.writers.agents import write_agent
 from usdfoot.writers.animations import write_animation
@@ -32,14 +32,14 @@ def write_chunk(
     content_hash: str = "",
     record: str = "",
 ) -> None:
-    """Write the agents, footsteps and animations of one chunk of a crowd; each file is replaced as a whole.
+    """Write the agents, footsteps and animations of one chunk of a crowd, to wait until all chunks are done.
 
     Every layer carries the content hash, and that of the animations the record, in its `customLayerData`.
 
     Args:
         scene: The chunk's agents and their characters.
         motions: Finished motions, named like agents of the scene.
-        folder: Where to; made if it does not exist.
+        folder: Of the crowd; the chunk goes into a folder of it.
         files: Names of the chunk's files.
         references: Asset and prim path by which each motion's agent refers to its character.
         content_hash: Of all that the chunk was made from.
@@ -54,7 +54,7 @@ def write_chunk(
     layers[files.anims].customLayerData = {PROVENANCE: {Record.CONTENT_HASH: content_hash, Record.REPORT: record}}
     with staged_files(Path(os.path.realpath(folder))) as staged:
         for name, layer in layers.items():
-            staged.add_layer(name, layer)
+            staged.add_layer(f"{File.PENDING}/{name}", layer)
 
 
 def _chunk_layers(

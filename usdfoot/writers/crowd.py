@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import json
 import os
+import re
+import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from usdfoot.bridge.scene import Scene
-from usdfoot.bridge.tokens import ChunkFiles, File, chunk_files
+from usdfoot.bridge.tokens import ChunkFiles, File, chunk_files, chunk_folder
 from usdfoot.errors import OutputError
 from usdfoot.writers.characters import PlacedCharacter
 from usdfoot.writers.layers import LayerFormat
 from usdfoot.writers.root import expanded_layer, root_layer, stacked_layer
-from usdfoot.writers.staging import content_hashes, staged_files
+from usdfoot.writers.staging import staged_files
 
 __all__ = ["check_output", "write_crowd"]
+
+_CHUNK_FILE = re.compile(r"(\.\d+\.)?(agents|footsteps|anims)\.\d{4}\.usdc|\.\d+\.(agents|footsteps)\.usdc")
+"""Numbered chunks, and chunks' files under temporary names."""
 
 
 def write_crowd(
@@ -29,7 +34,7 @@ def write_crowd(
     provenance: Mapping[str, Any],
     report: Mapping[str, Any],
 ) -> tuple[Path, ...]:
-    """Write crowd.usd and all around the chunks, which are there already.
+    """Write crowd.usd and all around the chunks, which are there already; till now an earlier crowd was as it was.
 
     Args:
         scene: What was read: units and range.
@@ -50,6 +55,10 @@ def write_crowd(
     check_output(scene, target)
     layer_format = crowd_format(scene)
     with staged_files(target) as files:
+        for chunk in chunks:
+            place = chunk_folder(target, chunk)
+            for name in chunk:
+                files.adopt(name, place / name)
         for copied in (character.copy for character in characters if character.copy):
             files.add_layer(copied.name, copied.layer)
             for name, path in copied.files.items():
@@ -59,12 +68,21 @@ def write_crowd(
             files.add_layer(File.AGENTS, stacked_layer(layer_format, [chunk.agents for chunk in chunks]))
             files.add_layer(File.FOOTSTEPS, stacked_layer(layer_format, [chunk.footsteps for chunk in chunks]))
         files.add_layer(File.EXPANDED, expanded_layer(layer_format, agents))
-        hashes = {**files.content_hashes(), **content_hashes(target, [name for chunk in chunks for name in chunk])}
-        files.add_text(File.REPORT, _readable({**report, "files": hashes}) + "\n")
+        files.add_text(File.REPORT, _readable({**report, "files": files.content_hashes()}) + "\n")
         if not (target / File.OVERRIDES).exists():
             files.add_layer(File.OVERRIDES, stacked_layer(layer_format, (), text=True))
         files.add_layer(File.CROWD, root_layer(layer_format, provenance))
+    _tidy(target, chunks)
     return target / File.CROWD, target / File.REPORT
+
+
+def _tidy(folder: Path, chunks: Sequence[ChunkFiles]) -> None:
+    """Remove chunks that a larger crowd left behind, and what runs that were killed did not finish."""
+    shutil.rmtree(folder / File.PENDING, ignore_errors=True)
+    names = {name for chunk in chunks for name in chunk}
+    for path in folder.iterdir():
+        if _CHUNK_FILE.fullmatch(path.name) and path.name not in names:
+            path.unlink()
 
 
 def _readable(report: Mapping[str, Any]) -> str:
