@@ -12,7 +12,7 @@ from usdfoot.errors import UsdfootError
 
 __all__ = ["open_executor"]
 
-_TIMEOUT = 30.0
+SCHEDULER_TIMEOUT = 30.0
 """How long a scheduler may take to answer [s]."""
 
 
@@ -49,7 +49,7 @@ def _dask(scheduler: str) -> Iterator[Executor]:
     except ImportError as error:
         raise UsdfootError(scheduler, "Dask is not installed", "pip install 'usdfoot[dask]'") from error
     try:
-        client = Client(scheduler, timeout=_TIMEOUT, set_as_default=False)
+        client = Client(scheduler, timeout=SCHEDULER_TIMEOUT, set_as_default=False)
     except (OSError, ValueError) as error:
         raise UsdfootError(
             scheduler, f"no Dask scheduler answers ({error})", "give its address, like tcp://host:8786"

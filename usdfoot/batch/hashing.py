@@ -40,6 +40,8 @@ def _parts(value: object) -> Iterator[bytes]:
         yield f"sequence {len(value)} ".encode()
         for item in value:
             yield from _parts(item)
+    elif not isinstance(value, (str, int, float, complex, type(None), np.generic)):
+        raise TypeError(f"{type(value).__name__} has no content to hash")
     else:
         text = repr(value)
         yield f"{type(value).__name__} {len(text)} {text} ".encode()

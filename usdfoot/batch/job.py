@@ -14,6 +14,9 @@ def job_template(
 ) -> str:
     """A job template (specification 2023-09, YAML) of two steps: every chunk a task, then the crowd around them.
 
+    The paths are parameters of type STRING: those of type PATH may not have absolute paths as defaults, and relative
+    ones would count from wherever the template is put.
+
     Args:
         scene: The scene's file, the default of the job's parameter Scene.
         folder: The crowd's folder, the default of the job's parameter Output.
@@ -27,14 +30,10 @@ specificationVersion: jobtemplate-2023-09
 name: {_quoted(f"usdfoot {os.path.basename(scene)}")}
 parameterDefinitions:
   - name: Scene
-    type: PATH
-    objectType: FILE
-    dataFlow: IN
+    type: STRING
     default: {_quoted(os.path.abspath(scene))}
   - name: Output
-    type: PATH
-    objectType: DIRECTORY
-    dataFlow: OUT
+    type: STRING
     default: {_quoted(os.path.abspath(folder))}
 steps:
   - name: Chunks

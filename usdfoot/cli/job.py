@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 
 from usdfoot.cli import animate
 
@@ -14,8 +15,8 @@ DESCRIPTION = "Prints an Open Job Description template whose tasks animate a sce
 EPILOG = """\
 example:
   usdfoot job city.usd -o build/city > job.yaml
-  usdfoot job city.usd -o build/city -- --chunk-size 250 --root-weight 0.5 > job.yaml
-  openjd check job.yaml
+  usdfoot job city.usd -o build/city --with="--chunk-size 250 --root-weight 0.5" > job.yaml
+  openjd run job.yaml --step Crowd --run-dependencies
 
 in Python:
   from usdfoot.batch.job import job_template
@@ -27,7 +28,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the verb's arguments."""
     parser.add_argument("scene", metavar="SCENE", help="USD file with characters, clips and footstep plans")
     parser.add_argument("-o", "--output", metavar="DIR", required=True, help="folder for crowd.usd and its layers")
-    parser.add_argument("options", metavar="OPTION", nargs="*", help="after --: options of animate for all tasks")
+    parser.add_argument(
+        "--with",
+        dest="options",
+        metavar="OPTIONS",
+        type=shlex.split,
+        default=[],
+        help="options of animate for all tasks, quoted: --with='--chunk-size 250'",
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
