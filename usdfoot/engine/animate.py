@@ -22,12 +22,13 @@ from usdfoot.engine.rig import Rig, build_rig
 from usdfoot.engine.root import lay_root, root_at
 from usdfoot.engine.root_goals import root_goals
 from usdfoot.engine.seams import measure_seams
-from usdfoot.engine.segments import cut_segments, locate
+from usdfoot.engine.segments import cut_segments
 from usdfoot.engine.stand import with_stand
 from usdfoot.engine.subframes import drifting_frames, insert_frames, merge_poses
 from usdfoot.engine.weights import Landings, weigh_steps
 from usdfoot.errors import ClipError, UsdfootError
 from usdfoot.maths import quaternion
+from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.agent import Agent, Crowd
 from usdfoot.model.clip import ClipLibrary

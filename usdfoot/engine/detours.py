@@ -10,8 +10,8 @@ from usdfoot.engine.kernels import SegmentArrays
 from usdfoot.engine.legs import LegRig, leg_kinematics
 from usdfoot.engine.plant import FootArrays, swinging_foot
 from usdfoot.engine.poses import Poses, Setup, StepBlend, pose_frames
-from usdfoot.engine.segments import locate
 from usdfoot.maths import planar
+from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.ground import Ground
 
