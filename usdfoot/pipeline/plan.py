@@ -46,7 +46,7 @@ def plan_scene_paths(
     *,
     agents: str = "*",
     options: PathOptions | None = None,
-    progress: Callable[[str], None] = lambda stage: None,
+    progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
 ) -> PlanReport:
     """Plan footsteps along the paths of a scene and write them as a layer ([P] 2.1).
 
@@ -65,14 +65,14 @@ def plan_scene_paths(
         OutputError: If the layer cannot be written.
     """
     options = options or PathOptions()
-    progress("read")
+    progress("read", 0, 0)
     stage = open_stage(scene)
     info, prims = read_stage_info(stage), collect_prims(stage)
     everyone, agent_problems = list_agents(stage, prims)
     sources = select_agents(everyone, agents)
     terrain, terrain_problems = read_terrain(stage, prims, info.units)
     walkers, errors = read_walkers(stage, prims, info.units, sources=sources, free_paths=agents == "*")
-    progress("plan")
+    progress("plan", 0, 0)
     found = plan_walkers(walkers, terrain, options=options)
     errors |= {name: plan for name, plan in found.items() if isinstance(plan, UsdfootError)}
     problems = [_problem(error) for error in errors.values()] + [*terrain_problems]
@@ -90,7 +90,7 @@ def plan_scene_paths(
     ]
     if not planned:
         raise _no_paths(info, problems)
-    progress("write")
+    progress("write", 0, 0)
     file = save_plans(planned, output, info, made_by={"planner": "path", "options": asdict(options)})
     return PlanReport(file=file, plans={part.name: part.plan for part in planned}, problems=tuple(problems))
 
