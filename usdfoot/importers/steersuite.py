@@ -12,7 +12,7 @@ from usdfoot.importers.xml_tree import Element, parse_xml
 from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.report import Problem
-from usdfoot.planning.scenario import Scenario, Walker
+from usdfoot.planning.scenario import Scenario, Seeker
 from usdfoot.planning.world import Obstacle, World, box_outline, clearances
 
 __all__ = ["import_steersuite"]
@@ -45,15 +45,15 @@ class _Chance:
     problems: list[Problem]
 
     def clear_place(
-        self, element: Element, radius: float, *, within: tuple[FloatArray, FloatArray], walkers: list[Walker]
+        self, element: Element, radius: float, *, within: tuple[FloatArray, FloatArray], seekers: list[Seeker]
     ) -> FloatArray:
-        """A place (x, z) in a region, clear of obstacles and of walkers.
+        """A place (x, z) in a region, clear of obstacles and of seekers.
 
         Raises:
             SceneError: If there seems to be none.
         """
-        places = np.array([walker.start[[0, 2]] for walker in walkers]).reshape(-1, 2)
-        apart = radius + np.array([walker.radius for walker in walkers])
+        places = np.array([seeker.start[[0, 2]] for seeker in seekers]).reshape(-1, 2)
+        apart = radius + np.array([seeker.radius for seeker in seekers])
         for _ in range(ROUNDS):
             tries = self.generator.uniform(*within, size=(TRIES, 2))
             free = np.all(np.linalg.norm(tries[:, None] - places, axis=2) >= apart, axis=1)
@@ -98,27 +98,27 @@ def import_steersuite(
     lowest, highest = chance.box(root.need("header").need("worldBounds"))
     obstacles = tuple(obstacle for child in root.children for obstacle in _obstacles(child, chance))
     chance = replace(chance, lowest=lowest, highest=highest, world=World(obstacles=obstacles))
-    walkers: list[Walker] = []
+    seekers: list[Seeker] = []
     for child in root.children:
         if child.tag in ("agent", "agentEmitter"):
             if child.tag == "agentEmitter":
                 chance.note(child, "emits agents one after the other; one of them was taken")
-            walkers.append(_agent(child, chance, walkers))
+            seekers.append(_agent(child, chance, seekers))
         elif child.tag == "agentRegion":
             region = child.need("regionBounds")
             within, radius = chance.box(region), _radius(child)
             for _ in range(_count(child.need("numAgents"))):
-                start = chance.clear_place(region, radius, within=within, walkers=walkers)
-                walkers.append(_walker(child, f"agent{len(walkers)}", start, chance))
+                start = chance.clear_place(region, radius, within=within, seekers=seekers)
+                seekers.append(_walker(child, f"agent{len(seekers)}", start, chance))
         elif child.tag not in IGNORED and child.tag not in OBSTACLES:
             raise child.error("is not part of a SteerSuite test case", "remove it")
-    places = [place[[0, 2]] for walker in walkers for place in (walker.start, *walker.goals)]
+    places = [place[[0, 2]] for seeker in seekers for place in (seeker.start, *seeker.goals)]
     bounds = box_outline(
         np.min([lowest, *(place - 1.0 for place in places)], axis=0),
         np.max([highest, *(place + 1.0 for place in places)], axis=0),
     )
     problems = {problem.message: problem for problem in chance.problems}
-    return Scenario(walkers=tuple(walkers), obstacles=obstacles, bounds=bounds), tuple(problems.values())
+    return Scenario(seekers=tuple(seekers), obstacles=obstacles, bounds=bounds), tuple(problems.values())
 
 
 def _obstacles(element: Element, chance: _Chance) -> Iterator[Obstacle]:
@@ -163,13 +163,11 @@ def _oriented(element: Element, name: str, chance: _Chance) -> Iterator[Obstacle
             yield Obstacle(name=name + suffix, outline=centre + planar.rotate(np.full(4, yaw), box))
 
 
-def _agent(element: Element, chance: _Chance, others: list[Walker]) -> Walker:
+def _agent(element: Element, chance: _Chance, others: list[Seeker]) -> Seeker:
     """An agent at its place, or anywhere in the world."""
     position = element.need("initialConditions").need("position")
     if _is_random(position):
-        start = chance.clear_place(
-            position, _radius(element), within=(chance.lowest, chance.highest), walkers=others
-        )
+        start = chance.clear_place(position, _radius(element), within=(chance.lowest, chance.highest), seekers=others)
     else:
         start = _place(position)
     given = element.find("name")
@@ -177,7 +175,7 @@ def _agent(element: Element, chance: _Chance, others: list[Walker]) -> Walker:
     return _walker(element, named, start, chance)
 
 
-def _walker(element: Element, name: str, start: FloatArray, chance: _Chance) -> Walker:
+def _walker(element: Element, name: str, start: FloatArray, chance: _Chance) -> Seeker:
     """An agent at a place, with its direction and goals."""
     direction = element.need("initialConditions").find("direction")
     yaw = None
@@ -193,7 +191,7 @@ def _walker(element: Element, name: str, start: FloatArray, chance: _Chance) -> 
         goals.append(place)
         speed = goal.find("desiredSpeed")
         speeds.append(speed.number() if speed is not None else 0.0)
-    return Walker(
+    return Seeker(
         name=name,
         start=np.array([start[0], 0.0, start[1]]),
         yaw=yaw,
@@ -211,7 +209,7 @@ def _goal(element: Element, radius: float, chance: _Chance) -> FloatArray | None
         return None
     location, drawn = element.need("targetLocation"), element.find("random")
     if _is_random(location) or (drawn is not None and drawn.text == "true"):
-        return chance.clear_place(location, radius, within=(chance.lowest, chance.highest), walkers=[])
+        return chance.clear_place(location, radius, within=(chance.lowest, chance.highest), seekers=[])
     return _place(location)
 
 
@@ -236,5 +234,5 @@ def _is_random(element: Element) -> bool:
 
 
 def _place(element: Element) -> FloatArray:
-    """x and z of an element."""
+    """X and z of an element."""
     return np.array([element.need("x").number(), element.need("z").number()])

@@ -1,4 +1,4 @@
-"""Places: whether walkers can stand where they start and get where they want, and a place of its own for each goal."""
+"""Places: whether seekers can stand where they start and get where they want, and a place of its own for each goal."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
-from usdfoot.planning.scenario import Scenario, Walker
+from usdfoot.planning.scenario import Scenario, Seeker
 from usdfoot.planning.walkable import walkable_areas
 
 __all__ = ["find_places"]
@@ -26,40 +26,41 @@ ROOM = 1.1
 
 def find_places(
     scenario: Scenario, terrain: Terrain
-) -> tuple[list[tuple[shapely.Polygon, list[Walker]]], tuple[Problem, ...]]:
-    """Connected areas with the walkers who can walk in them, and why others cannot.
+) -> tuple[list[tuple[shapely.Polygon, list[Seeker]]], tuple[Problem, ...]]:
+    """Connected areas with the seekers who can walk in them, and why others cannot.
 
-    Goals too near a wall are moved away from it by as much as the body needs, and walkers with one goal get places
+    Goals too near a wall are moved away from it by as much as the body needs, and seekers with one goal get places
     around it: who is nearest at the start the nearest.
     """
-    places = np.array([place[[0, 2]] for walker in scenario.walkers for place in (walker.start, *walker.goals)])
+    places = np.array([place[[0, 2]] for seeker in scenario.seekers for place in (seeker.start, *seeker.goals)])
     areas = walkable_areas(terrain, scenario.obstacles, bounds=scenario.bounds, places=places)
-    groups: dict[int, list[Walker]] = {}
+    groups: dict[int, list[Seeker]] = {}
     rooms: dict[tuple[int, float], shapely.Geometry] = {}
     problems = []
-    clear = _clear_starts(scenario.walkers)
-    for index, walker in enumerate(scenario.walkers):
+    clear = _clear_starts(scenario.seekers)
+    for index, seeker in enumerate(scenario.seekers):
         try:
-            if clear[index] is not None:
-                raise _crowded(walker, scenario.walkers[clear[index]])
-            area = _area_of(walker, areas)
-            if (area, walker.radius) not in rooms:
-                rooms[area, walker.radius] = areas[area].buffer(-0.99 * walker.radius)
-            walker = _with_goals(walker, rooms[area, walker.radius])
-            if walker.speed > FASTEST:
-                what = f"{walker.name}: wants to go {walker.speed:.2f} m/s; {FASTEST:g} m/s were taken"
-                problems.append(Problem(severity="warning", where=walker.name, message=what))
-            groups.setdefault(area, []).append(replace(walker, speed=min(walker.speed, FASTEST)))
+            other = clear[index]
+            if other is not None:
+                raise _crowded(seeker, scenario.seekers[other])
+            area = _area_of(seeker, areas)
+            if (area, seeker.radius) not in rooms:
+                rooms[area, seeker.radius] = areas[area].buffer(-0.99 * seeker.radius)
+            seeker = _with_goals(seeker, rooms[area, seeker.radius])
+            if seeker.speed > FASTEST:
+                what = f"{seeker.name}: wants to go {seeker.speed:.2f} m/s; {FASTEST:g} m/s were taken"
+                problems.append(Problem(severity="warning", where=seeker.name, message=what))
+            groups.setdefault(area, []).append(replace(seeker, speed=min(seeker.speed, FASTEST)))
         except PlanError as error:
-            problems.append(Problem(severity="error", where=walker.name, message=str(error)))
-    found = [(areas[area], _spread(walkers, areas[area])) for area, walkers in sorted(groups.items())]
+            problems.append(Problem(severity="error", where=seeker.name, message=str(error)))
+    found = [(areas[area], _spread(seekers, areas[area])) for area, seekers in sorted(groups.items())]
     return found, tuple(problems)
 
 
-def _clear_starts(walkers: Sequence[Walker]) -> list[int | None]:
-    """For each walker one before it, itself clear, that stands in the same place; None = none."""
-    points = np.array([walker.start[[0, 2]] for walker in walkers])
-    radii = np.array([walker.radius for walker in walkers])
+def _clear_starts(seekers: Sequence[Seeker]) -> list[int | None]:
+    """For each seeker one before it, itself clear, that stands in the same place; None = none."""
+    points = np.array([seeker.start[[0, 2]] for seeker in seekers])
+    radii = np.array([seeker.radius for seeker in seekers])
     near = cKDTree(points).query_ball_point(points, 2.0 * radii.max())
     found: list[int | None] = []
     for index, others in enumerate(near):
@@ -69,76 +70,78 @@ def _clear_starts(walkers: Sequence[Walker]) -> list[int | None]:
     return found
 
 
-def _crowded(walker: Walker, other: Walker) -> PlanError:
-    apart = float(np.linalg.norm((walker.start - other.start)[[0, 2]]))
+def _crowded(seeker: Seeker, other: Seeker) -> PlanError:
+    apart = float(np.linalg.norm((seeker.start - other.start)[[0, 2]]))
     what = f"starts {apart:.2f} m from {other.name}, where their bodies overlap"
-    return PlanError(walker.name, what, f"put them {walker.radius + other.radius:.2f} m apart")
+    return PlanError(seeker.name, what, f"put them {seeker.radius + other.radius:.2f} m apart")
 
 
-def _area_of(walker: Walker, areas: Sequence[shapely.Polygon]) -> int:
-    """The area the walker starts in.
+def _area_of(seeker: Seeker, areas: Sequence[shapely.Polygon]) -> int:
+    """The area the seeker starts in.
 
     Raises:
         PlanError: If it starts in none or a goal is not in the same.
     """
-    start = shapely.Point(walker.start[[0, 2]])
+    start = shapely.Point(seeker.start[[0, 2]])
     inside = [index for index, area in enumerate(areas) if area.covers(start)]
-    where = f"({walker.start[0]:.2f}, {walker.start[2]:.2f}) m"
+    where = f"({seeker.start[0]:.2f}, {seeker.start[2]:.2f}) m"
     if not inside:
-        raise PlanError(walker.name, f"starts at {where}, in an obstacle or off the walkable ground", "move it")
+        raise PlanError(seeker.name, f"starts at {where}, in an obstacle or off the walkable ground", "move it")
     room = areas[inside[0]].exterior.distance(start)
     room = min([room, *(ring.distance(start) for ring in areas[inside[0]].interiors)])
-    if room < walker.radius:
+    if room < seeker.radius:
         what = f"starts at {where}, {room:.2f} m from an obstacle or the edge of the ground"
-        raise PlanError(walker.name, what, f"move it; its body has a radius of {walker.radius:.2f} m")
-    for goal in walker.goals:
+        raise PlanError(seeker.name, what, f"move it; its body has a radius of {seeker.radius:.2f} m")
+    for goal in seeker.goals:
         point, place = shapely.Point(goal[[0, 2]]), f"({goal[0]:.2f}, {goal[2]:.2f}) m"
         if areas[inside[0]].covers(point):
             continue
         if any(area.covers(point) for area in areas):
-            raise PlanError(walker.name, f"cannot get to its goal {place}", "there is no way; open one, or move the goal")
-        raise PlanError(walker.name, f"has its goal {place} in an obstacle or off the walkable ground", "move the goal")
+            raise PlanError(
+                seeker.name, f"cannot get to its goal {place}", "there is no way; open one, or move the goal"
+            )
+        raise PlanError(seeker.name, f"has its goal {place} in an obstacle or off the walkable ground", "move the goal")
     return inside[0]
 
 
-def _with_goals(walker: Walker, room: shapely.Geometry) -> Walker:
-    """The walker with its goals where its body has room, which is in `room`.
+def _with_goals(seeker: Seeker, room: shapely.Geometry) -> Seeker:
+    """The seeker with its goals where its body has room, which is in `room`.
 
     Raises:
         PlanError: If there is no room between start and goal that is as wide as the body.
     """
     parts = shapely.get_parts(room)
-    start = shapely.Point(walker.start[[0, 2]])
+    start = shapely.Point(seeker.start[[0, 2]])
     own = parts[int(np.argmin(shapely.distance(parts, start)))]
-    goals = walker.goals.copy()
+    goals = seeker.goals.copy()
     for goal in goals:
         point = shapely.Point(goal[[0, 2]])
         nearest = shapely.get_coordinates(shapely.shortest_line(own, point))[0]
-        if np.linalg.norm(nearest - goal[[0, 2]]) > walker.radius + 1e-6:
+        if np.linalg.norm(nearest - goal[[0, 2]]) > seeker.radius + 1e-6:
             what = f"cannot get to its goal ({goal[0]:.2f}, {goal[2]:.2f}) m"
-            raise PlanError(walker.name, what, f"the ways are narrower than its body, {2.0 * walker.radius:.2f} m")
+            raise PlanError(seeker.name, what, f"the ways are narrower than its body, {2.0 * seeker.radius:.2f} m")
         goal[[0, 2]] = nearest
-    return replace(walker, goals=goals)
+    return replace(seeker, goals=goals)
 
 
-def _spread(walkers: list[Walker], area: shapely.Polygon) -> list[Walker]:
-    """The walkers with a place of its own for each at goals that several have."""
-    lasts = np.array([walker.goals[-1][[0, 2]] for walker in walkers])
-    radius = max(walker.radius for walker in walkers)
+def _spread(seekers: list[Seeker], area: shapely.Polygon) -> list[Seeker]:
+    """The seekers with a place of its own for each at goals that several have."""
+    lasts = np.array([seeker.goals[-1][[0, 2]] for seeker in seekers])
+    radius = max(seeker.radius for seeker in seekers)
     spacing = 2.0 * ROOM * radius
     room = area.buffer(-radius)
     shapely.prepare(room)
     taken = np.zeros((0, 2))
-    starts = np.array([walker.start[[0, 2]] for walker in walkers])
+    starts = np.array([seeker.start[[0, 2]] for seeker in seekers])
     places = lasts.copy()
     for index in np.argsort(np.linalg.norm(starts - lasts, axis=1), kind="stable"):
         places[index] = _free_place(lasts[index], taken, room, spacing)
         taken = np.vstack([taken, places[index]])
     found = []
-    for walker, place in zip(walkers, places, strict=True):
-        goals = walker.goals.copy()
+    for seeker, place in zip(seekers, places, strict=True):
+        goals = seeker.goals.copy()
         goals[-1][[0, 2]] = place
-        found.append(replace(walker, goals=goals))
+        found.append(replace(seeker, goals=goals))
     return found
 
 

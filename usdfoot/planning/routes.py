@@ -50,7 +50,9 @@ class Route:
         return self.corner + self.cell * np.stack(np.divmod(cells, self.distances.shape[1]), axis=-1)
 
 
-def find_route(world: World, start: FloatArray, goal: FloatArray, *, radius: float, step: float, must_be_clear: bool = True) -> Route:
+def find_route(
+    world: World, start: FloatArray, goal: FloatArray, *, radius: float, step: float, must_be_clear: bool = True
+) -> Route:
     """The ways to a goal from everywhere.
 
     Args:
@@ -77,7 +79,7 @@ def find_route(world: World, start: FloatArray, goal: FloatArray, *, radius: flo
     index = np.stack(np.meshgrid(*(np.arange(count) for count in counts), indexing="ij"), axis=-1)
     points = (corner + cell * index).reshape(-1, 2)
     free = clearances(world, points) >= radius
-    heights = np.zeros(len(points))
+    heights: FloatArray = np.zeros(len(points))
     if world.ground is not None:
         sample = world.ground.heights(points, np.full(len(points), np.inf))
         free, heights = free & sample.walkable, sample.heights
@@ -88,7 +90,7 @@ def find_route(world: World, start: FloatArray, goal: FloatArray, *, radius: flo
 
 
 def aim_along(route: Route, world: World, point: FloatArray, *, radius: float, ahead: float) -> FloatArray | None:
-    """The farthest point of the way from `point` (2,) that is in plain view, at most `ahead` [m] on; None without a way.
+    """The farthest point in plain view of the way from `point` (2,), at most `ahead` [m] on; None without a way.
 
     Args:
         route: To the goal.
@@ -132,9 +134,7 @@ def _place(what: str, point: FloatArray) -> str:
     return f"{what} ({point[0]:.2f}, {point[1]:.2f}) m"
 
 
-def _spread(
-    free: BoolArray, heights: FloatArray, target: int, cell: float, step: float
-) -> tuple[FloatArray, IntArray]:
+def _spread(free: BoolArray, heights: FloatArray, target: int, cell: float, step: float) -> tuple[FloatArray, IntArray]:
     """Distances from the target cell over free cells, and the next cell towards it."""
     numbers = np.arange(free.size).reshape(free.shape)
     rows, columns, costs = [], [], []

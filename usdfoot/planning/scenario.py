@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray
+from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.world import Obstacle
 
-__all__ = ["Scenario", "Walker"]
+__all__ = ["Scenario", "Seeker"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Walker:
+class Seeker:
     """One agent with goals.
 
     Raises:
@@ -28,11 +29,13 @@ class Walker:
     yaw: float | None = None
     """Where it looks at the start [rad]; None = at its first goal."""
     goals: FloatArray
-    """Where it goes, one after the other [m], shape (G, 3)."""
+    """Where it goes, one after the other [m], shape (G, 3); none = it only stands there."""
     speed: float = 1.3
     """At which it likes to walk [m/s]."""
     radius: float = 0.25
     """Of its body seen from above [m]."""
+    body: Proportions = field(default_factory=Proportions)
+    """Of its legs."""
 
     def __post_init__(self) -> None:
         numbers = np.concatenate([self.start, self.goals.ravel(), [self.yaw or 0.0, self.speed, self.radius]])
@@ -45,9 +48,9 @@ class Walker:
 
 @dataclass(frozen=True, kw_only=True)
 class Scenario:
-    """Walkers and what stands in their way."""
+    """Seekers and what is in their way."""
 
-    walkers: tuple[Walker, ...]
+    seekers: tuple[Seeker, ...]
     obstacles: tuple[Obstacle, ...]
     bounds: FloatArray | None
     """Outline to stay in (x, z) [m], shape (K, 2); None = there is none."""

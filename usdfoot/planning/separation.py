@@ -18,12 +18,12 @@ SAMPLE_STEP = 0.05
 """Between the instants at which feet are compared [s]."""
 CLEARANCE = 0.02
 """Wanted between soles [m]."""
-FARTHEST = 0.25
+FARTHEST = 0.2
 """A footstep is moved this far at most [m]."""
-SEARCHES, ROUNDS = 6, 12
-"""How often near feet are looked for, and how often they are moved in between."""
-NEAR = 0.1
-"""Feet this far apart are watched while others move [m]."""
+LOOKS, ROUNDS = 6, 12
+"""How often all feet that could meet are looked at, and how often those that are close are moved in between."""
+CLOSE = 0.1
+"""Feet this far apart are watched [m]."""
 APART = 10.0
 """Between instants on the time axis of the search tree [m]: more than any distance looked for."""
 
@@ -57,20 +57,19 @@ def separate_feet(steps: TrackSteps, body: Proportions) -> TrackSteps:
     Each overlap pushes both feet away by half of it; a swinging foot passes that on to the footsteps it swings between.
     """
     start = steps.points
-    for _ in range(SEARCHES):
-        pairs = _near_pairs(steps, body, NEAR)
-        for _ in range(ROUNDS):
-            depths, directions = _overlaps(steps, pairs, body)
-            depths = depths + CLEARANCE
-            if not np.any(depths > 0.5 * CLEARANCE):
-                break
-            offsets = steps.points + _pushes(steps, pairs, depths, directions) - start
-            lengths = np.maximum(np.linalg.norm(offsets, axis=1, keepdims=True), 1e-12)
-            steps = uncross(replace(steps, points=start + offsets * np.minimum(1.0, FARTHEST / lengths)), body)
-        else:
-            continue
-        if not np.any(_overlaps(steps, _near_pairs(steps, body, 0.0), body)[0] > 0.0):
+    pairs = _near_pairs(steps, body, 2.0 * FARTHEST)
+    for _ in range(LOOKS):
+        depths, _ = _overlaps(steps, pairs, body)
+        if not np.any(depths > 0.0):
             break
+        watched = pairs.at(np.flatnonzero(depths > -CLOSE))
+        for _ in range(ROUNDS):
+            depths, directions = _overlaps(steps, watched, body)
+            if not np.any(depths > -0.5 * CLEARANCE):
+                break
+            offsets = steps.points + _pushes(steps, watched, depths + CLEARANCE, directions) - start
+            lengths = np.maximum(np.linalg.norm(offsets, axis=1, keepdims=True), 1e-12)
+            steps = uncross(replace(steps, points=start + offsets * np.minimum(1.0, FARTHEST / lengths)))
     return steps
 
 
@@ -106,6 +105,10 @@ class _Pairs:
     second: _Feet
     times: FloatArray
     """[s]"""
+
+    def at(self, rows: IntArray) -> _Pairs:
+        """Some of them."""
+        return _Pairs(first=self.first.at(rows), second=self.second.at(rows), times=self.times[rows])
 
 
 def _feet_over_time(steps: TrackSteps) -> tuple[_Feet, FloatArray]:

@@ -1,4 +1,4 @@
-"""Simulation: JuPedSim moves walkers to their goals past obstacles and each other (extra `crowd`)."""
+"""Simulation: JuPedSim moves seekers to their goals past obstacles and each other (extra `crowd`)."""
 
 from __future__ import annotations
 
@@ -10,12 +10,14 @@ import numpy as np
 import shapely
 
 from usdfoot.maths.types import BoolArray, FloatArray
-from usdfoot.planning.scenario import Walker
+from usdfoot.planning.scenario import Seeker
 
 __all__ = ["Tracks", "simulate"]
 
 TIME_STEP = 0.05
 """Of the simulation [s]."""
+TIME_GAP = 0.5
+"""In which people let nobody into the space ahead [s]."""
 SAMPLE_STEP = 0.1
 """Between positions kept [s]."""
 ARRIVAL = 0.2
@@ -26,7 +28,7 @@ PATIENCE, STUCK = 15.0, 0.5
 
 @dataclass(frozen=True, kw_only=True)
 class Tracks:
-    """Where N walkers were."""
+    """Where N seekers were."""
 
     times: FloatArray
     """[s], shape (T,)."""
@@ -36,49 +38,44 @@ class Tracks:
     """Whether they reached their last goal, shape (N,)."""
 
 
-def simulate(area: shapely.Polygon, walkers: Sequence[Walker], *, duration: float, seed: int) -> Tracks:
-    """Tracks of walkers in one area (anticipation velocity model), until all have arrived or nobody gets on.
+def simulate(area: shapely.Polygon, seekers: Sequence[Seeker], *, duration: float) -> Tracks:
+    """Tracks of seekers in one area (collision free speed model), until all have arrived or nobody gets on.
 
-    Who has arrived stays there.
+    Who has arrived stays there, and comes back if others push past.
 
     Args:
         area: Where they walk (x, z) [m]; all starts and goals are in it.
-        walkers: Who.
+        seekers: Who.
         duration: At most [s].
-        seed: Of the model; same seed, same tracks.
     """
-    simulation = jupedsim.Simulation(model=jupedsim.AnticipationVelocityModel(rng_seed=seed), geometry=area, dt=TIME_STEP)
+    simulation = jupedsim.Simulation(model=jupedsim.CollisionFreeSpeedModelV2(), geometry=area, dt=TIME_STEP)
     steering = simulation.add_direct_steering_stage()
     journey = simulation.add_journey(jupedsim.JourneyDescription([steering]))
     ids = [
         simulation.add_agent(
-            jupedsim.AnticipationVelocityModelAgentParameters(
-                position=tuple(walker.start[[0, 2]].tolist()),
+            jupedsim.CollisionFreeSpeedModelV2AgentParameters(
+                position=tuple(seeker.start[[0, 2]].tolist()),
                 journey_id=journey,
                 stage_id=steering,
-                radius=walker.radius,
-                desired_speed=walker.speed,
+                radius=seeker.radius,
+                desired_speed=seeker.speed,
+                time_gap=TIME_GAP,
             )
         )
-        for walker in walkers
+        for seeker in seekers
     ]
-    legs = _Legs(walkers)
+    legs = _Legs(seekers)
     for identity, target in zip(ids, legs.targets, strict=True):
         simulation.agent(identity).target = tuple(target.tolist())
-    samples = [np.array([walker.start[[0, 2]] for walker in walkers])]
+    samples = [np.array([seeker.start[[0, 2]] for seeker in seekers])]
     every = round(SAMPLE_STEP / TIME_STEP)
     while len(samples) * SAMPLE_STEP < duration and not legs.arrived.all() and not _is_stuck(samples, legs.arrived):
         simulation.iterate(every)
         points = np.array([simulation.agent(identity).position for identity in ids])
         samples.append(points)
         for index in legs.advance(points):
-            agent = simulation.agent(ids[index])
-            agent.target = tuple(legs.targets[index].tolist())
-            if legs.arrived[index]:
-                agent.model.desired_speed = 0.0
-    return Tracks(
-        times=SAMPLE_STEP * np.arange(len(samples)), points=np.array(samples), arrived=legs.arrived
-    )
+            simulation.agent(ids[index]).target = tuple(legs.targets[index].tolist())
+    return Tracks(times=SAMPLE_STEP * np.arange(len(samples)), points=np.array(samples), arrived=legs.arrived)
 
 
 def _is_stuck(samples: list[FloatArray], arrived: BoolArray) -> bool:
@@ -91,15 +88,15 @@ def _is_stuck(samples: list[FloatArray], arrived: BoolArray) -> bool:
 
 
 class _Legs:
-    """Which goal each walker is on its way to."""
+    """Which goal each seeker is on its way to."""
 
-    def __init__(self, walkers: Sequence[Walker]) -> None:
-        most = max(len(walker.goals) for walker in walkers)
-        padded = [np.concatenate([w.goals, np.repeat(w.goals[-1:], most - len(w.goals), axis=0)]) for w in walkers]
+    def __init__(self, seekers: Sequence[Seeker]) -> None:
+        most = max(len(seeker.goals) for seeker in seekers)
+        padded = [np.concatenate([w.goals, np.repeat(w.goals[-1:], most - len(w.goals), axis=0)]) for w in seekers]
         self._goals = np.array(padded)[..., [0, 2]]  # (N, G, 2)
-        self._last = np.array([len(walker.goals) - 1 for walker in walkers])
-        self._current = np.zeros(len(walkers), dtype=int)
-        self.arrived = np.zeros(len(walkers), dtype=bool)
+        self._last = np.array([len(seeker.goals) - 1 for seeker in seekers])
+        self._current = np.zeros(len(seekers), dtype=int)
+        self.arrived = np.zeros(len(seekers), dtype=bool)
 
     @property
     def targets(self) -> FloatArray:

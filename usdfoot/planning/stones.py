@@ -9,13 +9,17 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
+from usdfoot.analysis.timing import TimingRule, time_footsteps
 from usdfoot.errors import PlanError
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import LEFT, RIGHT
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.planning.prints import print_orientations
+from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.reach import Reach, step_costs
 
-__all__ = ["Crossing", "Stones", "Stance", "find_crossing", "stance_at"]
+__all__ = ["Crossing", "Stance", "Stones", "find_crossing", "plan_stones", "stance_at"]
 
 HEADINGS = 24
 """Headings the search tells apart."""
@@ -80,6 +84,49 @@ def stance_at(position: FloatArray, yaw: float, reach: Reach) -> Stance:
     return Stance(positions=np.asarray(position, dtype=float) + np.insert(across, 1, 0.0, axis=1), yaw=yaw)
 
 
+def plan_stones(
+    stones: Stones,
+    start: Stance,
+    goal: Stance,
+    reach: Reach,
+    *,
+    body: Proportions | None = None,
+    start_time: float = 0.0,
+    name: str = "stones",
+) -> FootstepPlan:
+    """The plan of the most comfortable way over stones, standing at both ends, timed by its steps ([P] 4.1).
+
+    Args:
+        stones: Where feet may stand besides the stances.
+        start: Where both feet are.
+        goal: Where both feet shall be.
+        reach: Of the character.
+        body: Its legs' length times the steps.
+        start_time: When it begins [s].
+        name: Of the plan.
+
+    Raises:
+        PlanError: As `find_crossing`.
+    """
+    crossing = find_crossing(stones, start, goal, reach)
+    times = time_footsteps(
+        crossing.positions,
+        TimingRule(leg_length=(body or Proportions()).leg_length),
+        start_time=start_time,
+        starts_standing=True,
+        ends_standing=True,
+    )
+    return FootstepPlan(
+        name=name,
+        sides=crossing.sides,
+        positions=crossing.positions,
+        orientations=print_orientations(crossing.yaws, crossing.normals),
+        strike_times=times.strike_times,
+        liftoff_times=times.liftoff_times,
+        root_weights=np.zeros(len(crossing.sides)),
+    )
+
+
 def find_crossing(stones: Stones, start: Stance, goal: Stance, reach: Reach) -> Crossing:
     """The most comfortable way from stance to stance over footholds.
 
@@ -87,7 +134,7 @@ def find_crossing(stones: Stones, start: Stance, goal: Stance, reach: Reach) -> 
     with the square of its difference from that, of its rise and of its turn (`planning/reach.py`).
 
     Args:
-        footholds: Where feet may stand besides the stances.
+        stones: Where feet may stand besides the stances.
         start: Where both feet are.
         goal: Where both feet shall be.
         reach: Of the character.
@@ -95,17 +142,15 @@ def find_crossing(stones: Stones, start: Stance, goal: Stance, reach: Reach) -> 
     Raises:
         PlanError: If no way leads to the goal (it says how far one leads), or the footholds are too dense.
     """
-    graph = _build_graph(footholds, start, goal, reach)
+    graph = _build_graph(stones, start, goal, reach)
     nodes = graph.nodes(np.array([0, 1]), np.array([LEFT, RIGHT]), np.zeros(2, dtype=int))
-    costs, before, _ = dijkstra(
-        graph.edges, indices=nodes, min_only=True, return_predecessors=True
-    )
+    costs, before, _ = dijkstra(graph.edges, indices=nodes, min_only=True, return_predecessors=True)
     arrived = graph.nodes(np.array([2, 3]), np.array([LEFT, RIGHT]), np.full(2, graph.goal_heading))
     best = int(arrived[np.argmin(costs[arrived])])
     if not np.isfinite(costs[best]):
-        raise _unreachable(footholds, graph, costs, goal, reach)
+        raise _unreachable(stones, graph, costs, goal, reach)
     places, sides, headings = graph.steps(_way_to(before, best))
-    return _crossing(graph, footholds, start, goal, (places, sides, headings), float(costs[best]))
+    return _crossing(graph, stones, start, goal, (places, sides, headings), float(costs[best]))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -133,13 +178,16 @@ class _Graph:
 
 
 def _build_graph(stones: Stones, start: Stance, goal: Stance, reach: Reach) -> _Graph:
-    positions = np.concatenate([start.positions, goal.positions, footholds.positions])
+    positions = np.concatenate([start.positions, goal.positions, stones.positions])
     yaws = start.yaw + np.arange(HEADINGS) * (2.0 * np.pi / HEADINGS)
     goal_heading = int(np.argmin(np.abs(planar.wrap_angle(yaws - goal.yaw))))
     yaws[goal_heading] = goal.yaw if goal_heading else start.yaw
     rows, columns, costs = [], [], []
     size = 4 * HEADINGS * len(positions)
-    for part in (*_step_edges(footholds.name, positions, yaws, goal_heading, reach), _turn_edges(len(positions), yaws, reach)):
+    for part in (
+        *_step_edges(stones.name, positions, yaws, goal_heading, reach),
+        _turn_edges(len(positions), yaws, reach),
+    ):
         rows.append(part[0])
         columns.append(part[1])
         costs.append(part[2])
@@ -212,7 +260,7 @@ def _crossing(
     """Adds the foot that stands beside the first and the one that closes up to the last."""
     places, sides, headings = steps
     first, last = 1 - sides[0], 1 - sides[-1]
-    normals = np.concatenate([np.tile([0.0, 1.0, 0.0], (4, 1)), footholds.normals])
+    normals = np.concatenate([np.tile([0.0, 1.0, 0.0], (4, 1)), stones.normals])
     yaws = np.concatenate([[start.yaw], graph.yaws[headings], [goal.yaw]])
     places = np.concatenate([[first], places, [2 + last]])
     return Crossing(
@@ -236,18 +284,18 @@ def _smoothed(yaws: FloatArray) -> FloatArray:
 
 def _unreachable(stones: Stones, graph: _Graph, costs: FloatArray, goal: Stance, reach: Reach) -> PlanError:
     """The error that says how far the way leads and how far it is from there."""
-    reached = np.isfinite(costs.reshape(len(graph.positions), -1)).any(axis=1)
+    reached = np.min(costs.reshape(len(graph.positions), -1), axis=1) < np.inf
     middle = goal.positions.mean(axis=0)
     far = np.linalg.norm(graph.positions - middle, axis=1)
     nearest = int(np.flatnonzero(reached)[np.argmin(far[reached])])
     where = "the start" if nearest < 4 else f"foothold {nearest - 4}"
     x, y, z = graph.positions[nearest]
-    left = ~reached
+    left = np.logical_not(reached)
     left[:2] = False
     gap = np.linalg.norm(graph.positions[left] - graph.positions[nearest], axis=1).min()
     return PlanError(
-        footholds.name,
-        f"the goal cannot be reached; the way over {int(reached[4:].sum())} of {len(footholds.positions)} footholds "
+        stones.name,
+        f"the goal cannot be reached; the way over {int(reached[4:].sum())} of {len(stones.positions)} footholds "
         f"ends at {where} ({x:.2f}, {y:.2f}, {z:.2f}) m, {far[nearest]:.2f} m before the goal, and the next one not "
         f"reached is {gap:.2f} m from there",
         f"a step reaches {reach.farthest:.2f} m and rises {reach.rise:.2f} m; add footholds, or let it leap",

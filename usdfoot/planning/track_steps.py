@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,9 +15,9 @@ from usdfoot.model.biped import LEFT
 from usdfoot.planning.gait import natural_lengths, overlap_shares
 from usdfoot.planning.proportions import Proportions
 
-__all__ = ["TrackSteps", "step_along_tracks", "uncross"]
+__all__ = ["TrackSteps", "join_steps", "step_along_tracks", "uncross"]
 
-SMOOTHING = 0.3
+SMOOTHING = 0.45
 """Standard deviation of the filter on tracks, which takes out a simulation's jitter [s]."""
 FACING = 0.8
 """Standard deviation of the filter on where people face; to what is quicker they side-step [s]."""
@@ -58,6 +59,8 @@ class TrackSteps:
     """[s], shape (S,)."""
     liftoff_times: FloatArray
     """[s], shape (S,)."""
+    widths: FloatArray
+    """Least distance across from the footstep before, so that legs do not cross [m], shape (S,)."""
     lead: float
     """When the tracks begin [s]."""
 
@@ -67,9 +70,7 @@ class TrackSteps:
         return np.repeat(np.arange(len(self.first) - 1), np.diff(self.first))
 
 
-def step_along_tracks(
-    points: FloatArray, *, time_step: float, yaws: FloatArray, body: Proportions
-) -> TrackSteps:
+def step_along_tracks(points: FloatArray, *, time_step: float, yaws: FloatArray, body: Proportions) -> TrackSteps:
     """Footsteps along tracks, quick and long as people of that speed choose, on the spot where they only turn.
 
     The root is midway between the feet whenever one strikes, so a footstep lies where the root is half a step later, to
@@ -109,12 +110,41 @@ def step_along_tracks(
         yaws=headings,
         strike_times=strikes,
         liftoff_times=_liftoffs(strikes, own_speeds, first, rule),
+        widths=np.full(len(sides), NARROW * body.step_width),
         lead=lead * time_step,
     )
-    return uncross(steps, body)
+    return uncross(steps)
 
 
-def uncross(steps: TrackSteps, body: Proportions) -> TrackSteps:
+def join_steps(parts: Sequence[TrackSteps], people: Sequence[IntArray]) -> TrackSteps:
+    """The footsteps of several groups in the order of all.
+
+    Args:
+        parts: Of each group, with the same lead.
+        people: Numbers of its members, from 0 to N - 1 over all groups.
+    """
+    counts = np.zeros(sum(len(numbers) for numbers in people), dtype=int)
+    for part, numbers in zip(parts, people, strict=True):
+        counts[numbers] = np.diff(part.first)
+    owners = np.concatenate([numbers[part.owners] for part, numbers in zip(parts, people, strict=True)])
+    order = np.argsort(owners, kind="stable")
+
+    def joined(name: str) -> np.ndarray:
+        return np.concatenate([getattr(part, name) for part in parts])[order]
+
+    return TrackSteps(
+        first=np.concatenate([[0], np.cumsum(counts)]),
+        sides=joined("sides"),
+        points=joined("points"),
+        yaws=joined("yaws"),
+        strike_times=joined("strike_times"),
+        liftoff_times=joined("liftoff_times"),
+        widths=joined("widths"),
+        lead=parts[0].lead,
+    )
+
+
+def uncross(steps: TrackSteps) -> TrackSteps:
     """The steps with every foot kept on its own side of the other: it comes down further out where it would cross."""
     points = steps.points.copy()
     outward = np.where(steps.sides == LEFT, 1.0, -1.0)
@@ -124,7 +154,7 @@ def uncross(steps: TrackSteps, body: Proportions) -> TrackSteps:
         rows = steps.first[:-1] + number
         rows = rows[rows < steps.first[1:]]
         apart = np.sum((points[rows] - points[rows - 1]) * across[rows], axis=1)
-        points[rows] += np.maximum(NARROW * body.step_width - apart, 0.0)[:, None] * across[rows]
+        points[rows] += np.maximum(steps.widths[rows] - apart, 0.0)[:, None] * across[rows]
     return replace(steps, points=points)
 
 
@@ -192,9 +222,7 @@ def _beside(middles: FloatArray, headings: FloatArray, sides: IntArray, width: f
     return middles + (outward * width)[:, None] * planar.direction(headings + 0.5 * np.pi)
 
 
-def _liftoffs(
-    strikes: FloatArray, speeds: FloatArray, first: IntArray, rule: TimingRule
-) -> FloatArray:
+def _liftoffs(strikes: FloatArray, speeds: FloatArray, first: IntArray, rule: TimingRule) -> FloatArray:
     """Each foot leaves when the overlap after the next strike is over, after a stand just in time for its next step."""
     speeds = np.maximum(np.append(speeds[2:], speeds[-2:]), 1e-3)  # of the step that ends the swing
     natural = np.minimum(rule.longest_step, natural_lengths(speeds, rule) / speeds)

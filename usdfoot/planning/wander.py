@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import islice
 
 import numpy as np
@@ -45,7 +45,7 @@ class Footstep:
 class WanderOptions:
     """How one wanders."""
 
-    body: Proportions = Proportions()
+    body: Proportions = field(default_factory=Proportions)
     radius: float = 0.3
     """Kept free around the middle of the feet [m]."""
     look_ahead: float = 2.0
@@ -240,9 +240,7 @@ def _choose(
     return float(min(free[chosen], farthest * slower)), float(turns[chosen]), spin
 
 
-def _free_ways(
-    walk: _Walk, turns: FloatArray, ahead: float, world: World, options: WanderOptions
-) -> FloatArray:
+def _free_ways(walk: _Walk, turns: FloatArray, ahead: float, world: World, options: WanderOptions) -> FloatArray:
     """How far each direction is free [m], at most `ahead`, shape (T,).
 
     Who is already too close to something may walk where it does not come closer.

@@ -36,7 +36,7 @@ def read_obstacles(
 ) -> tuple[tuple[Obstacle, ...], tuple[Problem, ...]]:
     """Outlines of all obstacles at the stage's start seen from above, and those that could not be used.
 
-    The API on a prim means every Boundable at or below it. A concave mesh gives one outline for each face that looks up.
+    The API on a prim means every Boundable at or below it. A concave mesh gives an outline for each face that looks up.
     """
     obstacles: list[Obstacle] = []
     problems = []
