@@ -16,6 +16,8 @@ __all__ = ["Route", "aim_along", "find_route"]
 
 NEIGHBOURS = ((0, 1), (1, 0), (1, 1), (1, -1))
 MOST_CELLS = 4_000_000
+HIGHEST = 1e4
+"""Above all terrain [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +83,7 @@ def find_route(
     free = clearances(world, points) >= radius
     heights: FloatArray = np.zeros(len(points))
     if world.ground is not None:
-        sample = world.ground.heights(points, np.full(len(points), np.inf))
+        sample = world.ground.heights(points, np.full(len(points), HIGHEST))
         free, heights = free & sample.walkable, sample.heights
     target = int(goal_cell[0] * counts[1] + goal_cell[1])
     free[target] = True

@@ -22,8 +22,13 @@ SAMPLE_STEP = 0.1
 """Between positions kept [s]."""
 ARRIVAL = 0.2
 """A goal is reached at this distance [m]."""
-PATIENCE, STUCK = 15.0, 0.5
+PATIENCE, STUCK = 25.0, 0.5
 """It ends when nobody on the way has moved so far [m] for so long [s]."""
+
+
+BLOCKED, ASIDE = 2.0, 1.0
+"""Who has hardly moved for so long [s] steps aside by so much [m] for as long."""
+DIRECTIONS = np.stack([np.sin(np.pi * np.arange(8) / 4.0), np.cos(np.pi * np.arange(8) / 4.0)], axis=1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,7 +69,7 @@ def simulate(area: shapely.Polygon, seekers: Sequence[Seeker], *, duration: floa
         )
         for seeker in seekers
     ]
-    legs = _Legs(seekers)
+    legs, detours = _Legs(seekers), _Detours(area, max(seeker.radius for seeker in seekers), len(seekers))
     for identity, target in zip(ids, legs.targets, strict=True):
         simulation.agent(identity).target = tuple(target.tolist())
     samples = [np.array([seeker.start[[0, 2]] for seeker in seekers])]
@@ -73,8 +78,10 @@ def simulate(area: shapely.Polygon, seekers: Sequence[Seeker], *, duration: floa
         simulation.iterate(every)
         points = np.array([simulation.agent(identity).position for identity in ids])
         samples.append(points)
-        for index in legs.advance(points):
-            simulation.agent(ids[index]).target = tuple(legs.targets[index].tolist())
+        changed = legs.advance(points) + detours.advance(samples, legs.arrived)
+        targets = np.where(detours.active[:, None], detours.targets, legs.targets)
+        for index in changed:
+            simulation.agent(ids[index]).target = tuple(targets[index].tolist())
     return Tracks(times=SAMPLE_STEP * np.arange(len(samples)), points=np.array(samples), arrived=legs.arrived)
 
 
@@ -109,3 +116,41 @@ class _Legs:
         self.arrived |= there & (self._current == self._last)
         self._current[there & ~self.arrived] += 1
         return np.flatnonzero(there).tolist()
+
+
+class _Detours:
+    """Who gets nowhere steps aside to where there is room, one of those who stand in each other's way at a time."""
+
+    def __init__(self, area: shapely.Polygon, radius: float, count: int) -> None:
+        self._room = area.buffer(-radius)
+        shapely.prepare(self._room)
+        self._until = np.full(count, -np.inf)
+        self.active = np.zeros(count, dtype=bool)
+        self.targets = np.zeros((count, 2))
+
+    def advance(self, samples: list[FloatArray], arrived: BoolArray) -> list[int]:
+        """Those who go on from now on, or step aside."""
+        now, points, before = len(samples) * SAMPLE_STEP, samples[-1], round(BLOCKED / SAMPLE_STEP)
+        over = self.active & (now > self._until)
+        self.active &= ~over
+        if len(samples) <= before:
+            return []
+        moved = np.linalg.norm(points - samples[-1 - before], axis=1)
+        blocked = np.flatnonzero((moved < ASIDE * 0.2) & ~arrived & (now > self._until + BLOCKED))
+        aside = [index for index in blocked.tolist() if self._step_aside(index, points, now)]
+        return [*np.flatnonzero(over).tolist(), *aside]
+
+    def _step_aside(self, index: int, points: FloatArray, now: float) -> bool:
+        """Whether this one does, which it does not beside another who does."""
+        distances = np.linalg.norm(points - points[index], axis=1)
+        if np.any(self.active & (distances < 2.0 * ASIDE)):
+            return False
+        places = points[index] + ASIDE * DIRECTIONS
+        near = points[(distances < 4.0 * ASIDE) & (distances > 0.0)]
+        gaps = np.min(np.linalg.norm(places[:, None] - near, axis=2), axis=1, initial=4.0 * ASIDE)
+        gaps[~shapely.contains_xy(self._room, places[:, 0], places[:, 1])] = -1.0
+        best = int(np.argmax(gaps))
+        if gaps[best] < 0.0:
+            return False
+        self.active[index], self.targets[index], self._until[index] = True, places[best], now + BLOCKED
+        return True

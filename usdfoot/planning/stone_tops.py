@@ -36,6 +36,7 @@ def stones_on(terrain: Terrain, *, body: Proportions, spacing: float = 0.12) -> 
         PlanError: If there is no walkable mesh, or one is too large for the spacing.
     """
     ground = Ground(terrain)
+    ceiling = float(terrain.points[:, 1].max(initial=0.0))
     positions, normals = [np.zeros((0, 3))], [np.zeros((0, 3))]
     for index in np.flatnonzero(terrain.walkable):
         corners = terrain.points[terrain.triangles[terrain.mesh_indices == index]].reshape(-1, 3)
@@ -49,7 +50,7 @@ def stones_on(terrain: Terrain, *, body: Proportions, spacing: float = 0.12) -> 
         points = 0.5 * (lowest + highest)[[0, 2]] + np.stack([x.ravel(), z.ravel()], axis=1)
         own = Ground(_only(terrain, int(index)))
         tops = own.heights(points, np.full(len(points), highest[1]))
-        seen = ground.heights(points, np.full(len(points), np.inf))
+        seen = ground.heights(points, np.full(len(points), ceiling))
         top = tops.hit & (np.abs(seen.heights - tops.heights) < 1e-3) & (tops.normals[:, 1] >= np.cos(STEEPEST))
         firm = top & _is_level(own, points, tops.heights, tops.normals, body.half_width)
         if not firm.any() and top.any():
