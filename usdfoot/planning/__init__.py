@@ -1,0 +1,1 @@
+"""Where footsteps come from."""
