@@ -172,3 +172,15 @@ def test_a_straight_knee_bends_forward_whatever_the_noise(legs, bend_angle):
     knee = (after[:, 1] - hip)[0]
     assert knee[2] > 0.15
     assert abs(knee[0]) < 0.01
+
+
+def test_a_knee_blended_past_straight_bends_forward_and_does_not_pop(legs):
+    """Offsets of a seam may bend a nearly straight knee the wrong way."""
+    angles = np.linspace(-0.4, 0.4, 401)
+    before = legs.pose(angles, np.zeros((len(angles), 3)))
+    hip = legs.positions(before)[:, 0]
+    after = legs.positions(legs.bent(before, hip + np.array([0.0, -0.95 * FULL, 0.0])))
+    knee = after[:, 1] - hip
+    assert knee[:, 2].min() > 0.1
+    assert np.abs(knee[:, 0]).max() < 0.01
+    assert np.linalg.norm(np.diff(knee, axis=0), axis=1).max() < 0.002

@@ -93,7 +93,8 @@ def bend_leg(
     """Bends hip and knee so that the ankle comes to `target`; writes their local rotations.
 
     The knee stays in the plane of the clip's pose ([B] 4.5); for a nearly straight leg that plane fades into the one of
-    the hinge axis. A target beyond reach is approached along the straight leg.
+    the hinge axis, and a knee that the blend bends the wrong way is bent the right one. A target beyond reach is
+    approached along the straight leg.
 
     Returns:
         The frame that the ankle joint's local rotation lives in, after bending.
@@ -104,8 +105,10 @@ def bend_leg(
     lower = wp.length(shin)
     along = thigh / upper
     axis = wp.cross(along, shin / lower)
-    axis += 0.05 * wp.quat_rotate(leg.rotation_of_hip, rig.knee_axes[side])
-    axis = wp.normalize(axis - wp.dot(axis, along) * along)
+    hinge = wp.quat_rotate(leg.rotation_of_hip, rig.knee_axes[side])
+    hinge = wp.normalize(hinge - wp.dot(hinge, along) * along)
+    bend = wp.dot(axis, hinge)
+    axis = wp.normalize(axis + (wp.sqrt(bend * bend + 0.0025) - bend) * hinge)
     reach = target - leg.hip
     span = wp.length(reach)
     shortest = wp.abs(upper - lower) + 1.0e-3 * (upper + lower)

@@ -1,1 +1,1 @@
-"""Where footsteps come from."""
+"""Planning: where footsteps come from. Everything here gives `FootstepPlan`s and sees arrays only."""
