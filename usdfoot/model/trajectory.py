@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,8 +10,9 @@ import numpy as np
 from usdfoot.errors import PlanError
 from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray
+from usdfoot.model.plan import FootstepPlan
 
-__all__ = ["RootTrajectory", "sample_trajectory", "trajectory_of_velocities"]
+__all__ = ["RootTrajectory", "root_distances", "sample_trajectories", "sample_trajectory", "trajectory_of_velocities"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,6 +69,36 @@ def sample_trajectory(trajectory: RootTrajectory, times: FloatArray) -> FloatArr
     return np.stack([np.interp(times, trajectory.times, column) for column in trajectory.positions.T], axis=1)
 
 
+def sample_trajectories(trajectories: Sequence[RootTrajectory], times: FloatArray, values: FloatArray) -> FloatArray:
+    """Values at times of every trajectory, straight between samples and held outside them, for all at once.
+
+    Args:
+        trajectories: A of them.
+        times: [s], shape (A, N).
+        values: One a sample, those of all trajectories one after the other, shape (sum of K, C).
+
+    Returns:
+        Shape (A, N, C).
+    """
+    own = np.concatenate([trajectory.times for trajectory in trajectories])
+    ends = np.cumsum([len(trajectory.times) for trajectory in trajectories])[:, None]
+    low = np.broadcast_to(np.concatenate([[0], ends[:-1, 0]])[:, None], times.shape)
+    high = np.broadcast_to(ends - 2, times.shape)
+    for _ in range(int(np.max(ends - low)).bit_length()):  # halves the range in which the sample before each time lies
+        middle = (low + high + 1) // 2
+        after = own[middle] <= times
+        low, high = np.where(after, middle, low), np.where(after, high, middle - 1)
+    share = np.clip((times - own[low]) / (own[low + 1] - own[low]), 0.0, 1.0)
+    return np.asarray(values[low] + share[..., None] * (values[low + 1] - values[low]))
+
+
+def root_distances(trajectory: RootTrajectory, plan: FootstepPlan) -> FloatArray:
+    """From the middle of each two consecutive footsteps to the trajectory at the later strike [m], shape (N - 1,)."""
+    middles = 0.5 * (plan.positions[1:] + plan.positions[:-1])
+    missed = middles - sample_trajectory(trajectory, plan.strike_times[1:])
+    return np.asarray(np.linalg.norm(missed[:, [0, 2]], axis=1))
+
+
 def trajectory_of_velocities(
     times: FloatArray,
     velocities: FloatArray,
@@ -80,10 +112,10 @@ def trajectory_of_velocities(
 
     Args:
         times: Of the velocities [s], increasing, shape (K,).
-        velocities: (x, z), forward and to the left of +Z where `yaws` is given along it, else in the world [m/s], (K, 2).
+        velocities: (x, z) [m/s], in the world, or to the left and forward in the heading if `yaws` are given, (K, 2).
         start: First position [m], shape (3,).
         name: For messages.
-        yaws: Headings [rad]; then the velocities are in the heading. None = it faces where it goes, shape (K,).
+        yaws: Headings [rad], shape (K,); None = it faces where it goes.
         rest_yaw: Heading of one without velocity [rad].
     """
     world = velocities if yaws is None else planar.rotate(yaws, velocities)

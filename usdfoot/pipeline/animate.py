@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from usdfoot.engine.animate import animate_crowd
@@ -11,8 +12,10 @@ from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import OutputError
 from usdfoot.model.motion import Motion
 from usdfoot.model.report import Problem
+from usdfoot.pipeline.following import plan_followers
 from usdfoot.pipeline.report import AnimateReport, provenance_of, report_json
 from usdfoot.pipeline.sources import source_figures
+from usdfoot.planning.follow_options import FollowOptions
 from usdfoot.readers.scene import read_scene
 from usdfoot.writers.crowd import check_output, write_crowd
 
@@ -26,6 +29,7 @@ def animate(
     agents: str = "*",
     frames: tuple[int, int] | None = None,
     options: EngineOptions | None = None,
+    follow: FollowOptions | None = None,
     collect: bool = False,
     progress: Callable[[str], None] = lambda stage: None,
 ) -> AnimateReport:
@@ -39,6 +43,7 @@ def animate(
         agents: Glob on agents' names or paths.
         frames: First and last time code to write; None = all of the plans.
         options: Of the engine.
+        follow: How agents without footsteps walk their trajectories.
         collect: Copy the characters' files into the folder.
         progress: Told what begins: "read", "animate", "measure clips", "write".
 
@@ -55,13 +60,23 @@ def animate(
     scene = read_scene(scene_file, agents=agents, frames=frames)
     check_output(scene, target)
     progress("animate")
-    motions, faults = animate_crowd(scene.crowd, options=options)
+    crowd, followings = plan_followers(scene.crowd, options=options, follow=follow)
+    scene = replace(scene, crowd=crowd)
+    motions, faults = animate_crowd(crowd, options=options)
     problems = (*scene.crowd.problems, *faults)
     _require_motions(scene_file, motions, problems)
     progress("measure clips")
     sources = source_figures(scene.crowd, motions)
     progress("write")
-    report = report_json(scene, motions, options=options, problems=problems, sources=sources, folder=target)
+    report = report_json(
+        scene,
+        motions,
+        options=options,
+        problems=problems,
+        sources=sources,
+        followings=followings,
+        folder=target,
+    )
     provenance = provenance_of(scene, options, target)
     crowd_file, report_file = write_crowd(scene, motions, target, provenance=provenance, report=report, collect=collect)
     return AnimateReport(

@@ -19,6 +19,8 @@ from usdfoot.maths.types import FloatArray
 from usdfoot.model.agent import Agent
 from usdfoot.model.motion import Motion, StepResults
 from usdfoot.model.report import Problem
+from usdfoot.pipeline.following import following_figures
+from usdfoot.planning.follow import Following
 
 __all__ = ["AnimateReport", "provenance_of", "report_json"]
 
@@ -63,6 +65,7 @@ def report_json(
     options: EngineOptions,
     problems: Sequence[Problem],
     sources: Mapping[str, Mapping[str, float]],
+    followings: Mapping[str, Following],
     folder: Path,
 ) -> dict[str, Any]:
     """The content of report.json: no times, no absolute paths, distances in metres.
@@ -73,6 +76,7 @@ def report_json(
         options: Of the engine.
         problems: All of the run.
         sources: Figures of the source clips by agent.
+        followings: Of the agents that follow a trajectory.
         folder: Where the crowd is written.
     """
     by_name = {agent.name: agent for agent in scene.crowd.agents}
@@ -81,14 +85,19 @@ def report_json(
         "options": asdict(options),
         "scene": _relative(scene.stage.identifier, folder),
         "inputs": _input_hashes(scene, folder),
-        "agents": [_agent_json(by_name[motion.name], motion, sources.get(motion.name, {})) for motion in motions],
+        "agents": [
+            _agent_json(by_name[motion.name], motion, sources.get(motion.name, {}), followings.get(motion.name))
+            for motion in motions
+        ],
         "problems": [
             {"severity": problem.severity, "where": problem.where, "message": problem.message} for problem in problems
         ],
     }
 
 
-def _agent_json(agent: Agent, motion: Motion, source: Mapping[str, float]) -> dict[str, Any]:
+def _agent_json(
+    agent: Agent, motion: Motion, source: Mapping[str, float], following: Following | None
+) -> dict[str, Any]:
     results = motion.results
     ends = np.cumsum(results.clip_counts)
     clips = [
@@ -100,6 +109,7 @@ def _agent_json(agent: Agent, motion: Motion, source: Mapping[str, float]) -> di
         "prim": agent.source,
         "plan": agent.plan.name,
         "source": dict(source),
+        "trajectory": following_figures(following, motion) if following else None,
         "steps": {
             "status": list(results.status),
             "blendError": _numbers(results.blend_error),

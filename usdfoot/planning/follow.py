@@ -15,7 +15,7 @@ from usdfoot.model.biped import LEFT
 from usdfoot.model.examples import Examples
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
-from usdfoot.model.trajectory import RootTrajectory, sample_trajectory
+from usdfoot.model.trajectory import RootTrajectory, sample_trajectories
 from usdfoot.planning.follow_options import FollowOptions
 from usdfoot.planning.predictions import Gaits, build_gaits, choose_gaits, predict_steps
 from usdfoot.planning.rests import find_rests, leave_times
@@ -40,6 +40,8 @@ SHORTEST_REST = 0.6
 class Following:
     """The footsteps one trajectory was turned into, and how near they keep to it."""
 
+    trajectory: RootTrajectory
+    """As given."""
     plan: FootstepPlan
     velocity_errors: FloatArray
     """Mean root velocity from the footstep before to this one minus the trajectory's [m/s], shape (N,); 0 for those
@@ -142,6 +144,7 @@ def _first_stances(
     runs = choose_gaits(gaits, velocities[:, 1], np.zeros(len(agents), dtype=bool))
     steps = predict_steps(gaits, velocities, swing_sides=sides, runs=runs, hurry=options.hurry)
     apart = np.where(sides == LEFT, 0.5, -0.5) * gaits.stance_width
+    ahead, turned = curves.at(agents, times + 0.5 * steps.durations)
     still = Stances(
         agents=agents,
         times=times,
@@ -154,14 +157,15 @@ def _first_stances(
         durations=steps.durations,
     )
     standing = leave_times(curves, still, options=options) > times + GLANCE
-    halves = np.where(standing[:, None], np.stack([apart, 0.0 * apart], axis=1), 0.5 * steps.landings)
-    turned = np.insert(planar.rotate(yaws, halves), 1, 0.0, axis=1)
+    halves = np.where(standing[:, None], np.stack([apart, 0.0 * apart], axis=1), steps.offsets)
+    ahead = np.where(standing[:, None], places, ahead) + np.insert(planar.rotate(yaws, halves), 1, 0.0, axis=1)
+    turned = np.where(standing, yaws, turned) + steps.foot_yaws
     return replace(
         still,
-        supports=_on_ground(ground, places + turned, places[:, 1]),
-        others=_on_ground(ground, places - turned, places[:, 1]),
-        support_yaws=yaws + steps.foot_yaws,
-        other_yaws=yaws - steps.foot_yaws,
+        supports=_on_ground(ground, ahead, places[:, 1]),
+        others=_on_ground(ground, 2.0 * places - ahead, places[:, 1]),
+        support_yaws=turned,
+        other_yaws=2.0 * yaws - turned,
         runs=runs & ~standing,
     ), standing
 
@@ -200,14 +204,19 @@ def _on_ground(ground: Ground, positions: FloatArray, near: FloatArray) -> Float
 
 
 def _measure(tracks: Tracks, trajectories: Sequence[RootTrajectory]) -> tuple[FloatArray, FloatArray]:
-    """Distances of roots from their trajectories at the strikes [m], and errors of the root's mean velocity between
-    them [m/s], shape (S, A) each; 0 where there is no step before."""
+    """How far the roots are off their trajectories.
+
+    Returns:
+        Distances at the strikes [m], and errors of the mean velocity between them [m/s], shape (S, A) each; 0 where
+        there is no step before.
+    """
     positions, strikes = tracks.positions, tracks.strikes
-    wanted = np.stack([sample_trajectory(t, strikes[:, a]) for a, t in enumerate(trajectories)], axis=1)
+    places = np.concatenate([trajectory.positions for trajectory in trajectories])
+    wanted = np.swapaxes(sample_trajectories(trajectories, strikes.T, places), 0, 1)
     missed = np.zeros_like(positions)
     missed[1:] = 0.5 * (positions[1:] + positions[:-1]) - wanted[1:]
     missed = missed[..., [0, 2]]
-    known = np.isfinite(missed[1:]).all(axis=-1) & np.isfinite(missed[:-1]).all(axis=-1)
+    known = np.asarray(np.isfinite(missed[1:]).all(axis=-1) & np.isfinite(missed[:-1]).all(axis=-1))
     known[0] = False
     elapsed = np.diff(strikes, axis=0)
     errors = np.zeros(strikes.shape)
@@ -233,17 +242,22 @@ def _followed(
         return error
     lost = np.flatnonzero(distances[rounds] > options.lost_distance)
     if lost.size:
-        speeds = np.linalg.norm(np.diff(trajectory.positions[:, [0, 2]], axis=0), axis=1) / np.diff(trajectory.times)
-        fastest = int(np.argmax(speeds))
-        return PlanError(
-            trajectory.name,
-            f"cannot be followed: at {plan.strike_times[lost[0]]:.4g} s the feet are {distances[rounds][lost[0]]:.2g} m away",
-            f"its speed goes up to {speeds[fastest]:.3g} m/s at {trajectory.times[fastest]:.4g} s; add clips as fast, or "
-            "slow it down",
-        )
+        return _lost(trajectory, float(plan.strike_times[lost[0]]), float(distances[rounds][lost[0]]))
     return Following(
+        trajectory=trajectory,
         plan=plan,
         velocity_errors=errors[rounds],
         distances=distances[rounds],
         smoothing=(float(curves.deviations[agent, 0]), float(curves.deviations[agent, 1])),
+    )
+
+
+def _lost(trajectory: RootTrajectory, time: float, distance: float) -> PlanError:
+    """Says where the feet lose a trajectory, and how fast that is."""
+    speeds = np.linalg.norm(np.diff(trajectory.positions[:, [0, 2]], axis=0), axis=1) / np.diff(trajectory.times)
+    fastest = int(np.argmax(speeds))
+    return PlanError(
+        trajectory.name,
+        f"cannot be followed: at {time:.4g} s the feet are {distance:.2g} m away",
+        f"it goes {speeds[fastest]:.3g} m/s at {trajectory.times[fastest]:.4g} s; slow it down, or add clips as fast",
     )

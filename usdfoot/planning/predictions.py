@@ -34,8 +34,10 @@ NARROWEST, WIDEST = 0.1, 0.3
 """Width of a stand in lengths of the leg; between these it is that of the clips."""
 DOUBLE_SUPPORT = 0.25
 """Part of a step in place during which both feet stand."""
-CORRECTIONS = 2
-"""How often the velocity asked for is moved by what the blend missed."""
+CORRECTIONS = 5
+"""How often at most the velocity asked for is moved by what the blend missed."""
+CLOSE = 0.01
+"""A blend this near the wanted velocity is not corrected further [m/s]."""
 MERGE_DISTANCE = 0.1
 """Root velocities this near share one example [m/s]."""
 
@@ -46,8 +48,8 @@ class _GaitSide:
 
     velocities: RootVelocitySpace
     values: FloatArray
-    """Landing x, z [m], duration [s], swing liftoff and support liftoff [s], how far the foot is turned out [rad],
-    shape (K, 6)."""
+    """Landing x, z [m], duration, swing liftoff and support liftoff [s], how far the foot is turned out [rad], where it
+    stands from the root that passes it, x, z [m], shape (K, 8)."""
     footsteps: FootstepSpace
 
 
@@ -74,6 +76,8 @@ class PredictedSteps:
     """Of the swing foot after the support's strike [s], negative after a flight, shape (N,)."""
     support_liftoffs: FloatArray
     """Of the support foot after its strike [s], shape (N,)."""
+    offsets: FloatArray
+    """Where the landed foot stands from the root as that passes it, (x, z) [m], shape (N, 2)."""
     foot_yaws: FloatArray
     """Of the landed foot to the heading in the middle of its stance [rad], shape (N,)."""
     shortfalls: FloatArray
@@ -96,7 +100,7 @@ def build_gaits(examples: Examples, spaces: FootstepSpaces, *, style: str, leg_l
     members = {(gait, side): spaces.find(style, gait, side) for gait in gaits for side in (0, 1)}
     slow = members[gaits[0], 0].examples
     widths = left_landings(end_landings(examples)[slow], examples.swing_sides[slow])[:, 0]
-    stance = np.clip(np.median(widths), NARROWEST * leg_length, WIDEST * leg_length)
+    stance = float(np.clip(np.median(widths), NARROWEST * leg_length, WIDEST * leg_length))
     built = {
         (gait, side): _build_side(examples, space, side, stance if gait == gaits[0] else None)
         for (gait, side), space in members.items()
@@ -106,25 +110,33 @@ def build_gaits(examples: Examples, spaces: FootstepSpaces, *, style: str, leg_l
         walks, runs = (np.linalg.norm(built[gait, 0].velocities.velocities, axis=1) for gait in gaits)
         froude = np.sqrt(WALK_TO_RUN * GRAVITY * leg_length)
         switch = np.clip(froude, runs.min(), max(walks.max(), runs.min()))
-    return Gaits(spaces=built, switch_speed=float(switch), stance_width=float(stance))
+    return Gaits(spaces=built, switch_speed=float(switch), stance_width=stance)
 
 
 def _build_side(examples: Examples, space: SideSpace, side: int, stance: float | None) -> _GaitSide:
     """The examples of a space by root velocity, near ones averaged; with a stand of width `stance` [m].
 
-    The heading is the mean of the feet's, so a foot that lands in a turn leads it by half a step's turn.
+    The heading is the mean of the feet's, so a foot that lands in a turn leads it by half a step's turn. The root is
+    midway between the feet at the strikes: the landing is twice the way from there to the foot, half of it the root's
+    own until it passes the foot. In a bend that is not the way of the last half step: with a turn of theta over steps
+    of length s it lies 3/4 s theta farther inside.
     """
     own = space.examples
     sides = np.full(len(own), side)
     velocities = left_landings(root_velocities(examples)[own], sides)
     signs = np.where(sides == RIGHT, -1.0, 1.0)
+    landings = left_landings(end_landings(examples)[own], sides)
+    ways = velocities * examples.durations[own, None]
+    offsets = 0.5 * (landings - ways)
+    offsets[:, 0] -= 0.375 * signs * examples.turns[own] * ways[:, 1]
     values = np.column_stack(
         [
-            left_landings(end_landings(examples)[own], sides),
+            landings,
             examples.durations[own],
             examples.swing_liftoffs[own],
             examples.support_liftoffs[own],
             signs * planar.wrap_angle(examples.landing_yaws - 1.5 * examples.turns)[own],
+            offsets,
         ]
     )
     _, members = merge_points(velocities, MERGE_DISTANCE)
@@ -136,7 +148,8 @@ def _build_side(examples: Examples, space: SideSpace, side: int, stance: float |
     if stance is not None and speeds.min() > STILL:
         duration = values[np.argmin(speeds), 2]
         released = DOUBLE_SUPPORT * duration
-        stand = [stance, 0.0, duration, released, duration + released, np.median(values[:, 5])]
+        turned_out = float(np.median(values[:, 5]))
+        stand = [stance, 0.0, duration, released, duration + released, turned_out, 0.5 * stance, 0.0]
         velocities, values = np.vstack([velocities, np.zeros(2)]), np.vstack([values, stand])
     return _GaitSide(
         velocities=build_root_velocity_space(velocities, merge_distance=0.0), values=values, footsteps=space.footsteps
@@ -159,7 +172,7 @@ def predict_steps(
         hurry: Largest factor by which a step is quickened or drawn out.
     """
     queries = left_landings(velocities, swing_sides)
-    values, shortfalls = np.zeros((len(queries), 6)), np.zeros((len(queries), 2))
+    values, shortfalls = np.zeros((len(queries), 8)), np.zeros((len(queries), 2))
     for steps, space in _groups(gaits, swing_sides, runs):
         values[steps], shortfalls[steps] = _blend(space, queries[steps])
     wanted = np.linalg.norm(queries, axis=1)
@@ -175,6 +188,7 @@ def predict_steps(
         swing_liftoffs=pace * values[:, 3],
         support_liftoffs=pace * values[:, 4],
         foot_yaws=signs * values[:, 5],
+        offsets=left_landings(values[:, 6:], swing_sides),
         shortfalls=left_landings(shortfalls, swing_sides),
     )
 
@@ -211,13 +225,23 @@ def _groups(gaits: Gaits, swing_sides: IntArray, runs: BoolArray) -> Iterator[tu
 
 
 def _blend(space: _GaitSide, queries: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Blended values (N, 6) and what their root velocity falls short of the queries (N, 2) [m/s]."""
-    asked = queries
-    shortfalls, weights = np.full_like(queries, np.inf), np.zeros((len(queries), len(space.values)))
-    for _ in range(CORRECTIONS + 1):
-        solved = solve_root_velocities(space.velocities, asked)
-        missed = queries - solved.velocities
-        better = np.linalg.norm(missed, axis=1) < np.linalg.norm(shortfalls, axis=1)
-        shortfalls[better], weights[better] = missed[better], solved.weights[better]
-        asked = asked + missed
-    return weights @ space.values, shortfalls
+    """Blended values (N, 8) and what their root velocity falls short of the queries (N, 2) [m/s]."""
+    weights, shortfalls = _weigh(space, queries, queries)
+    asked, gains = queries.copy(), np.ones(len(queries))
+    for _ in range(CORRECTIONS):
+        rows = np.flatnonzero(np.linalg.norm(shortfalls, axis=1) > CLOSE)
+        if not rows.size:
+            break
+        trial = asked[rows] + gains[rows, None] * shortfalls[rows]
+        tried, missed = _weigh(space, trial, queries[rows])
+        better = np.linalg.norm(missed, axis=1) < np.linalg.norm(shortfalls[rows], axis=1)
+        nearer = rows[better]
+        asked[nearer], weights[nearer], shortfalls[nearer] = trial[better], tried[better], missed[better]
+        gains[rows[~better]] *= 0.5
+    return np.einsum("nk,kd->nd", weights, space.values), shortfalls
+
+
+def _weigh(space: _GaitSide, asked: FloatArray, wanted: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Weights (N, K) for velocities asked (N, 2) and what they fall short of those wanted; the same in any company."""
+    weights = solve_root_velocities(space.velocities, asked).weights
+    return weights, wanted - np.einsum("nk,kd->nd", weights, space.velocities.velocities)

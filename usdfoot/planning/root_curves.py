@@ -16,7 +16,7 @@ from scipy.ndimage import correlate1d
 
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
-from usdfoot.model.trajectory import RootTrajectory
+from usdfoot.model.trajectory import RootTrajectory, sample_trajectories
 
 __all__ = ["RootCurves", "build_root_curves"]
 
@@ -82,7 +82,8 @@ def build_root_curves(trajectories: Sequence[RootTrajectory], *, smoothing_time:
     grid = np.arange(int(np.ceil((ends - starts).max() / SPACING)) + 2) * SPACING
     clock = np.minimum(grid, (ends - starts)[:, None])  # (A, F)
     inside = grid <= (ends - starts)[:, None] + 0.5 * SPACING
-    given = _resampled(trajectories, starts, clock)
+    places = np.concatenate([trajectory.positions for trajectory in trajectories])
+    given = sample_trajectories(trajectories, starts[:, None] + clock, places)
     smoothed = _fitted(given, inside, smoothing_time / SPACING)
     distances = np.where(inside, np.linalg.norm((smoothed - given)[..., [0, 2]], axis=-1), 0.0)
     counts = inside.sum(axis=1)
@@ -98,23 +99,6 @@ def build_root_curves(trajectories: Sequence[RootTrajectory], *, smoothing_time:
         end_velocities=(smoothed[rows, last] - smoothed[rows, back]) / elapsed,
         deviations=np.stack([distances.sum(axis=1) / counts, distances.max(axis=1)], axis=1),
     )
-
-
-def _resampled(trajectories: Sequence[RootTrajectory], starts: FloatArray, clock: FloatArray) -> FloatArray:
-    """Positions as given, straight between samples, shape (A, F, 3)."""
-    columns = np.concatenate([trajectory.positions for trajectory in trajectories])
-    return np.stack([_interpolated(trajectories, starts, clock, values) for values in columns.T], axis=-1)
-
-
-def _interpolated(
-    trajectories: Sequence[RootTrajectory], starts: FloatArray, clock: FloatArray, values: FloatArray
-) -> FloatArray:
-    """Values of all trajectories' samples, concatenated, on the clocks (A, F); one interpolation for all agents."""
-    lengths = np.array([len(trajectory.times) for trajectory in trajectories])
-    agents = np.repeat(np.arange(len(lengths)), lengths)
-    span = 2.0 * float(clock.max()) + 1.0
-    own = np.concatenate([trajectory.times for trajectory in trajectories]) - starts[agents] + span * agents
-    return np.interp(clock + span * np.arange(len(lengths))[:, None], own, values)
 
 
 def _fitted(values: FloatArray, inside: BoolArray, sigma: float) -> FloatArray:
@@ -156,10 +140,9 @@ def _headings(
     yaws = _travel_yaws(_held(positions, last)[..., [0, 2]], np.array([t.rest_yaw for t in trajectories]), last)
     given = np.array([trajectory.yaws is not None for trajectory in trajectories])
     if given.any():
-        values = [np.zeros(len(t.times)) if t.yaws is None else t.yaws for t in trajectories]
-        yaws = np.where(
-            given[:, None], _interpolated(trajectories, starts, clock, np.concatenate(values)), yaws
-        )
+        values = np.concatenate([np.zeros(len(t.times)) if t.yaws is None else t.yaws for t in trajectories])
+        own = sample_trajectories(trajectories, starts[:, None] + clock, values[:, None])[..., 0]
+        yaws = np.where(given[:, None], own, yaws)
     return _held(_fitted(yaws[..., None], inside, smoothing_time / SPACING)[..., 0], last)
 
 

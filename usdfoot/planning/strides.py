@@ -1,7 +1,7 @@
 """Strides: the state of agents that walk without footsteps, and their next step ([B] 5).
 
 The root lies midway between consecutive footsteps ([B] 4.2), and passes a foot in the middle of its stance. So the foot
-that strikes belongs where the root shall be half a step later, beside it by half the width of the predicted landing.
+that strikes belongs where the root shall be half a step later, beside it as far as the clips say.
 Every footstep is placed by the trajectory, and what one misses the next ones do not inherit.
 """
 
@@ -18,7 +18,7 @@ from usdfoot.planning.follow_options import FollowOptions
 from usdfoot.planning.predictions import Gaits, PredictedSteps, choose_gaits, limit_landings, predict_steps
 from usdfoot.planning.root_curves import RootCurves
 
-__all__ = ["Steps", "Stances", "next_steps", "seen_from_left"]
+__all__ = ["Stances", "Steps", "next_steps", "seen_from_left"]
 
 ROUNDS = 3
 """How often a step's end, velocity and duration are found from one another."""
@@ -111,7 +111,7 @@ def next_steps(
     """
     sides = 1 - stances.sides
     durations, swing_times = stances.durations, stances.durations
-    foot_yaws = np.zeros(len(stances))
+    foot_yaws: FloatArray = np.zeros(len(stances))
     for _ in range(ROUNDS):
         strikes = begins + swing_times
         roots, _ = curves.at(stances.agents, strikes)
@@ -127,7 +127,7 @@ def next_steps(
         durations, foot_yaws = steps.durations, steps.foot_yaws
         swing_times = np.where(rested, durations - np.maximum(steps.swing_liftoffs, 0.0), durations)
     bends = (beyond - 2.0 * ahead + roots)[:, [0, 2]]
-    landings = _landings(stances, ahead, bends, headings, steps, velocities, sides, options)
+    landings = _landings(stances, ahead, bends, headings, steps, sides, options)
     landings = limit_landings(
         gaits, landings, swing_sides=sides, runs=runs, overreach=options.overreach, longest=longest
     )
@@ -163,19 +163,18 @@ def _landings(
     bends: FloatArray,
     headings: FloatArray,
     steps: PredictedSteps,
-    velocities: FloatArray,
     sides: IntArray,
     options: FollowOptions,
 ) -> FloatArray:
     """From the support ball to beside the root half a step `ahead` (N, 3), in the headings (x, z) [m], shape (N, 2).
 
-    Beside: half of what the predicted landing differs from the root's way over the step. In a bend, whose second
+    In a bend, whose second
     difference over half steps is `bends` (N, 2) [m], the middle of two footsteps would lie inside the curve by half of
     that: they are moved out. Feet stay apart.
     """
     to_root = planar.rotate(-headings, (ahead - stances.supports)[:, [0, 2]])
     to_root[:, 0] -= 0.5 * planar.rotate(-headings, bends)[:, 0]
-    landings = to_root + 0.5 * (steps.landings - steps.durations[:, None] * velocities)
+    landings = to_root + steps.offsets
     apart = seen_from_left(landings[:, 0], sides)
     least = np.minimum(seen_from_left(steps.landings[:, 0], sides), options.foot_spacing)
     landings[:, 0] = seen_from_left(np.maximum(apart, least), sides)

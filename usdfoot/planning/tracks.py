@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from usdfoot.errors import PlanError
-from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
+from usdfoot.planning.prints import print_orientations
 
-__all__ = ["Tracks", "print_orientations"]
+__all__ = ["Tracks"]
 
 
 class Tracks:
@@ -41,7 +41,7 @@ class Tracks:
         ):
             row = np.full((self._count, *values.shape[1:]), missing, dtype=values.dtype)
             row[agents] = values
-            rows.append(row)  # type: ignore[attr-defined]
+            rows.append(row)
 
     def release(self, agents: IntArray, times: FloatArray, *, back: int) -> None:
         """Lets the contact `back` rounds before the last one lift off at times (N,) [s]."""
@@ -66,7 +66,8 @@ class Tracks:
         Raises:
             PlanError: If fewer than two footsteps strike before the end.
         """
-        strikes, liftoffs = np.array([row[agent] for row in self._strikes]), np.array([r[agent] for r in self._liftoffs])
+        strikes = np.array([row[agent] for row in self._strikes])
+        liftoffs = np.array([row[agent] for row in self._liftoffs])
         rounds = np.flatnonzero(strikes < end)
         stands = len(rounds) > 1 and bool(np.all(liftoffs[rounds[-2:]] == end))
         if not stands and len(rounds) > 2 and not liftoffs[rounds[-2]] < end:
@@ -90,12 +91,3 @@ class Tracks:
 
 def _normals(ground: Ground, positions: FloatArray) -> FloatArray:
     return ground.heights(positions[:, [0, 2]], positions[:, 1], step_up=0.05).normals
-
-
-def print_orientations(yaws: FloatArray, normals: FloatArray) -> FloatArray:
-    """Orientations of prints that lie on ground with the given normals and point along yaws (N,), xyzw, (N, 4)."""
-    level = planar.direction(yaws)
-    rise = -np.sum(level * normals[:, [0, 2]], axis=1) / normals[:, 1]
-    forward = np.insert(level, 1, rise, axis=1)
-    forward /= np.linalg.norm(forward, axis=1, keepdims=True)
-    return quaternion.from_matrix(np.stack([np.cross(normals, forward), normals, forward], axis=-1))

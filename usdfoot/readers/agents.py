@@ -31,13 +31,23 @@ class AgentSource:
     """Name of the agent prim, unique."""
     prim: Usd.Prim
     """The agent prim; without UsdfootAgentAPI on the stage, the plan."""
-    plan: Usd.Prim
+    plan: Usd.Prim | None
+    """What it walks: exactly one of plan, path and trajectory."""
     character: Usd.Prim | None
     """Prim that holds the character; None = the agent prim, or the only character of the stage."""
     clips: tuple[Sdf.Path, ...]
     """Scopes of clips; empty = every clip that fits."""
     is_authored: bool
     """Whether the prim has UsdfootAgentAPI."""
+    path: Usd.Prim | None = None
+    trajectory: Usd.Prim | None = None
+    number: int | None = None
+    """Which of the points of a trajectory is the agent's."""
+
+    @property
+    def walks(self) -> Usd.Prim:
+        """The plan, path or trajectory."""
+        return next(prim for prim in (self.plan, self.path, self.trajectory) if prim is not None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,33 +127,34 @@ def read_agent_options(source: AgentSource, units: StageUnits) -> AgentOptions:
 
 
 def _source(stage: Usd.Stage, prim: Usd.Prim, name: str, default_plan: Usd.Prim | None) -> AgentSource:
-    """Raises PlanError or SceneError if a relationship is missing or points nowhere."""
+    """Where an agent's parts are; a plan goes before a path, a path before a trajectory.
+
+    Raises:
+        PlanError: If it has none of them.
+        SceneError: If a relationship points nowhere.
+    """
+    plan, path, trajectory = (_target(stage, prim, name) for name in (Token.PLAN, Token.PATH, Token.TRAJECTORY))
+    number = authored(prim, Token.ID)
+    if plan is None and path is None and trajectory is None:
+        plan = default_plan
+        if plan is None:
+            raise PlanError(
+                prim.GetPath(),
+                "has no footstep plan",
+                f"point {Token.PLAN} at a PointInstancer with UsdfootPlanAPI, {Token.PATH} at BasisCurves, or "
+                f"{Token.TRAJECTORY} at an animated Xform",
+            )
     return AgentSource(
         name=name,
         prim=prim,
-        plan=_plan_of(stage, prim, default_plan),
+        plan=plan,
         character=_target(stage, prim, Token.CHARACTER),
         clips=tuple(_existing(stage, prim, Token.CLIPS)),
         is_authored=True,
+        path=path if plan is None else None,
+        trajectory=trajectory if plan is None and path is None else None,
+        number=None if number is None else int(number),
     )
-
-
-def _plan_of(stage: Usd.Stage, prim: Usd.Prim, default: Usd.Prim | None) -> Usd.Prim:
-    plan = _target(stage, prim, Token.PLAN)
-    if plan is not None:
-        return plan
-    for name, what in ((Token.PATH, "a path"), (Token.TRAJECTORY, "a trajectory")):
-        if targets(prim, name):
-            raise PlanError(
-                prim.GetPath(),
-                f"follows {what} but has no footsteps",
-                f"this needs a footstep plan for now: point {Token.PLAN} at a PointInstancer with UsdfootPlanAPI",
-            )
-    if default is None:
-        raise PlanError(
-            prim.GetPath(), "has no footstep plan", f"point {Token.PLAN} at a PointInstancer with UsdfootPlanAPI"
-        )
-    return default
 
 
 def _target(stage: Usd.Stage, prim: Usd.Prim, name: str) -> Usd.Prim | None:

@@ -10,18 +10,21 @@ import numpy as np
 from pxr import Usd
 
 from usdfoot.bridge.scene import Scene, StageInfo
+from usdfoot.bridge.tokens import Agent as Token
 from usdfoot.bridge.units import StageUnits
-from usdfoot.errors import SceneError, UsdfootError
+from usdfoot.errors import PlanError, SceneError, UsdfootError
 from usdfoot.maths.types import FloatArray
-from usdfoot.model.agent import Agent, Crowd
+from usdfoot.model.agent import Crowd
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
+from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.readers.agents import AgentSource, list_agents, select_agents
 from usdfoot.readers.casting import Casting, skipped
 from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.plans import read_plan
 from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
+from usdfoot.readers.trajectories import TrajectoryReader
 
 __all__ = ["SceneReader", "read_scene"]
 
@@ -75,12 +78,14 @@ class SceneReader:
         self.info = read_stage_info(stage)
         self._everyone, self._agent_problems = list_agents(stage, prims)
         self._chosen = select_agents(self._everyone, agents)
-        self._plans: dict[str, FootstepPlan | UsdfootError] = {}
-        self._plan_problems: list[Problem] = []
-        codes = _frame_codes(self._all_plans(), self.info.units, frames)
+        self._walks: dict[str, FootstepPlan | RootTrajectory | UsdfootError] = {}
+        self._roots: dict[str, RootTrajectory] = {}
+        self._trajectories = TrajectoryReader(units=self.info.units)
+        self._walk_problems: list[Problem] = []
+        codes = _frame_codes(self._all_walks(), self.info.units, frames)
         self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units)
         foreign = (
-            *(source.plan for source in self._everyone),
+            *(source.walks for source in self._everyone),
             *(stage.GetPrimAtPath(path) for path in self._terrain.meshes),
         )
         self._casting = Casting(
@@ -98,69 +103,91 @@ class SceneReader:
             SceneError: If none of them can be used.
         """
         casting = self._casting
-        cast = []
+        cast, followers = [], []
         for source in self._chosen:
             if names is not None and source.name not in names:
                 continue
-            plan = self._plan_of(source)
-            agent = casting.cast(source, plan) if isinstance(plan, FootstepPlan) else None
-            if agent is not None:
-                cast.append(agent)
+            walk = self._walk_of(source)
+            if isinstance(walk, RootTrajectory):
+                follower = casting.cast_follower(source, walk)
+                followers += [follower] if follower else []
+            elif isinstance(walk, FootstepPlan):
+                agent = casting.cast(source, walk, self._roots.get(source.name))
+                cast += [agent] if agent else []
         problems = (
             *self._agent_problems,
-            *self._plan_problems,
+            *self._walk_problems,
             *casting.problems,
             *casting.unfit_clips(),
             *self._terrain_problems,
         )
-        _require_agents(self.info, self._everyone, cast, problems)
+        _require_agents(self.info, self._everyone, len(cast) + len(followers), problems)
         crowd = Crowd(
             agents=tuple(cast),
             libraries=tuple(casting.libraries),
             terrain=self._terrain,
             frame_times=self.info.units.codes_to_times(self._codes),
             frame_rate=self.info.units.time_codes_per_second,
+            followers=tuple(followers),
             problems=problems,
         )
         return Scene(stage=self.info, crowd=crowd, characters=tuple(casting.characters), frame_codes=self._codes)
 
-    def _all_plans(self) -> Iterator[FootstepPlan]:
-        """Every plan that can be read."""
+    def _all_walks(self) -> Iterator[FootstepPlan | RootTrajectory]:
+        """Every plan and trajectory that can be read."""
         for source in self._chosen:
-            plan = self._plan_of(source)
-            if isinstance(plan, FootstepPlan):
-                yield plan
+            walk = self._walk_of(source)
+            if not isinstance(walk, UsdfootError):
+                yield walk
 
-    def _plan_of(self, source: AgentSource) -> FootstepPlan | UsdfootError:
-        """An agent's plan or why there is none, read once."""
-        if source.name not in self._plans:
+    def _walk_of(self, source: AgentSource) -> FootstepPlan | RootTrajectory | UsdfootError:
+        """An agent's plan, or trajectory, or why there is none; read once."""
+        if source.name not in self._walks:
             try:
-                self._plans[source.name], warnings = read_plan(source.plan, self.info.units)
-                self._plan_problems.extend(warnings)
+                self._walks[source.name] = self._read_walk(source)
             except UsdfootError as error:
-                self._plans[source.name] = error
-                self._plan_problems.append(skipped(source, error))
-        return self._plans[source.name]
+                self._walks[source.name] = error
+                self._walk_problems.append(skipped(source, error))
+        return self._walks[source.name]
+
+    def _read_walk(self, source: AgentSource) -> FootstepPlan | RootTrajectory:
+        if source.trajectory is not None:
+            return self._trajectories.read(source.trajectory, source.number)
+        if source.plan is None:
+            raise PlanError(
+                source.prim.GetPath(),
+                "follows a path but has no footsteps",
+                f"this needs a footstep plan for now: point {Token.PLAN} at a PointInstancer with UsdfootPlanAPI",
+            )
+        plan, warnings = read_plan(source.plan, self.info.units)
+        self._walk_problems.extend(warnings)
+        try:
+            root = self._trajectories.read_for_plan(source.plan, plan, source.number)
+            self._roots.update({source.name: root} if root else {})
+        except UsdfootError as error:
+            message = f"{error}. The root goes along the footsteps instead"
+            self._walk_problems.append(Problem(severity="warning", where=str(source.plan.GetPath()), message=message))
+        return plan
 
 
-def _frame_codes(plans: Iterable[FootstepPlan], units: StageUnits, frames: tuple[int, int] | None) -> FloatArray:
-    """Whole time codes from before the first strike to after the last liftoff of all plans, shape (F,)."""
+def _frame_codes(
+    walks: Iterable[FootstepPlan | RootTrajectory], units: StageUnits, frames: tuple[int, int] | None
+) -> FloatArray:
+    """Whole time codes around all walks, shape (F,): a plan's from its first strike to its last liftoff."""
     if frames is not None:
         if frames[1] < frames[0]:
             raise SceneError("frames", f"{frames[0]}:{frames[1]} is empty", "give the first and the last time code")
         return np.arange(frames[0], frames[1] + 1, dtype=float)
-    ranges = np.array([(plan.strike_times[0], plan.liftoff_times.max()) for plan in plans])
+    ranges = np.array([(walk.start, walk.end) for walk in walks])
     if not len(ranges):
         return np.zeros(1)
     start, end = units.times_to_codes(np.array([ranges[:, 0].min(), ranges[:, 1].max()]))
     return np.arange(np.floor(start + _ROUNDING), np.ceil(end - _ROUNDING) + 1.0)
 
 
-def _require_agents(
-    info: StageInfo, everyone: Sequence[AgentSource], cast: Sequence[Agent], problems: Sequence[Problem]
-) -> None:
+def _require_agents(info: StageInfo, everyone: Sequence[AgentSource], usable: int, problems: Sequence[Problem]) -> None:
     """Raises SceneError if nothing is left to animate."""
-    if cast:
+    if usable:
         return
     errors = [problem.message for problem in problems if problem.severity == "error"]
     if not everyone and not errors:

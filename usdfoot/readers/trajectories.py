@@ -8,15 +8,22 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from usdfoot.bridge.tokens import Agent as Token
+from usdfoot.bridge.tokens import Plan
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import PlanError
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import FloatArray, IntArray
-from usdfoot.model.trajectory import RootTrajectory
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.trajectory import RootTrajectory, root_distances
 from usdfoot.readers.skeleton import matrices_of
+from usdfoot.readers.stage import targets
 
 __all__ = ["TrajectoryReader"]
 
+_SAME_TIME = 1e-6
+"""[s]"""
+_FARTHEST_ROOT = 1.0
+"""A root trajectory farther than this from the middle of the feet belongs to other footsteps [m]."""
 _LEAST_TURN = np.radians(1.0)
 """A transform that turns less than this over all its samples does not say where the root faces [rad]."""
 
@@ -77,6 +84,40 @@ class TrajectoryReader:
             yaws=yaws if turns else None,
             rest_yaw=float(yaws[0]) if yaws is not None else 0.0,
         )
+
+    def read_for_plan(self, prim: Usd.Prim, plan: FootstepPlan, number: int | None) -> RootTrajectory | None:
+        """The root trajectory given with a plan ([B] 4.2), None if there is none.
+
+        Args:
+            prim: The plan's prim.
+            plan: As read.
+            number: The agent's id among points, None if it has none.
+
+        Raises:
+            PlanError: If it cannot be read, does not last as long as the plan, or leads elsewhere.
+        """
+        found = targets(prim, Plan.ROOT_TRAJECTORY)
+        if not found:
+            return None
+        target = prim.GetStage().GetPrimAtPath(found[0])
+        if not target:
+            raise PlanError(plan.name, f"{Plan.ROOT_TRAJECTORY} points at what does not exist", "correct it", found)
+        trajectory = self.read(target, number)
+        if trajectory.start > plan.start + _SAME_TIME or trajectory.end < plan.end - _SAME_TIME:
+            raise PlanError(
+                trajectory.name,
+                f"lasts from {trajectory.start:.4g} to {trajectory.end:.4g} s",
+                f"the footsteps of {plan.name} need it from {plan.start:.4g} to {plan.end:.4g} s",
+            )
+        distances = root_distances(trajectory, plan)
+        if distances.max() > _FARTHEST_ROOT:
+            worst = int(np.argmax(distances)) + 1
+            raise PlanError(
+                trajectory.name,
+                f"is {distances.max():.2g} m away from the feet at footstep {worst} of {plan.name}",
+                f"a root stays within {_FARTHEST_ROOT} m of the middle of its feet",
+            )
+        return trajectory
 
     def _point(self, prim: Usd.Prim, number: int | None) -> RootTrajectory:
         if number is None:
