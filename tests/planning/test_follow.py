@@ -7,13 +7,13 @@ from numpy.testing import assert_allclose
 from tests.engine.plans import crowd, no_terrain
 from tests.planning.terrains import slab, terrain_of
 from usdfoot.engine.animate import animate_agents
+from usdfoot.engine.follow_options import FollowOptions
 from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import PlanError
 from usdfoot.maths import planar
 from usdfoot.model.ground import Ground
 from usdfoot.model.trajectory import RootTrajectory, sample_trajectory, trajectory_of_velocities
 from usdfoot.planning.follow import Following, follow_trajectories
-from usdfoot.planning.follow_options import FollowOptions
 
 TIMES = np.arange(0.0, 9.01, 0.1)
 ORIGIN = np.array([2.0, 0.0, -3.0])

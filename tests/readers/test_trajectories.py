@@ -180,7 +180,7 @@ def test_agents_with_trajectories_are_read():
     add_agent(stage, "/World/Lost", trajectory="/World/People", character="/World/Hero")
     scene = read_scene(stage)
     assert [agent.name for agent in scene.crowd.agents] == ["Hero"]
-    followers = {follower.performer.name: follower.trajectory for follower in scene.crowd.followers}
+    followers = {follower.name: follower.trajectory for follower in scene.crowd.followers}
     assert set(followers) == {"Walker", "Eight"} and followers["Eight"].end == 9.0
     assert scene.frame_codes[0] == 0.0 and scene.frame_codes[-1] == 9.0 * units.rate
     (problem,) = [problem for problem in scene.crowd.problems if problem.severity == "error"]
@@ -190,7 +190,11 @@ def test_agents_with_trajectories_are_read():
 @pytest.mark.parametrize(
     ("times", "offset", "message"),
     [
-        (TIMES, 0.0, "/World/Root: lasts from 0.5 to 2.5 s. the footsteps of /World/Plans/Walk need it from 0.5 to 3.91"),
+        (
+            TIMES,
+            0.0,
+            "/World/Root: lasts from 0.5 to 2.5 s. the footsteps of /World/Plans/Walk need it from 0.5 to 3.91",
+        ),
         (np.array([-1.0, 0.0, 2.0, 9.0]), 50.0, "m away from the feet at footstep"),
     ],
 )

@@ -52,6 +52,20 @@ class Performer:
             root_trajectory=root_trajectory,
         )
 
+    def following(self, trajectory: RootTrajectory) -> Follower:
+        """The follower of a trajectory."""
+        return Follower(
+            name=self.name,
+            source=self.source,
+            trajectory=trajectory,
+            library=self.library,
+            character=self.character,
+            ik_reach=self.ik_reach,
+            root_weight=self.root_weight,
+            replace_distance=self.replace_distance,
+            motion=self.motion,
+        )
+
 
 @dataclass(frozen=True, kw_only=True)
 class Agent(Performer):
@@ -62,6 +76,11 @@ class Agent(Performer):
     """Where its root goes and faces; None = as the footsteps say ([B] 4.2)."""
 
     @property
+    def interval(self) -> tuple[float, float]:
+        """First and last time of its motion [s]."""
+        return self.plan.start, self.plan.end
+
+    @property
     def step_root_weights(self) -> FloatArray:
         """lambda4 of each step: the plan's where it has any above 0, else the agent's, shape (N,)."""
         own = self.plan.root_weights
@@ -69,16 +88,20 @@ class Agent(Performer):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Follower:
+class Follower(Performer):
     """One that goes along a trajectory; its footsteps are yet to be planned."""
 
-    performer: Performer
     trajectory: RootTrajectory
 
-    def walking(self, plan: FootstepPlan) -> Agent:
+    @property
+    def interval(self) -> tuple[float, float]:
+        """First and last time of its motion [s]."""
+        return self.trajectory.start, self.trajectory.end
+
+    def walking(self, plan: FootstepPlan, *, root_trajectory: RootTrajectory | None = None) -> Agent:
         """The agent that walks the footsteps planned for it."""
-        weights = np.full(len(plan), self.performer.root_weight)
-        return self.performer.walking(replace(plan, root_weights=weights))
+        weights = np.full(len(plan), self.root_weight)
+        return super().walking(replace(plan, root_weights=weights), root_trajectory=root_trajectory)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,3 +119,8 @@ class Crowd:
     """Those without footsteps."""
     problems: tuple[Problem, ...] = ()
     """Agents and clips that could not be used, and warnings."""
+
+    @property
+    def everyone(self) -> tuple[Agent | Follower, ...]:
+        """Agents and followers."""
+        return (*self.agents, *self.followers)

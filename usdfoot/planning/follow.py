@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from usdfoot.engine.follow_options import FollowOptions
 from usdfoot.errors import PlanError
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
@@ -16,7 +17,6 @@ from usdfoot.model.examples import Examples
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.trajectory import RootTrajectory, sample_trajectories
-from usdfoot.planning.follow_options import FollowOptions
 from usdfoot.planning.predictions import Gaits, build_gaits, choose_gaits, predict_steps
 from usdfoot.planning.rests import find_rests, leave_times
 from usdfoot.planning.root_curves import RootCurves, build_root_curves

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from usdfoot.engine.follow_options import FollowOptions
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray
-from usdfoot.planning.follow_options import FollowOptions
 from usdfoot.planning.predictions import Gaits
 from usdfoot.planning.root_curves import SPACING, RootCurves
 from usdfoot.planning.strides import Stances, seen_from_left

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdfoot.engine.follow_options import FollowOptions
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import LEFT
-from usdfoot.planning.follow_options import FollowOptions
 from usdfoot.planning.predictions import Gaits, PredictedSteps, choose_gaits, limit_landings, predict_steps
 from usdfoot.planning.root_curves import RootCurves
 

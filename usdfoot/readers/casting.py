@@ -61,7 +61,7 @@ class Casting:
     def cast_follower(self, source: AgentSource, trajectory: RootTrajectory) -> Follower | None:
         """The agent that goes along a trajectory; None, and a problem noted, if it cannot be used."""
         performer = self._performer(source)
-        return None if performer is None else Follower(performer=performer, trajectory=trajectory)
+        return None if performer is None else performer.following(trajectory)
 
     def _performer(self, source: AgentSource) -> Performer | None:
         try:
