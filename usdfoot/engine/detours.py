@@ -9,8 +9,8 @@ from usdfoot.engine.feet import ContactFeet, device_feet
 from usdfoot.engine.legs import LegRig, leg_kinematics
 from usdfoot.engine.plant import FootArrays, swinging_foot
 from usdfoot.engine.poses import Layout, PoseSource
-from usdfoot.engine.segments import locate
 from usdfoot.maths import planar
+from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.ground import Ground
 

@@ -15,9 +15,9 @@ from usdfoot.engine.plant import plant_feet
 from usdfoot.engine.poses import Feet, Layout, Poses, PoseSource, pose_feet
 from usdfoot.engine.results import achieved_contacts
 from usdfoot.engine.root import root_at
-from usdfoot.engine.segments import locate
 from usdfoot.engine.subframes import drifting_frames, insert_frames, merge_poses
 from usdfoot.maths import quaternion
+from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.agent import Agent
 from usdfoot.model.ground import Ground
