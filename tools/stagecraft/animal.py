@@ -76,8 +76,9 @@ def bind(points: FloatArray, animal: Animal) -> tuple[NDArray[np.int64], FloatAr
     """
     distances = np.stack([_distance(points, animal, joint) for joint in range(len(animal.rig.names))], axis=1)
     for side, sign in zip(SIDES, (1.0, -1.0), strict=True):
-        others = [joint for joint, name in enumerate(animal.rig.names) if name.startswith(side)]
-        distances[np.ix_(sign * points[:, 0] < -0.01, others)] += 1.0
+        across = sign * points[:, 0] < -0.01
+        others = np.array([name.startswith(side) for name in animal.rig.names])
+        distances[across[:, None] & others] += 1.0
     size = 0.1 * animal.nominal_leg_length
     share = np.exp(-animal.stiffness * (distances - distances.min(axis=1, keepdims=True)) / size)
     order = np.argsort(-share, axis=1, kind="stable")[:, :INFLUENCES]
