@@ -7,6 +7,7 @@ import math
 import re
 
 from usdfoot.cli.console import print_problems, results_console, shown_progress
+from usdfoot.cli.physics_flags import add_physics_flags, body_style, physics_options
 from usdfoot.cli.tables import step_table
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
@@ -21,6 +22,7 @@ example:
   usdfoot animate scenes/walk_flat.usda -o build/walk
   usdfoot animate city.usd -o build/city --agents 'Extra_*' --frames 1:240
   usdfoot animate city.usd -o build/city --max-root-weight-within 0.02
+  usdfoot animate tracks.usd -o build/tracks --motion physics --crouch 0.1
 
 exit codes: 0 all written, 1 some agents or clips skipped (listed), 2 nothing written
 
@@ -68,6 +70,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=distance,
         help="give each step the largest root weight, X at most, that plants it this near its footstep",
     )
+    add_physics_flags(parser)
     parser.add_argument("--collect", action="store_true", help="copy the characters' files into DIR")
 
 
@@ -105,7 +108,7 @@ def _number(text: str) -> float:
 
 def run(arguments: argparse.Namespace) -> int:
     """Animate; 0 = all agents, 1 = some skipped."""
-    from usdfoot.engine.options import EngineOptions
+    from usdfoot.physics.motion_options import MotionOptions
     from usdfoot.pipeline.animate import animate
 
     with shown_progress(quiet=arguments.quiet) as progress:
@@ -114,7 +117,10 @@ def run(arguments: argparse.Namespace) -> int:
             arguments.output,
             agents=arguments.agents,
             frames=arguments.frames,
-            options=EngineOptions(
+            options=MotionOptions(
+                motion=arguments.motion,
+                physics=physics_options(arguments),
+                body=body_style(arguments),
                 correction=arguments.correction,
                 seam=arguments.seam,
                 space=arguments.space,

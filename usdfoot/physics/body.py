@@ -16,7 +16,7 @@ from usdfoot.model.biped import Biped
 from usdfoot.model.contact_table import ContactTable
 from usdfoot.physics.kernels import GaitArrays, pose_legs, pose_upper_body
 from usdfoot.physics.optimise import ComMotion, ComSample
-from usdfoot.physics.rhythm import SIGNALS, FootRows, Rhythm, lay_foot_rows, rhythm_at
+from usdfoot.physics.rhythm import SIGNALS, FootRows, Rhythm, rhythm_at
 from usdfoot.physics.style import BodyStyle
 from usdfoot.physics.upper_body import UpperBody
 
@@ -150,9 +150,7 @@ class HybridPoses:
         sample = self.com.evaluate(agents, times)
         pelvis = sample.positions + quaternion.rotate(sample.orientations, self.com.biped.pelvis)
         positions = wp.array((pelvis - setup.origins[agents]).astype(np.float32), dtype=wp.vec3f)
-        return Poses(
-            pelvis_positions=positions, pelvis_rotations=poses.pelvis_rotations, rotations=poses.rotations
-        )
+        return Poses(pelvis_positions=positions, pelvis_rotations=poses.pelvis_rotations, rotations=poses.rotations)
 
 
 def heading_of(orientations: FloatArray) -> FloatArray:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import warp as wp
 
-from usdfoot.engine.legs import LegRig, bend_leg, leg_kinematics
-from usdfoot.engine.plant import smootherstep, soft_positive
+from usdfoot.engine.legs import Leg, LegRig, bend_leg, leg_kinematics
+from usdfoot.engine.plant import longest_leg, smootherstep, soft_positive
 
 __all__ = ["GaitArrays", "pose_legs", "pose_upper_body"]
 
@@ -38,7 +38,9 @@ def stance_pitch(gait: GaitArrays, contact: int, time: float) -> float:
     """Pitch of a standing foot: from the strike's to flat, and from heel-off to the liftoff's."""
     flat = gait.flats[contact]
     settled = smootherstep((time - gait.strikes[contact]) / wp.max(flat - gait.strikes[contact], 1.0e-4))
-    rising = smootherstep((time - gait.heel_offs[contact]) / wp.max(gait.liftoffs[contact] - gait.heel_offs[contact], 1.0e-4))
+    rising = smootherstep(
+        (time - gait.heel_offs[contact]) / wp.max(gait.liftoffs[contact] - gait.heel_offs[contact], 1.0e-4)
+    )
     return gait.strike_pitches[contact] * (1.0 - settled) + gait.liftoff_pitches[contact] * rising
 
 
@@ -50,11 +52,11 @@ def foot_rotation(gait: GaitArrays, side: int, contact: int, pitch: float) -> wp
 
 
 @wp.func
-def lead_foot(rig: LegRig, gait: GaitArrays, side: int, contact: int, time: float, hip: wp.vec3f) -> wp.transformf:
+def lead_foot(rig: LegRig, gait: GaitArrays, side: int, contact: int, time: float, leg: Leg) -> wp.transformf:
     """Ankle of a foot that stands or swings, in the agent's world.
 
-    In the swing the ball goes from print to print, the foot turns about one axis, and the virtual leg is retracted: it is
-    no longer than a length that shrinks to the retracted one in mid swing ([P] 2.5).
+    In the swing the ball goes from print to print, the foot turns about one axis, and the virtual leg is retracted: it
+    is no longer than a length that shrinks to the retracted one in mid swing ([P] 2.5).
     """
     liftoff = gait.liftoffs[contact]
     if time <= liftoff:
@@ -70,29 +72,12 @@ def lead_foot(rig: LegRig, gait: GaitArrays, side: int, contact: int, time: floa
     ball = gait.balls[contact] * (1.0 - passed) + gait.balls[contact + 2] * passed
     ankle = ball - wp.quat_rotate(turned, rig.ball_offsets[side])
     bump = 16.0 * share * share * (1.0 - share) * (1.0 - share)
-    leg = ankle - hip
-    length = wp.length(leg)
-    longest = rig.reach * leg_length(rig, side)
+    across = ankle - leg.hip
+    length = wp.length(across)
+    longest = longest_leg(rig, leg)
     allowed = longest + bump * (gait.retracted - longest)
     shortened = length - soft_positive(length - allowed, 0.04 * gait.nominal * bump)
-    return wp.transformf(hip + leg * (shortened / wp.max(length, 1.0e-6)), turned)
-
-
-@wp.func
-def leg_length(rig: LegRig, side: int) -> float:
-    """Hip to ankle with the knee straight, from the rest pose [m]."""
-    total = float(0.0)
-    below_hip = int(0)
-    for c in range(rig.chains.shape[1]):
-        joint = rig.chains[side, c]
-        if joint >= 0:
-            if below_hip == 1:
-                total += wp.length(rig.translations[joint])
-            if joint == rig.roles[side, 0]:
-                below_hip = 1
-            if joint == rig.roles[side, 2]:
-                below_hip = 2
-    return total
+    return wp.transformf(leg.hip + across * (shortened / wp.max(length, 1.0e-6)), turned)
 
 
 @wp.kernel(enable_backward=False)
@@ -133,7 +118,7 @@ def pose_legs(
     pelvis, turn = pelvis_positions[frame], pelvis_rotations[frame]
     leg = leg_kinematics(rig, side, pelvis, turn, rotations, frame)
     contact = contacts[frame, side]
-    foot = lead_foot(rig, gait, side, contact, times[frame], leg.hip)
+    foot = lead_foot(rig, gait, side, contact, times[frame], leg)
     rotation = wp.transform_get_rotation(foot)
     ahead = wp.quat_rotate(rotation * wp.quat_inverse(gait.flat_rotations[side]), wp.vec3f(0.0, 0.0, 1.0))
     apart = wp.atan2(ahead[0], ahead[2]) - yaws[frame]

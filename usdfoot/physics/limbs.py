@@ -38,8 +38,8 @@ class Limbs:
 def find_limbs(skeleton: Skeleton, biped: Biped, places: FloatArray) -> Limbs:
     """The limbs of a character.
 
-    Chains of joints in the middle of the body that lead backward more than up or down are tails; the longest other one is
-    the spine. The longest pair of chains that branches off the spine is the arms.
+    Chains of joints in the middle of the body that lead backward more than up or down are tails; the longest other one
+    is the spine. The longest pair of chains that branches off the spine is the arms.
 
     Args:
         skeleton: The character's.
@@ -51,7 +51,8 @@ def find_limbs(skeleton: Skeleton, biped: Biped, places: FloatArray) -> Limbs:
     legs = {skeleton.chain(biped.pelvis, hip)[1] for hip in biped.hips}
     middle = [j for j in _children(skeleton, biped.pelvis) if partners[j] == j and j not in legs]
     chains = [_longest_chain(skeleton, partners, reach, joint) for joint in middle]
-    tails, trunks = [], []
+    tails: list[tuple[int, ...]] = []
+    trunks: list[tuple[int, ...]] = []
     for chain in chains:
         across = places[chain[-1]] - places[biped.pelvis]
         (tails if -across[2] > abs(across[1]) else trunks).append(chain)

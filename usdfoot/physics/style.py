@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-
-import numpy as np
 
 from usdfoot.errors import UsdfootError
 
@@ -23,8 +22,10 @@ class BodyStyle:
     """Factor on the distance between the hips that the optimised path counts with."""
     crouch: float = 0.0
     """Part of the nominal leg length by which the legs stay bent."""
-    com_shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Shift of the centre of mass in the body: left, up, ahead [m]."""
+    com_left: float = 0.0
+    com_up: float = 0.0
+    com_ahead: float = 0.0
+    """Shift of the centre of mass in the body [m]."""
     pitch: float = 0.03
     """The body nods by this to either side, twice a stride [rad]."""
     sway: float = 0.07
@@ -47,9 +48,9 @@ class BodyStyle:
     """Each joint of the tail does what the body did this much earlier [s]."""
 
     def __post_init__(self) -> None:
-        numbers = np.array([*self.com_shift, self.pitch, self.sway, self.turn, self.lean, self.arms, self.tail])
-        if not np.isfinite(numbers).all():
-            raise UsdfootError("style", "has amounts that are not finite", "give numbers")
+        for name in ("com_left", "com_up", "com_ahead", "pitch", "sway", "turn", "lean", "arms", "tail"):
+            if not math.isfinite(getattr(self, name)):
+                raise UsdfootError(name, f"is {getattr(self, name)}", "give a number")
         for name, low, high in (
             ("hip_spacing", 0.0, 10.0),
             ("crouch", -0.2, 0.6),

@@ -24,7 +24,7 @@ HANGING = np.radians(9.0)
 ELBOW = np.radians(18.0)
 """Elbows of hanging arms stay bent by this [rad]."""
 COUNTER_TURN = 2.2
-"""The shoulders turn against the pelvis by as much as it turns, times this less one (Murray et al. 1964: about equal)."""
+"""The shoulders turn against the pelvis by as much as it turns, times this less one (Murray et al. 1964: equally)."""
 RISE = 0.08
 """A tail's joint stays behind by this at an upward speed of 1 m/s [rad]."""
 MOST_LAGS = 8
@@ -59,7 +59,7 @@ def build_upper_body(skeleton: Skeleton, biped: Biped, physics: PhysicsBiped, st
     gains = np.zeros((len(skeleton.joints), len(SIGNALS), 3))
     lags = np.zeros(len(skeleton.joints), dtype=int)
     _answer_trunk(gains, limbs, style, upright=_is_upright(limbs, places, biped.pelvis))
-    _answer_arms(gains, limbs, style)
+    _answer_arms(gains, limbs, style, _hanging(skeleton, limbs, local, to_body))
     for order, joint in enumerate(limbs.tail):
         lags[joint] = min(order + 1, MOST_LAGS)
         share = 1.0 / len(limbs.tail)
@@ -77,7 +77,7 @@ def _is_upright(limbs: Limbs, places: FloatArray, pelvis: int) -> bool:
 
 
 def _answer_trunk(gains: FloatArray, limbs: Limbs, style: BodyStyle, *, upright: bool) -> None:
-    """Spine and neck undo what the pelvis does, so that the head goes level; upright shoulders turn against the pelvis."""
+    """Spine and neck undo what the pelvis does, so that the head goes level; upright shoulders turn against it."""
     stride, lean, bob = (SIGNALS.index(name) for name in ("stride", "lean", "bob"))
     counter = COUNTER_TURN if upright and limbs.neck else 1.0
     for chain, part, turned in ((limbs.spine, 0.8, counter), (limbs.neck, 0.2, 1.0 - counter)):
@@ -87,21 +87,29 @@ def _answer_trunk(gains: FloatArray, limbs: Limbs, style: BodyStyle, *, upright:
             gains[joint, bob, 0] -= part * style.pitch / len(chain)
 
 
-def _answer_arms(gains: FloatArray, limbs: Limbs, style: BodyStyle) -> None:
-    """Arms swing against the legs, elbows bend as they come forward."""
+def _hanging(skeleton: Skeleton, limbs: Limbs, local: FloatArray, to_body: FloatArray) -> float:
+    """How much the arms hang down, 1 straight down, 0 level or folded like wings."""
+    if limbs.upper_arms is None or limbs.hands is None:
+        return 0.0
+    places, _ = forward_kinematics(skeleton.parents, skeleton.rest_translations, local)
+    along = quaternion.rotate(to_body, places[list(limbs.hands)] - places[list(limbs.upper_arms)])
+    lengths = np.maximum(np.linalg.norm(along, axis=1), 1e-9)
+    return float(np.clip(np.mean(-along[:, 1] / lengths), 0.0, 1.0) ** 2)
+
+
+def _answer_arms(gains: FloatArray, limbs: Limbs, style: BodyStyle, hanging: float) -> None:
+    """Arms that hang swing against the legs, elbows bend as they come forward."""
     if limbs.upper_arms is None or limbs.lower_arms is None:
         return
     stride, lean = SIGNALS.index("stride"), SIGNALS.index("lean")
     for side, sign in ((0, 1.0), (1, -1.0)):
-        gains[limbs.upper_arms[side], stride, 0] += sign * style.arms
+        gains[limbs.upper_arms[side], stride, 0] += sign * hanging * style.arms
         gains[limbs.upper_arms[side], lean, 2] -= 0.5 * style.sway
         if limbs.lower_arms[side] != limbs.upper_arms[side]:
-            gains[limbs.lower_arms[side], stride, 0] += 0.5 * sign * style.arms
+            gains[limbs.lower_arms[side], stride, 0] += 0.5 * sign * hanging * style.arms
 
 
-def _hung(
-    skeleton: Skeleton, limbs: Limbs, places: FloatArray, turns: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+def _hung(skeleton: Skeleton, limbs: Limbs, places: FloatArray, turns: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Joint-local rotations (J, 4) with spread arms hanging, and the joints' rotations in the body's frame (J, 4)."""
     moved = np.tile([0.0, 0.0, 0.0, 1.0], (len(places), 1))
     if limbs.upper_arms is not None and limbs.lower_arms is not None and limbs.hands is not None:

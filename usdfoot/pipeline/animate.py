@@ -6,11 +6,11 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-from usdfoot.engine.animate import animate_crowd
-from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import OutputError
 from usdfoot.model.motion import Motion
 from usdfoot.model.report import Problem
+from usdfoot.physics.animate import animate_all
+from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.report import AnimateReport, provenance_of, report_json
 from usdfoot.pipeline.sources import source_figures
 from usdfoot.readers.scene import read_scene
@@ -25,7 +25,7 @@ def animate(
     *,
     agents: str = "*",
     frames: tuple[int, int] | None = None,
-    options: EngineOptions | None = None,
+    options: MotionOptions | None = None,
     collect: bool = False,
     progress: Callable[[str], None] = lambda stage: None,
 ) -> AnimateReport:
@@ -38,7 +38,7 @@ def animate(
         folder: Where crowd.usd and its layers go.
         agents: Glob on agents' names or paths.
         frames: First and last time code to write; None = all of the plans.
-        options: Of the engine.
+        options: Of the sources of motion.
         collect: Copy the characters' files into the folder.
         progress: Told what begins: "read", "animate", "measure clips", "write".
 
@@ -49,13 +49,13 @@ def animate(
         SceneError: If the scene cannot be opened or no agent can be used.
         OutputError: If the folder cannot be written to, or the output would replace the input.
     """
-    options = options or EngineOptions()
+    options = options or MotionOptions()
     target = Path(os.path.realpath(folder))
     progress("read")
-    scene = read_scene(scene_file, agents=agents, frames=frames)
+    scene = read_scene(scene_file, agents=agents, frames=frames, motion=options.motion)
     check_output(scene, target)
     progress("animate")
-    motions, faults = animate_crowd(scene.crowd, options=options)
+    motions, faults = animate_all(scene.crowd, options=options)
     problems = (*scene.crowd.problems, *faults)
     _require_motions(scene_file, motions, problems)
     progress("measure clips")

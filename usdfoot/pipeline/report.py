@@ -14,11 +14,11 @@ import numpy as np
 from usdfoot import __version__
 from usdfoot.bridge.scene import Scene
 from usdfoot.bridge.versions import library_versions
-from usdfoot.engine.options import EngineOptions
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.agent import Agent
 from usdfoot.model.motion import Motion, StepResults
 from usdfoot.model.report import Problem
+from usdfoot.physics.motion_options import MotionOptions
 
 __all__ = ["AnimateReport", "provenance_of", "report_json"]
 
@@ -40,7 +40,7 @@ class AnimateReport:
         return tuple(problem for problem in self.problems if problem.severity == "error")
 
 
-def provenance_of(scene: Scene, options: EngineOptions, folder: Path) -> dict[str, Any]:
+def provenance_of(scene: Scene, options: MotionOptions, folder: Path) -> dict[str, Any]:
     """What crowd.usd says about its making: program, options, scene, and a hash of everything that was read.
 
     The scene's path is relative to the folder. It is a string, not an asset: the crowd does not depend on the scene,
@@ -52,7 +52,16 @@ def provenance_of(scene: Scene, options: EngineOptions, folder: Path) -> dict[st
         "version": __version__,
         "scene": _relative(scene.stage.identifier, folder),
         "contentHash": combined.hexdigest(),
-        "options": {key: value for key, value in asdict(options).items()},
+        "options": _given(asdict(options)),
+    }
+
+
+def _given(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Options without those that are None, which USD's dictionaries cannot say."""
+    return {
+        key: _given(value) if isinstance(value, Mapping) else value
+        for key, value in options.items()
+        if value is not None
     }
 
 
@@ -60,7 +69,7 @@ def report_json(
     scene: Scene,
     motions: Sequence[Motion],
     *,
-    options: EngineOptions,
+    options: MotionOptions,
     problems: Sequence[Problem],
     sources: Mapping[str, Mapping[str, float]],
     folder: Path,
@@ -70,7 +79,7 @@ def report_json(
     Args:
         scene: What was read.
         motions: What was made of it.
-        options: Of the engine.
+        options: Of the sources of motion.
         problems: All of the run.
         sources: Figures of the source clips by agent.
         folder: Where the crowd is written.
