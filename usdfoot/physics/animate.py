@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
-from usdfoot.engine.animate import PreparedLibrary, animate_apart, animate_crowd, prepare_library, prepare_steps
+from usdfoot.engine.animate import PreparedLibraries, PreparedLibrary, animate_apart, animate_crowd, prepare_steps
 from usdfoot.engine.planting import Planting, cut_motions, plant_samples, prepare_planting
 from usdfoot.engine.poses import ClipPoses, Layout
 from usdfoot.engine.results import PLACED, ContactFigures, measure_contacts, measure_steps, step_ranges
@@ -73,35 +74,45 @@ def _adjusted(library: ClipLibrary, options: MotionOptions) -> PhysicsBiped:
     )
 
 
-def animate_all(crowd: Crowd, *, options: MotionOptions | None = None) -> tuple[list[Motion], list[Problem]]:
-    """Motions of all agents that could be animated, each from its own source, in the crowd's order, and problems."""
+def animate_all(
+    crowd: Crowd, *, options: MotionOptions | None = None, libraries: PreparedLibraries | None = None
+) -> tuple[list[Motion], list[Problem]]:
+    """Motions of all agents that could be animated, each from its own source, in the crowd's order, and problems.
+
+    Args:
+        crowd: Agents and what they need.
+        options: Of all sources.
+        libraries: Those of an earlier call on other agents of the same scene.
+    """
     options = options or MotionOptions()
+    libraries = libraries or PreparedLibraries(options)
     agents = list(crowd.agents)
-    blended = [agent for agent in agents if agent.motion == "clips"]
-    motions, problems = animate_crowd(replace(crowd, agents=tuple(blended)), options=options) if blended else ([], [])
-    for index, library in enumerate(crowd.libraries):
+    blended = tuple(agent for agent in agents if agent.motion == "clips")
+    motions, problems = animate_crowd(replace(crowd, agents=blended), options=options, libraries=libraries)
+    for index in range(len(crowd.libraries)):
         for motion in ("physics", "hybrid"):
             own = [agent for agent in agents if agent.library == index and agent.motion == motion]
             if own:
-                found, faults = _animate_library(library, own, crowd, options, motion)
+                found, faults = _animate_library(libraries, own, crowd, options)
                 motions, problems = [*motions, *found], [*problems, *faults]
     by_name = {motion.name: motion for motion in motions}
     return [by_name[agent.name] for agent in agents if agent.name in by_name], problems
 
 
 def _animate_library(
-    library: ClipLibrary, agents: list[Agent], crowd: Crowd, options: MotionOptions, motion: str
+    libraries: PreparedLibraries, agents: list[Agent], crowd: Crowd, options: MotionOptions
 ) -> tuple[list[Motion], list[Problem]]:
-    """Motions of the agents of one library that physics moves, and problems."""
+    """Motions of agents of one library and one source that physics moves, and problems."""
+    index = agents[0].library
     try:
-        if motion == "hybrid":
-            prepared = prepare_library(library, options)
-            found, faults = animate_apart(lambda some: animate_hybrids(prepared, some, crowd, options=options), agents)
+        if agents[0].motion == "hybrid":
+            prepared = libraries.prepared(crowd, index)
+            found, faults = animate_apart(partial(animate_hybrids, prepared, crowd=crowd, options=options), agents)
             return found, [*prepared.problems, *faults]
-        body = prepare_body(library, options)
+        body = prepare_body(crowd.libraries[index], options)
     except UsdfootError as error:
         return [], [Problem(severity="error", where=agent.source, message=str(error)) for agent in agents]
-    return animate_apart(lambda some: animate_bodies(body, some, crowd, options=options), agents)
+    return animate_apart(partial(animate_bodies, body, crowd=crowd, options=options), agents)
 
 
 def animate_bodies(
