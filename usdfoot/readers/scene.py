@@ -20,8 +20,9 @@ from usdfoot.readers.agents import AgentSource, list_agents, select_agents
 from usdfoot.readers.casting import Casting, skipped
 from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.plans import read_plan
-from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
+from usdfoot.readers.stage import StagePrims, collect_prims, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
+from usdfoot.readers.walkers import plan_walkers, read_walkers
 
 __all__ = ["SceneReader", "read_scene"]
 
@@ -88,8 +89,9 @@ class SceneReader:
         self._chosen = select_agents(self._everyone, agents)
         self._plans: dict[str, FootstepPlan | UsdfootError] = {}
         self._plan_problems: list[Problem] = []
-        codes = _frame_codes(self._all_plans(), self.info.units, frames)
         self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units)
+        self._plan_paths(stage, prims)
+        codes = _frame_codes(self._all_plans(), self.info.units, frames)
         foreign = (
             *(source.plan for source in self._everyone),
             *(stage.GetPrimAtPath(path) for path in self._terrain.meshes),
@@ -139,6 +141,16 @@ class SceneReader:
             problems=problems,
         )
         return Scene(stage=self.info, crowd=crowd, characters=tuple(casting.characters), frame_codes=self._codes)
+
+    def _plan_paths(self, stage: Usd.Stage, prims: StagePrims) -> None:
+        """Plans all agents that follow a path."""
+        walkers, errors = read_walkers(stage, prims, self.info.units, sources=self._chosen)
+        self._plans.update(plan_walkers(walkers, self._terrain))
+        self._plans.update(errors)
+        for source in self._chosen:
+            plan = self._plans.get(source.name)
+            if isinstance(plan, UsdfootError):
+                self._plan_problems.append(skipped(source, plan))
 
     def _all_plans(self) -> Iterator[FootstepPlan]:
         """Every plan that can be read."""
