@@ -196,7 +196,7 @@ def test_a_plan_nobody_walks_is_a_warning():
     ]
 
 
-def test_agents_without_footsteps_are_named(tmp_path):
+def test_agents_whose_path_is_no_curve_are_named(tmp_path):
     stage = crowd_stage(tmp_path)
     prim = stage.GetPrimAtPath("/World/Group0/Walker")
     prim.RemoveProperty(Token.PLAN)
@@ -205,9 +205,8 @@ def test_agents_without_footsteps_are_named(tmp_path):
     scene = read_scene(stage)
     assert len(scene.crowd.agents) == 2
     (message,) = messages(scene)
-    assert message == (
-        "/World/Group0/Walker: follows a path but has no footsteps. this needs a footstep plan for now: point "
-        "usdfoot:agent:plan at a PointInstancer with UsdfootPlanAPI"
+    assert message.startswith(
+        "/World/Group0/Walker: /World/Way: is Xform. a path is a BasisCurves or HermiteCurves prim"
     )
 
 

@@ -8,8 +8,9 @@ from functools import lru_cache
 from usdfoot.batch.records import record_of
 from usdfoot.batch.sources import source_figures
 from usdfoot.batch.tasks import ChunkTask
-from usdfoot.engine.animate import PreparedLibraries, animate_crowd
-from usdfoot.engine.options import EngineOptions
+from usdfoot.engine.animate import PreparedLibraries
+from usdfoot.physics.animate import animate_all
+from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.planning.followers import plan_followers
 from usdfoot.readers.scene import SceneReader
 from usdfoot.writers.chunks import write_chunk
@@ -22,10 +23,10 @@ class Workshop:
 
     Args:
         reader: Of the scene.
-        options: Of the engine.
+        options: Of the sources of motion.
     """
 
-    def __init__(self, reader: SceneReader, options: EngineOptions) -> None:
+    def __init__(self, reader: SceneReader, options: MotionOptions) -> None:
         self._reader = reader
         self._options = options
         self._libraries = PreparedLibraries(options)
@@ -42,7 +43,7 @@ class Workshop:
         scene = self._reader.read(names=task.agents)
         crowd, followings, lost = plan_followers(scene.crowd, options=self._options, libraries=self._libraries)
         scene = replace(scene, crowd=crowd)
-        motions, problems = animate_crowd(crowd, options=self._options, libraries=self._libraries)
+        motions, problems = animate_all(crowd, options=self._options, libraries=self._libraries)
         record = record_of(
             crowd.agents, motions, [*lost, *problems], source_figures(crowd, motions), followings=followings
         )
@@ -69,6 +70,6 @@ def make_chunk(task: ChunkTask) -> str:
 
 
 @lru_cache(maxsize=1)
-def _workshop(scene: str, inputs: str, frames: tuple[int, int], options: EngineOptions) -> Workshop:
+def _workshop(scene: str, inputs: str, frames: tuple[int, int], options: MotionOptions) -> Workshop:
     """The workshop of a scene in the state that `inputs` stands for."""
-    return Workshop(SceneReader(scene, frames=frames, reload=True), options)
+    return Workshop(SceneReader(scene, frames=frames, motion=options.motion, reload=True), options)

@@ -31,8 +31,8 @@ class AgentSource:
     """Name of the agent prim, unique."""
     prim: Usd.Prim
     """The agent prim; without UsdfootAgentAPI on the stage, the plan."""
-    plan: Usd.Prim | None
-    """What it walks: exactly one of plan, path and trajectory."""
+    plan: Usd.Prim
+    """The plan's prim; of an agent that has none but follows a path or a trajectory, that prim."""
     character: Usd.Prim | None
     """Prim that holds the character; None = the agent prim, or the only character of the stage."""
     clips: tuple[Sdf.Path, ...]
@@ -40,14 +40,11 @@ class AgentSource:
     is_authored: bool
     """Whether the prim has UsdfootAgentAPI."""
     path: Usd.Prim | None = None
+    """The curve that an agent without a plan follows."""
     trajectory: Usd.Prim | None = None
+    """What an agent without plan and path follows."""
     number: int | None = None
     """Which of the points of a trajectory is the agent's."""
-
-    @property
-    def walks(self) -> Usd.Prim:
-        """The plan, path or trajectory."""
-        return next(prim for prim in (self.plan, self.path, self.trajectory) if prim is not None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,34 +124,33 @@ def read_agent_options(source: AgentSource, units: StageUnits) -> AgentOptions:
 
 
 def _source(stage: Usd.Stage, prim: Usd.Prim, name: str, default_plan: Usd.Prim | None) -> AgentSource:
-    """Where an agent's parts are; a plan goes before a path, a path before a trajectory.
-
-    Raises:
-        PlanError: If it has none of them.
-        SceneError: If a relationship points nowhere.
-    """
-    plan, path, trajectory = (_target(stage, prim, name) for name in (Token.PLAN, Token.PATH, Token.TRAJECTORY))
+    """Raises PlanError or SceneError if a relationship is missing or points nowhere."""
+    plan = _target(stage, prim, Token.PLAN)
+    path = _target(stage, prim, Token.PATH) if plan is None else None
+    trajectory = _target(stage, prim, Token.TRAJECTORY) if plan is None and path is None else None
     number = authored(prim, Token.ID)
-    if plan is None and path is None and trajectory is None:
-        plan = default_plan
-        if plan is None:
-            raise PlanError(
-                prim.GetPath(),
-                "has no footstep plan",
-                f"point {Token.PLAN} at a PointInstancer with UsdfootPlanAPI, {Token.PATH} at BasisCurves, or "
-                f"{Token.TRAJECTORY} at an animated Xform",
-            )
     return AgentSource(
         name=name,
         prim=prim,
-        plan=plan,
+        plan=plan or path or trajectory or _default_plan(prim, default_plan),
+        path=path,
         character=_target(stage, prim, Token.CHARACTER),
         clips=tuple(_existing(stage, prim, Token.CLIPS)),
         is_authored=True,
-        path=path if plan is None else None,
-        trajectory=trajectory if plan is None and path is None else None,
+        trajectory=trajectory,
         number=None if number is None else int(number),
     )
+
+
+def _default_plan(prim: Usd.Prim, default: Usd.Prim | None) -> Usd.Prim:
+    if default is None:
+        raise PlanError(
+            prim.GetPath(),
+            "has no footstep plan",
+            f"point {Token.PLAN} at a PointInstancer with UsdfootPlanAPI, {Token.PATH} at BasisCurves, or "
+            f"{Token.TRAJECTORY} at an animated Xform",
+        )
+    return default
 
 
 def _target(stage: Usd.Stage, prim: Usd.Prim, name: str) -> Usd.Prim | None:

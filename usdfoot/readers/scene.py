@@ -10,9 +10,8 @@ import numpy as np
 from pxr import Usd
 
 from usdfoot.bridge.scene import Scene, StageInfo
-from usdfoot.bridge.tokens import Agent as Token
 from usdfoot.bridge.units import StageUnits
-from usdfoot.errors import PlanError, SceneError, UsdfootError
+from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.agent import Crowd
 from usdfoot.model.plan import FootstepPlan
@@ -22,9 +21,10 @@ from usdfoot.readers.agents import AgentSource, list_agents, select_agents
 from usdfoot.readers.casting import Casting, skipped
 from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.plans import read_plan
-from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
+from usdfoot.readers.stage import StagePrims, collect_prims, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
 from usdfoot.readers.trajectories import TrajectoryReader
+from usdfoot.readers.walkers import plan_walkers, read_walkers
 
 __all__ = ["SceneReader", "read_scene"]
 
@@ -34,7 +34,11 @@ _ROUNDING = 1e-6
 
 
 def read_scene(
-    scene: str | os.PathLike[str] | Usd.Stage, *, agents: str = "*", frames: tuple[int, int] | None = None
+    scene: str | os.PathLike[str] | Usd.Stage,
+    *,
+    agents: str = "*",
+    frames: tuple[int, int] | None = None,
+    motion: str | None = None,
 ) -> Scene:
     """Everything usdfoot needs of a stage, in canonical space; the stage is not changed.
 
@@ -44,11 +48,12 @@ def read_scene(
         scene: File or open stage.
         agents: Glob on the names or prim paths of the agents to read.
         frames: First and last time code of the output; None = from the first strike to the last liftoff of all agents.
+        motion: Of all agents; None = what each says. Agents that physics moves need no clips.
 
     Raises:
         SceneError: If the stage cannot be opened or no agent at all can be used.
     """
-    read = SceneReader(scene, agents=agents, frames=frames).read()
+    read = SceneReader(scene, agents=agents, frames=frames, motion=motion).read()
     for problem in read.crowd.problems:
         _logger.log(logging.ERROR if problem.severity == "error" else logging.WARNING, "%s", problem.message)
     return read
@@ -61,6 +66,7 @@ class SceneReader:
         scene: File or open stage; never changed.
         agents: Glob on the names or prim paths of the agents that can be read.
         frames: First and last time code of the output; None = from the first strike to the last liftoff of all agents.
+        motion: Of all agents; None = what each says. Agents that physics moves need no clips.
         reload: Read the files again where this process has read them before.
 
     Raises:
@@ -73,6 +79,7 @@ class SceneReader:
         *,
         agents: str = "*",
         frames: tuple[int, int] | None = None,
+        motion: str | None = None,
         reload: bool = False,
     ) -> None:
         stage = open_stage(scene)
@@ -86,14 +93,20 @@ class SceneReader:
         self._roots: dict[str, RootTrajectory] = {}
         self._trajectories = TrajectoryReader(units=self.info.units)
         self._walk_problems: list[Problem] = []
-        codes = _frame_codes(self._all_walks(), self.info.units, frames)
         self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units)
+        self._plan_paths(stage, prims)
+        codes = _frame_codes(self._all_walks(), self.info.units, frames)
         foreign = (
-            *(source.walks for source in self._everyone),
+            *(source.plan for source in self._everyone),
             *(stage.GetPrimAtPath(path) for path in self._terrain.meshes),
         )
         self._casting = Casting(
-            prims=prims, foreign=foreign, units=self.info.units, frame_codes=codes, finder=ClipFinder(stage, prims)
+            prims=prims,
+            foreign=foreign,
+            units=self.info.units,
+            frame_codes=codes,
+            finder=ClipFinder(stage, prims),
+            motion=motion,
         )
         self._codes = codes
 
@@ -137,6 +150,16 @@ class SceneReader:
         )
         return Scene(stage=self.info, crowd=crowd, characters=tuple(casting.characters), frame_codes=self._codes)
 
+    def _plan_paths(self, stage: Usd.Stage, prims: StagePrims) -> None:
+        """Plans all agents that follow a path."""
+        walkers, errors = read_walkers(stage, prims, self.info.units, sources=self._chosen)
+        self._walks.update(plan_walkers(walkers, self._terrain))
+        self._walks.update(errors)
+        for source in self._chosen:
+            walk = self._walks.get(source.name)
+            if isinstance(walk, UsdfootError):
+                self._walk_problems.append(skipped(source, walk))
+
     def _all_walks(self) -> Iterator[FootstepPlan | RootTrajectory]:
         """Every plan and trajectory that can be read."""
         for source in self._chosen:
@@ -157,12 +180,6 @@ class SceneReader:
     def _read_walk(self, source: AgentSource) -> FootstepPlan | RootTrajectory:
         if source.trajectory is not None:
             return self._trajectories.read(source.trajectory, source.number)
-        if source.plan is None:
-            raise PlanError(
-                source.prim.GetPath(),
-                "follows a path but has no footsteps",
-                f"this needs a footstep plan for now: point {Token.PLAN} at a PointInstancer with UsdfootPlanAPI",
-            )
         plan, warnings = read_plan(source.plan, self.info.units)
         self._walk_problems.extend(warnings)
         try:
