@@ -53,7 +53,7 @@ def provenance_of(scene: Scene, options: EngineOptions, folder: Path) -> dict[st
         "version": __version__,
         "scene": _relative(scene.stage.identifier, folder),
         "contentHash": combined.hexdigest(),
-        "options": {key: value for key, value in asdict(options).items()},
+        "options": {key: value for key, value in asdict(options).items() if value is not None},
     }
 
 

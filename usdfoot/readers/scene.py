@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Collection, Iterable, Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 from pxr import Usd
@@ -19,6 +20,7 @@ from usdfoot.model.report import Problem
 from usdfoot.readers.agents import AgentSource, list_agents, select_agents
 from usdfoot.readers.casting import Casting, skipped
 from usdfoot.readers.clip_sources import ClipFinder
+from usdfoot.readers.overrides import read_overrides
 from usdfoot.readers.plans import read_plan
 from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
@@ -59,6 +61,7 @@ class SceneReader:
         agents: Glob on the names or prim paths of the agents that can be read.
         frames: First and last time code of the output; None = from the first strike to the last liftoff of all agents.
         reload: Read the files again where this process has read them before.
+        crowd: Folder of the crowd, whose overrides.usda mutes agents and changes plans.
 
     Raises:
         SceneError: If the stage cannot be opened, the glob matches nobody or the frames are none.
@@ -71,6 +74,7 @@ class SceneReader:
         agents: str = "*",
         frames: tuple[int, int] | None = None,
         reload: bool = False,
+        crowd: Path | None = None,
     ) -> None:
         stage = open_stage(scene)
         if reload:
@@ -78,9 +82,13 @@ class SceneReader:
         prims = collect_prims(stage)
         self.info = read_stage_info(stage)
         self._everyone, self._agent_problems = list_agents(stage, prims)
-        self._chosen = select_agents(self._everyone, agents)
+        self._overrides = read_overrides(crowd, self.info.units)
+        chosen = select_agents(self._everyone, agents)
+        self.names = tuple(source.name for source in chosen)
+        self._chosen = tuple(source for source in chosen if not self._overrides.is_muted(source.name))
         self._plans: dict[str, FootstepPlan | UsdfootError] = {}
         self._plan_problems: list[Problem] = []
+        self._frames: dict[str, FloatArray] = {}
         codes = _frame_codes(self._all_plans(), self.info.units, frames)
         self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units)
         foreign = (
@@ -126,7 +134,13 @@ class SceneReader:
             frame_rate=self.info.units.time_codes_per_second,
             problems=problems,
         )
-        return Scene(stage=self.info, crowd=crowd, characters=tuple(casting.characters), frame_codes=self._codes)
+        return Scene(
+            stage=self.info,
+            crowd=crowd,
+            characters=tuple(casting.characters),
+            frame_codes=self._codes,
+            plan_frames={agent.name: self._frames[agent.name] for agent in cast if agent.name in self._frames},
+        )
 
     def _all_plans(self) -> Iterator[FootstepPlan]:
         """Every plan that can be read."""
@@ -139,12 +153,22 @@ class SceneReader:
         """An agent's plan or why there is none, read once."""
         if source.name not in self._plans:
             try:
-                self._plans[source.name], warnings = read_plan(source.plan, self.info.units)
+                changed = self._overrides.plan(source.name, self._scene_plan)
+                if changed is not None:
+                    self._plans[source.name], warnings = changed.plan, changed.problems
+                    self._frames[source.name] = changed.frame
+                else:
+                    self._plans[source.name], warnings = read_plan(source.plan, self.info.units)
                 self._plan_problems.extend(warnings)
             except UsdfootError as error:
                 self._plans[source.name] = error
                 self._plan_problems.append(skipped(source, error))
         return self._plans[source.name]
+
+    def _scene_plan(self, name: str) -> FootstepPlan | None:
+        """The plan that the scene gives the agent of a name."""
+        source = next((source for source in self._everyone if source.name == name), None)
+        return read_plan(source.plan, self.info.units)[0] if source else None
 
 
 def _frame_codes(plans: Iterable[FootstepPlan], units: StageUnits, frames: tuple[int, int] | None) -> FloatArray:
