@@ -68,6 +68,14 @@ class Casting:
             motion=options.motion,
         )
 
+    def character_of(self, source: AgentSource) -> Character:
+        """The character of an agent.
+
+        Raises:
+            UsdfootError: If it has none that can be used.
+        """
+        return self.characters[self._character(source)[0]]
+
     def _character(self, source: AgentSource) -> tuple[int, Usd.Prim]:
         """Index of the agent's character, and its prim."""
         prim = source.character or (source.prim if source.is_authored and _holds_skeleton(source.prim) else None)

@@ -22,8 +22,9 @@ from usdfoot.readers.casting import Casting, skipped
 from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.overrides import read_overrides
 from usdfoot.readers.plans import read_plan
-from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
+from usdfoot.readers.stage import StagePrims, collect_prims, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
+from usdfoot.readers.walkers import plan_walkers, read_walkers
 
 __all__ = ["SceneReader", "read_scene"]
 
@@ -89,8 +90,9 @@ class SceneReader:
         self._plans: dict[str, FootstepPlan | UsdfootError] = {}
         self._plan_problems: list[Problem] = []
         self._frames: dict[str, FloatArray] = {}
-        codes = _frame_codes(self._all_plans(), self.info.units, frames)
         self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units)
+        self._planned = self._plan_paths(stage, prims)
+        codes = _frame_codes(self._all_plans(), self.info.units, frames)
         foreign = (
             *(source.plan for source in self._everyone),
             *(stage.GetPrimAtPath(path) for path in self._terrain.meshes),
@@ -142,6 +144,11 @@ class SceneReader:
             plan_frames={agent.name: self._frames[agent.name] for agent in cast if agent.name in self._frames},
         )
 
+    def _plan_paths(self, stage: Usd.Stage, prims: StagePrims) -> dict[str, FootstepPlan | UsdfootError]:
+        """Plans of all agents that follow a path, or why there is none, by agent name."""
+        walkers, errors = read_walkers(stage, prims, self.info.units, sources=self._chosen)
+        return {**plan_walkers(walkers, self._terrain), **errors}
+
     def _all_plans(self) -> Iterator[FootstepPlan]:
         """Every plan that can be read."""
         for source in self._chosen:
@@ -153,22 +160,33 @@ class SceneReader:
         """An agent's plan or why there is none, read once."""
         if source.name not in self._plans:
             try:
-                changed = self._overrides.plan(source.name, self._scene_plan)
+                changed = self._overrides.plan(source.name, self._plan_of_name)
                 if changed is not None:
                     self._plans[source.name], warnings = changed.plan, changed.problems
                     self._frames[source.name] = changed.frame
                 else:
-                    self._plans[source.name], warnings = read_plan(source.plan, self.info.units)
+                    self._plans[source.name], warnings = self._scene_plan(source)
                 self._plan_problems.extend(warnings)
             except UsdfootError as error:
                 self._plans[source.name] = error
                 self._plan_problems.append(skipped(source, error))
         return self._plans[source.name]
 
-    def _scene_plan(self, name: str) -> FootstepPlan | None:
+    def _scene_plan(self, source: AgentSource) -> tuple[FootstepPlan, tuple[Problem, ...]]:
+        """The plan that the scene gives an agent, and warnings.
+
+        Raises:
+            UsdfootError: If there is none.
+        """
+        planned = self._planned.get(source.name)
+        if isinstance(planned, UsdfootError):
+            raise planned
+        return (planned, ()) if planned is not None else read_plan(source.plan, self.info.units)
+
+    def _plan_of_name(self, name: str) -> FootstepPlan | None:
         """The plan that the scene gives the agent of a name."""
         source = next((source for source in self._everyone if source.name == name), None)
-        return read_plan(source.plan, self.info.units)[0] if source else None
+        return self._scene_plan(source)[0] if source else None
 
 
 def _frame_codes(plans: Iterable[FootstepPlan], units: StageUnits, frames: tuple[int, int] | None) -> FloatArray:
