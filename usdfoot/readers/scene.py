@@ -34,7 +34,11 @@ _ROUNDING = 1e-6
 
 
 def read_scene(
-    scene: str | os.PathLike[str] | Usd.Stage, *, agents: str = "*", frames: tuple[int, int] | None = None
+    scene: str | os.PathLike[str] | Usd.Stage,
+    *,
+    agents: str = "*",
+    frames: tuple[int, int] | None = None,
+    motion: str | None = None,
 ) -> Scene:
     """Everything usdfoot needs of a stage, in canonical space; the stage is not changed.
 
@@ -44,11 +48,12 @@ def read_scene(
         scene: File or open stage.
         agents: Glob on the names or prim paths of the agents to read.
         frames: First and last time code of the output; None = from the first strike to the last liftoff of all agents.
+        motion: Of all agents; None = what each says. Agents that physics moves need no clips.
 
     Raises:
         SceneError: If the stage cannot be opened or no agent at all can be used.
     """
-    read = SceneReader(scene, agents=agents, frames=frames).read()
+    read = SceneReader(scene, agents=agents, frames=frames, motion=motion).read()
     for problem in read.crowd.problems:
         _logger.log(logging.ERROR if problem.severity == "error" else logging.WARNING, "%s", problem.message)
     return read
@@ -61,6 +66,7 @@ class SceneReader:
         scene: File or open stage; never changed.
         agents: Glob on the names or prim paths of the agents that can be read.
         frames: First and last time code of the output; None = from the first strike to the last liftoff of all agents.
+        motion: Of all agents; None = what each says. Agents that physics moves need no clips.
         reload: Read the files again where this process has read them before.
         crowd: Folder of the crowd, whose overrides.usda mutes agents and changes plans.
 
@@ -74,6 +80,7 @@ class SceneReader:
         *,
         agents: str = "*",
         frames: tuple[int, int] | None = None,
+        motion: str | None = None,
         reload: bool = False,
         crowd: Path | None = None,
     ) -> None:
@@ -98,7 +105,12 @@ class SceneReader:
             *(stage.GetPrimAtPath(path) for path in self._terrain.meshes),
         )
         self._casting = Casting(
-            prims=prims, foreign=foreign, units=self.info.units, frame_codes=codes, finder=ClipFinder(stage, prims)
+            prims=prims,
+            foreign=foreign,
+            units=self.info.units,
+            frame_codes=codes,
+            finder=ClipFinder(stage, prims),
+            motion=motion,
         )
         self._codes = codes
 
