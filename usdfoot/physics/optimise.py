@@ -8,17 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdfoot.maths.timeline import locate
-from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable, lay_contacts
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.physics.biped import PhysicsBiped
 from usdfoot.physics.energy import segment_energies
+from usdfoot.physics.greedy import search_unknowns
 from usdfoot.physics.heading import FootHeadings, OrientationScript, body_orientations, lay_headings
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.results import StepForces, measure_forces
 from usdfoot.physics.samples import lay_samples
-from usdfoot.physics.solve import controls_of, optimise_unknowns
-from usdfoot.physics.spline import ComSpline, Knots, lay_knots
+from usdfoot.physics.solve import optimise_unknowns
+from usdfoot.physics.spline import ComSpline, Knots, controls_of, lay_knots
 from usdfoot.physics.support import Stance, find_stance
 
 __all__ = ["ComMotion", "ComSample", "optimise_com", "optimise_contacts"]
@@ -100,8 +101,9 @@ def optimise_contacts(
     headings = lay_headings(contacts)
     samples = lay_samples(contacts, knots, biped, headings, scripts, options)
     start = start_unknowns(contacts, knots, biped)
-    unknowns = optimise_unknowns(samples, knots, start, options, fixed=fixed_unknowns(contacts, knots))
-    controls = controls_of(unknowns, knots)
+    solve = search_unknowns if options.solver == "greedy" else optimise_unknowns
+    unknowns = solve(samples, knots, start, options)
+    controls = controls_of(unknowns, knots.begins)
     energies = segment_energies(samples, controls, gravity=options.gravity, comfort=options.comfort)
     return ComMotion(
         contacts=contacts,
@@ -122,16 +124,3 @@ def start_unknowns(contacts: ContactTable, knots: Knots, biped: PhysicsBiped) ->
     unknowns[:, :3] = contacts.positions[rows]
     unknowns[:, 1] += biped.nominal_length + biped.ankles[:, 1].mean() - biped.hips[:, 1].mean()
     return unknowns
-
-
-def fixed_unknowns(contacts: ContactTable, knots: Knots) -> BoolArray:
-    """Velocities at the begin and end of motions that begin or end standing, shape (K, 6)."""
-    fixed = np.zeros((len(knots.times), 6), dtype=bool)
-    firsts = np.searchsorted(knots.agents, np.arange(len(contacts.starts)))
-    lasts = np.append(firsts[1:], len(knots.times)) - 1
-    rows = contacts.first[:-1]
-    fixed[firsts[contacts.strikes[rows] == contacts.strikes[rows + 1]], 3:] = True
-    rows = contacts.first[1:] - 1
-    stands = (contacts.steps[rows] >= 0) & (contacts.liftoffs[rows] == contacts.liftoffs[rows - 1])
-    fixed[lasts[stands], 3:] = True
-    return fixed

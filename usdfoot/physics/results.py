@@ -10,7 +10,7 @@ from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.contact_table import ContactTable
 from usdfoot.physics.biped import PhysicsBiped
-from usdfoot.physics.energy import FLIGHT, leg_forces, spline_samples
+from usdfoot.physics.energy import leg_forces, spline_samples
 from usdfoot.physics.samples import Samples
 from usdfoot.physics.spline import Knots
 
@@ -37,23 +37,22 @@ def measure_forces(
     """Figures of all contacts from the samples of the optimised spline, controls (S, 4, 3)."""
     positions, accelerations = spline_samples(samples, controls)
     forces = leg_forces(samples.supports, samples.standing, positions, accelerations, gravity)
-    count, shape = len(contacts.sides), samples.times.shape
-    agents = np.repeat(knots.agents[knots.begins], shape[1])
+    count, instants = len(contacts.sides), samples.times.shape[1]
+    agents = np.repeat(knots.agents[knots.begins], instants)
+    lasting = np.repeat(samples.intervals, instants)
     rows = locate(contacts.agents, contacts.strikes, contacts.starts, agents, samples.times.ravel())
-    lasting = np.broadcast_to(samples.intervals[:, None], shape)
-    imbalance = lasting * np.linalg.norm(forces.residuals, axis=-1)
-    stands = samples.standing.any(axis=-1)
-    clamped = np.where(stands & (forces.faces == FLIGHT), lasting, 0.0)
-    time = np.bincount(rows, lasting.ravel(), count)
-    rise = np.where(stands, 0.0, positions[..., 1] - controls[:, 0, 1][:, None])
+    imbalance = np.bincount(rows, lasting * np.linalg.norm(forces.residuals, axis=1), count)
+    stands = samples.standing.any(axis=1)
+    pushing = forces.pushes > 0.0
+    pushing[forces.planes] = True
     jump, overstretch = np.zeros(count), np.zeros(count)
-    np.maximum.at(jump, rows, rise.ravel())
-    lengths = np.linalg.norm(positions[..., None, :] - samples.anchors, axis=-1)
-    excess = np.where(samples.standing, lengths - biped.maximal_length, 0.0)
-    np.maximum.at(overstretch, samples.contacts.reshape(-1, 2), excess.reshape(-1, 2))
+    takeoffs = np.repeat(controls[:, 0, 1], instants)
+    np.maximum.at(jump, rows, np.where(stands, 0.0, positions[:, 1] - takeoffs))
+    lengths = np.linalg.norm(positions[:, None] - samples.anchors, axis=-1)
+    np.maximum.at(overstretch, samples.contacts, np.where(samples.standing, lengths - biped.maximal_length, 0.0))
     return StepForces(
-        force_imbalance=np.bincount(rows, imbalance.ravel(), count) / np.maximum(time, 1e-9),
-        clamp_time=np.bincount(rows, clamped.ravel(), count).astype(float),
+        force_imbalance=imbalance / np.maximum(np.bincount(rows, lasting, count), 1e-9),
+        clamp_time=np.bincount(rows, np.where(stands & ~pushing, lasting, 0.0), count).astype(float),
         jump_height=jump,
         overstretch=overstretch,
     )
