@@ -33,6 +33,7 @@ from usdfoot.model.report import Problem
 from usdfoot.spaces.library import FootstepSpaces, build_spaces
 
 __all__ = [
+    "PreparedLibraries",
     "PreparedLibrary",
     "PreparedSteps",
     "animate_agents",
@@ -93,17 +94,48 @@ def prepare_library(library: ClipLibrary, options: EngineOptions) -> PreparedLib
     )
 
 
-def animate_crowd(crowd: Crowd, *, options: EngineOptions | None = None) -> tuple[list[Motion], list[Problem]]:
-    """Motions of all agents that could be animated, in the crowd's order, and what was wrong with the others."""
+class PreparedLibraries:
+    """The clip libraries of a crowd, each prepared when it is first asked for.
+
+    Args:
+        options: Of the engine.
+    """
+
+    def __init__(self, options: EngineOptions) -> None:
+        self._options = options
+        self._prepared: dict[int, PreparedLibrary] = {}
+
+    def prepared(self, crowd: Crowd, index: int) -> PreparedLibrary:
+        """The crowd's library at an index, which must mean the same library in every crowd asked about.
+
+        Raises:
+            UsdfootError: If it cannot be used.
+        """
+        if index not in self._prepared:
+            self._prepared[index] = prepare_library(crowd.libraries[index], self._options)
+        return self._prepared[index]
+
+
+def animate_crowd(
+    crowd: Crowd, *, options: EngineOptions | None = None, libraries: PreparedLibraries | None = None
+) -> tuple[list[Motion], list[Problem]]:
+    """Motions of all agents that could be animated, in the crowd's order, and what was wrong with the others.
+
+    Args:
+        crowd: Agents and what they need.
+        options: Of the engine.
+        libraries: Those of an earlier call on other agents of the same scene.
+    """
     options = options or EngineOptions()
+    libraries = libraries or PreparedLibraries(options)
     motions: dict[str, Motion] = {}
     problems = [problem for agent in crowd.agents for problem in _not_from_clips(agent)]
-    for index, library in enumerate(crowd.libraries):
+    for index in range(len(crowd.libraries)):
         agents = [agent for agent in crowd.agents if agent.library == index and agent.motion != "physics"]
         if not agents:
             continue
         try:
-            prepared = prepare_library(library, options)
+            prepared = libraries.prepared(crowd, index)
         except UsdfootError as error:
             problems += [Problem(severity="error", where=agent.source, message=str(error)) for agent in agents]
             continue

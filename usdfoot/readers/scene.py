@@ -58,6 +58,7 @@ class SceneReader:
         scene: File or open stage; never changed.
         agents: Glob on the names or prim paths of the agents that can be read.
         frames: First and last time code of the output; None = from the first strike to the last liftoff of all agents.
+        reload: Read the files again where this process has read them before.
 
     Raises:
         SceneError: If the stage cannot be opened, the glob matches nobody or the frames are none.
@@ -69,8 +70,11 @@ class SceneReader:
         *,
         agents: str = "*",
         frames: tuple[int, int] | None = None,
+        reload: bool = False,
     ) -> None:
         stage = open_stage(scene)
+        if reload:
+            stage.Reload()
         prims = collect_prims(stage)
         self.info = read_stage_info(stage)
         self._everyone, self._agent_problems = list_agents(stage, prims)
