@@ -25,7 +25,7 @@ def problem():
     plans = [walk(4, turn=0.3), walk(5, lengths=[0.6, 1.4, 0.6, 0.4], ends_standing=True)]
     options = PhysicsOptions()
     contacts = lay_contacts(plans)
-    knots = lay_knots(contacts, longest_segment=1.0)
+    knots = lay_knots(contacts)
     samples = lay_samples(contacts, knots, human(), lay_headings(contacts), (), options)
     random = np.random.default_rng(5)
     start = start_unknowns(contacts, knots, human())

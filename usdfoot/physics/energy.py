@@ -9,7 +9,7 @@ import numpy as np
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.physics.samples import Samples
 
-__all__ = ["Forces", "cross", "leg_forces", "segment_energies", "spline_samples"]
+__all__ = ["Forces", "cross", "leg_forces", "sample_costs", "segment_energies", "spline_samples"]
 
 NARROW = 1e-12
 """Two legs whose directions differ by a smaller squared sine press along one line."""
@@ -97,18 +97,18 @@ def leg_forces(
     )
 
 
-def segment_energies(samples: Samples, controls: FloatArray, *, gravity: float, comfort: float) -> FloatArray:
-    """[P]'s E of each segment, shape (S,).
-
-    E = sum of (|residual| + k (l - l_nom)^2) dt, the comfort term as the mean of the legs that stand.
-    """
+def sample_costs(samples: Samples, controls: FloatArray, *, gravity: float, comfort: float) -> FloatArray:
+    """[P]'s integrand |residual| + k (l - l_nom)^2 [m/s^2], the comfort term as the mean of the standing legs, (M,)."""
     positions, accelerations = spline_samples(samples, controls)
     forces = leg_forces(samples.supports, samples.standing, positions, accelerations, gravity)
-    physics = np.linalg.norm(forces.residuals, axis=-1)
-    stretch = np.linalg.norm(positions[:, None] - samples.anchors, axis=-1) - samples.nominal_lengths
-    legs = np.maximum(samples.standing.sum(axis=1), 1)
-    discomfort = comfort * np.sum(np.where(samples.standing, stretch**2, 0.0), axis=1) / legs
-    return samples.intervals * (physics + discomfort).reshape(samples.times.shape).sum(axis=1)
+    stretches = np.linalg.norm(positions[:, None] - samples.anchors, axis=-1) - samples.nominal_lengths
+    return np.linalg.norm(forces.residuals, axis=1) + comfort * np.sum(samples.leg_shares * stretches**2, axis=1)
+
+
+def segment_energies(samples: Samples, controls: FloatArray, *, gravity: float, comfort: float) -> FloatArray:
+    """[P]'s E of each segment: its integrand summed over the instants, shape (S,)."""
+    costs = sample_costs(samples, controls, gravity=gravity, comfort=comfort)
+    return samples.intervals * costs.reshape(samples.times.shape).sum(axis=1)
 
 
 def cross(first: FloatArray, second: FloatArray) -> FloatArray:

@@ -12,11 +12,11 @@ from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable, lay_contacts
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.physics.biped import PhysicsBiped
-from usdfoot.physics.energy import segment_energies
 from usdfoot.physics.greedy import search_unknowns
 from usdfoot.physics.heading import FootHeadings, OrientationScript, body_orientations, lay_headings
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.results import StepForces, measure_forces
+from usdfoot.physics.run_up import extend_contacts
 from usdfoot.physics.samples import lay_samples
 from usdfoot.physics.solve import optimise_unknowns
 from usdfoot.physics.spline import ComSpline, Knots, controls_of, lay_knots
@@ -66,7 +66,7 @@ class ComMotion:
             velocities=velocities,
             accelerations=accelerations,
             orientations=body_orientations(self.headings, self.scripts, agents, times, window=options.heading_window),
-            stance=find_stance(self.contacts, self.biped, agents, times, smooth=options.support == "smooth"),
+            stance=find_stance(self.contacts, self.biped, agents, times, options),
         )
 
 
@@ -97,14 +97,14 @@ def optimise_contacts(
 ) -> ComMotion:
     """Centre of mass over contacts, which may have been laid on the ground since they were planned."""
     options = options or PhysicsOptions()
-    knots = lay_knots(contacts, longest_segment=options.longest_segment)
-    headings = lay_headings(contacts)
-    samples = lay_samples(contacts, knots, biped, headings, scripts, options)
-    start = start_unknowns(contacts, knots, biped)
+    extended = extend_contacts(contacts, strides=options.run_up)
+    knots = lay_knots(extended, parts=options.parts, longest_segment=options.longest_segment)
+    headings = lay_headings(extended)
+    samples = lay_samples(extended, knots, biped, headings, scripts, options)
+    start = start_unknowns(extended, knots, biped)
     solve = search_unknowns if options.solver == "greedy" else optimise_unknowns
     unknowns = solve(samples, knots, start, options)
-    controls = controls_of(unknowns, knots.begins)
-    energies = segment_energies(samples, controls, gravity=options.gravity, comfort=options.comfort)
+    energies, steps = measure_forces(contacts, knots, biped, samples, controls_of(unknowns, knots.begins), options)
     return ComMotion(
         contacts=contacts,
         biped=biped,
@@ -112,8 +112,8 @@ def optimise_contacts(
         spline=ComSpline(knots=knots, positions=unknowns[:, :3], velocities=unknowns[:, 3:]),
         headings=headings,
         scripts=tuple(scripts),
-        energies=np.bincount(knots.agents[knots.begins], energies, len(contacts.starts)).astype(float),
-        steps=measure_forces(contacts, knots, biped, samples, controls, gravity=options.gravity),
+        energies=energies,
+        steps=steps,
     )
 
 

@@ -10,9 +10,11 @@ from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.contact_table import ContactTable
 from usdfoot.physics.biped import PhysicsBiped
-from usdfoot.physics.energy import leg_forces, spline_samples
+from usdfoot.physics.energy import leg_forces, sample_costs, spline_samples
+from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.samples import Samples
 from usdfoot.physics.spline import Knots
+from usdfoot.physics.support import find_stance
 
 __all__ = ["StepForces", "measure_forces"]
 
@@ -32,27 +34,45 @@ class StepForces:
 
 
 def measure_forces(
-    contacts: ContactTable, knots: Knots, biped: PhysicsBiped, samples: Samples, controls: FloatArray, *, gravity: float
-) -> StepForces:
-    """Figures of all contacts from the samples of the optimised spline, controls (S, 4, 3)."""
+    contacts: ContactTable,
+    knots: Knots,
+    biped: PhysicsBiped,
+    samples: Samples,
+    controls: FloatArray,
+    options: PhysicsOptions,
+) -> tuple[FloatArray, StepForces]:
+    """[P]'s E of each agent over its own time (A,), and the figures of all contacts.
+
+    Args:
+        contacts: Of the motion, without its run-up.
+        knots: Of the spline.
+        biped: The character.
+        samples: Of the spline.
+        controls: The optimised spline, shape (S, 4, 3).
+        options: Gravity and comfort.
+    """
     positions, accelerations = spline_samples(samples, controls)
-    forces = leg_forces(samples.supports, samples.standing, positions, accelerations, gravity)
+    forces = leg_forces(samples.supports, samples.standing, positions, accelerations, options.gravity)
     count, instants = len(contacts.sides), samples.times.shape[1]
-    agents = np.repeat(knots.agents[knots.begins], instants)
-    lasting = np.repeat(samples.intervals, instants)
-    rows = locate(contacts.agents, contacts.strikes, contacts.starts, agents, samples.times.ravel())
+    agents, times = np.repeat(knots.agents[knots.begins], instants), samples.times.ravel()
+    inside = (times >= contacts.starts[agents]) & (times <= contacts.ends[agents])
+    lasting = np.where(inside, np.repeat(samples.intervals, instants), 0.0)
+    costs = sample_costs(samples, controls, gravity=options.gravity, comfort=options.comfort)
+    rows = locate(contacts.agents, contacts.strikes, contacts.starts, agents, times)
     imbalance = np.bincount(rows, lasting * np.linalg.norm(forces.residuals, axis=1), count)
     stands = samples.standing.any(axis=1)
     pushing = forces.pushes > 0.0
     pushing[forces.planes] = True
+    rises = positions[:, 1] - np.repeat(controls[:, 0, 1], instants)
+    stretches = np.linalg.norm(positions[:, None] - samples.anchors, axis=-1) - biped.maximal_length
     jump, overstretch = np.zeros(count), np.zeros(count)
-    takeoffs = np.repeat(controls[:, 0, 1], instants)
-    np.maximum.at(jump, rows, np.where(stands, 0.0, positions[:, 1] - takeoffs))
-    lengths = np.linalg.norm(positions[:, None] - samples.anchors, axis=-1)
-    np.maximum.at(overstretch, samples.contacts, np.where(samples.standing, lengths - biped.maximal_length, 0.0))
-    return StepForces(
+    np.maximum.at(jump, rows, np.where(inside & ~stands, rises, 0.0))
+    feet = find_stance(contacts, biped, agents, times, options).contacts
+    np.maximum.at(overstretch, feet, np.where(inside[:, None] & samples.standing, stretches, 0.0))
+    steps = StepForces(
         force_imbalance=imbalance / np.maximum(np.bincount(rows, lasting, count), 1e-9),
         clamp_time=np.bincount(rows, np.where(stands & ~pushing, lasting, 0.0), count).astype(float),
         jump_height=jump,
         overstretch=overstretch,
     )
+    return np.bincount(agents, lasting * costs, len(contacts.starts)).astype(float), steps

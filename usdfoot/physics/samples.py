@@ -63,7 +63,7 @@ def lay_samples(
     basis = hermite_basis(np.broadcast_to(shares, times.shape), np.broadcast_to(durations, times.shape))[[0, 2]]
     agents = np.repeat(knots.agents[knots.begins], SAMPLES)
     flat = times.ravel()
-    stance = find_stance(contacts, biped, agents, flat, smooth=options.support == "smooth")
+    stance = find_stance(contacts, biped, agents, flat, options)
     body = body_orientations(headings, scripts, agents, flat, window=options.heading_window)
     return Samples(
         times=times,
@@ -74,7 +74,7 @@ def lay_samples(
         leg_shares=stance.standing / np.maximum(stance.standing.sum(axis=1, keepdims=True), 1),
         supports=stance.supports,
         anchors=stance.ankles - quaternion.rotate(body[:, None], biped.hips),
-        nominal_lengths=np.full(stance.standing.shape, biped.nominal_length),
+        nominal_lengths=stance.nominal_lengths,
     )
 
 

@@ -101,11 +101,15 @@ def controls_of(unknowns: FloatArray, begins: IntArray) -> FloatArray:
     return np.concatenate([pairs[begins], pairs[begins + 1]], axis=1)
 
 
-def lay_knots(contacts: ContactTable, *, longest_segment: float) -> Knots:
+def lay_knots(contacts: ContactTable, *, parts: int = 1, longest_segment: float = 1.0) -> Knots:
     """Knots at every strike, at the begin of every flight and at the end ([P] Figure 6).
 
-    A flight is the time before a strike in which neither foot stands. Events closer than 20 ms share a knot; segments
-    longer than `longest_segment` [s] are divided.
+    A flight is the time before a strike in which neither foot stands. Events closer than 20 ms share a knot.
+
+    Args:
+        contacts: Of all agents.
+        parts: Segments a step on the ground; 1 as in [P].
+        longest_segment: Longer ones are divided [s].
     """
     inner = contacts.has_previous
     rows = np.flatnonzero(inner)
@@ -125,7 +129,7 @@ def lay_knots(contacts: ContactTable, *, longest_segment: float) -> Knots:
     agents, times, ranks = agents[order], times[order], ranks[order]
     apart = np.diff(times, prepend=-np.inf) >= SHORTEST_SEGMENT
     kept = apart | (ranks % 3 == 0)
-    agents, times = _divided(agents[kept], times[kept], longest_segment)
+    agents, times = _divided(agents[kept], times[kept], np.where(ranks[kept] == 2, 1, parts), longest_segment)
     return Knots(
         agents=agents,
         times=times,
@@ -146,10 +150,11 @@ def _rests(contacts: ContactTable, agents: IntArray) -> BoolArray:
     return fixed
 
 
-def _divided(agents: IntArray, times: FloatArray, longest: float) -> tuple[IntArray, FloatArray]:
-    """Agents and times of knots with equal parts between those that lie too far apart."""
+def _divided(agents: IntArray, times: FloatArray, least: IntArray, longest: float) -> tuple[IntArray, FloatArray]:
+    """Agents and times of knots with at least `least` equal parts after each, more where they lie too far apart."""
     lengths = np.append(np.diff(times), 0.0)
     last = np.append(agents[1:] != agents[:-1], True)
-    parts = np.where(last, 1, np.maximum(np.ceil(lengths / longest - 1e-9), 1)).astype(int)
+    possible = np.maximum((lengths / SHORTEST_SEGMENT).astype(int), 1)
+    parts = np.where(last, 1, np.maximum(np.ceil(lengths / longest - 1e-9), np.minimum(least, possible))).astype(int)
     part = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
     return np.repeat(agents, parts), np.repeat(times, parts) + part * np.repeat(lengths / parts, parts)
