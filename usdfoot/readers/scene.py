@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Collection, Iterable, Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 from pxr import Usd
@@ -20,6 +21,7 @@ from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.readers.agents import AgentSource, list_agents, select_agents
 from usdfoot.readers.casting import Casting, skipped
 from usdfoot.readers.clip_sources import ClipFinder
+from usdfoot.readers.overrides import read_overrides
 from usdfoot.readers.plans import read_plan
 from usdfoot.readers.stage import StagePrims, collect_prims, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
@@ -68,6 +70,7 @@ class SceneReader:
         frames: First and last time code of the output; None = from the first strike to the last liftoff of all agents.
         motion: Of all agents; None = what each says. Agents that physics moves need no clips.
         reload: Read the files again where this process has read them before.
+        crowd: Folder of the crowd, whose overrides.usda mutes agents and changes plans.
 
     Raises:
         SceneError: If the stage cannot be opened, the glob matches nobody or the frames are none.
@@ -81,6 +84,7 @@ class SceneReader:
         frames: tuple[int, int] | None = None,
         motion: str | None = None,
         reload: bool = False,
+        crowd: Path | None = None,
     ) -> None:
         stage = open_stage(scene)
         if reload:
@@ -88,13 +92,17 @@ class SceneReader:
         prims = collect_prims(stage)
         self.info = read_stage_info(stage)
         self._everyone, self._agent_problems = list_agents(stage, prims)
-        self._chosen = select_agents(self._everyone, agents)
+        self._overrides = read_overrides(crowd, self.info.units)
+        chosen = select_agents(self._everyone, agents)
+        self.names = tuple(source.name for source in chosen)
+        self._chosen = tuple(source for source in chosen if not self._overrides.is_muted(source.name))
         self._walks: dict[str, FootstepPlan | RootTrajectory | UsdfootError] = {}
+        self._walk_problems: list[Problem] = []
         self._roots: dict[str, RootTrajectory] = {}
         self._trajectories = TrajectoryReader(units=self.info.units)
-        self._walk_problems: list[Problem] = []
+        self._frames: dict[str, FloatArray] = {}
         self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units)
-        self._plan_paths(stage, prims)
+        self._planned = self._plan_paths(stage, prims)
         codes = _frame_codes(self._all_walks(), self.info.units, frames)
         foreign = (
             *(source.plan for source in self._everyone),
@@ -148,17 +156,18 @@ class SceneReader:
             followers=tuple(followers),
             problems=problems,
         )
-        return Scene(stage=self.info, crowd=crowd, characters=tuple(casting.characters), frame_codes=self._codes)
+        return Scene(
+            stage=self.info,
+            crowd=crowd,
+            characters=tuple(casting.characters),
+            frame_codes=self._codes,
+            plan_frames={agent.name: self._frames[agent.name] for agent in cast if agent.name in self._frames},
+        )
 
-    def _plan_paths(self, stage: Usd.Stage, prims: StagePrims) -> None:
-        """Plans all agents that follow a path."""
+    def _plan_paths(self, stage: Usd.Stage, prims: StagePrims) -> dict[str, FootstepPlan | UsdfootError]:
+        """Plans of all agents that follow a path, or why there is none, by agent name."""
         walkers, errors = read_walkers(stage, prims, self.info.units, sources=self._chosen)
-        self._walks.update(plan_walkers(walkers, self._terrain))
-        self._walks.update(errors)
-        for source in self._chosen:
-            walk = self._walks.get(source.name)
-            if isinstance(walk, UsdfootError):
-                self._walk_problems.append(skipped(source, walk))
+        return {**plan_walkers(walkers, self._terrain), **errors}
 
     def _all_walks(self) -> Iterator[FootstepPlan | RootTrajectory]:
         """Every plan and trajectory that can be read."""
@@ -171,24 +180,48 @@ class SceneReader:
         """An agent's plan, or trajectory, or why there is none; read once."""
         if source.name not in self._walks:
             try:
-                self._walks[source.name] = self._read_walk(source)
+                changed = self._overrides.plan(source.name, self._plan_of_name)
+                if changed is not None:
+                    self._walks[source.name], warnings = changed.plan, changed.problems
+                    self._frames[source.name] = changed.frame
+                elif source.trajectory is not None:
+                    self._walks[source.name] = self._trajectories.read(source.trajectory, source.number)
+                    warnings = ()
+                else:
+                    plan, warnings = self._scene_plan(source)
+                    self._walks[source.name] = plan
+                    warnings += self._read_root(source, plan)
+                self._walk_problems.extend(warnings)
             except UsdfootError as error:
                 self._walks[source.name] = error
                 self._walk_problems.append(skipped(source, error))
         return self._walks[source.name]
 
-    def _read_walk(self, source: AgentSource) -> FootstepPlan | RootTrajectory:
-        if source.trajectory is not None:
-            return self._trajectories.read(source.trajectory, source.number)
-        plan, warnings = read_plan(source.plan, self.info.units)
-        self._walk_problems.extend(warnings)
+    def _read_root(self, source: AgentSource, plan: FootstepPlan) -> tuple[Problem, ...]:
+        """Reads the root trajectory given with a plan, if there is one; one that cannot be used is a warning."""
         try:
             root = self._trajectories.read_for_plan(source.plan, plan, source.number)
-            self._roots.update({source.name: root} if root else {})
         except UsdfootError as error:
             message = f"{error}. The root goes along the footsteps instead"
-            self._walk_problems.append(Problem(severity="warning", where=str(source.plan.GetPath()), message=message))
-        return plan
+            return (Problem(severity="warning", where=str(source.plan.GetPath()), message=message),)
+        self._roots.update({source.name: root} if root else {})
+        return ()
+
+    def _scene_plan(self, source: AgentSource) -> tuple[FootstepPlan, tuple[Problem, ...]]:
+        """The plan that the scene gives an agent, and warnings.
+
+        Raises:
+            UsdfootError: If there is none.
+        """
+        planned = self._planned.get(source.name)
+        if isinstance(planned, UsdfootError):
+            raise planned
+        return (planned, ()) if planned is not None else read_plan(source.plan, self.info.units)
+
+    def _plan_of_name(self, name: str) -> FootstepPlan | None:
+        """The plan that the scene gives the agent of a name."""
+        source = next((source for source in self._everyone if source.name == name), None)
+        return self._scene_plan(source)[0] if source and source.trajectory is None else None
 
 
 def _frame_codes(
