@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,13 +15,15 @@ from usdfoot.maths.types import FloatArray, IntArray
 
 __all__ = ["LAYOUTS", "TrackTable", "read_track_table"]
 
+_logger = logging.getLogger(__name__)
+
 LAYOUTS = {
     "eth": ("frame", "id", "x", "y"),
     "obsmat": ("frame", "id", "x", "z", "y", "vx", "vz", "vy"),
     "juelich": ("id", "frame", "x", "y", "z"),
     "vsp": (),
 }
-"""Columns by layout; more columns at the end are ignored. vsp are UCY's splines, which tell their columns themselves."""
+"""Columns by layout; more at the end are ignored. vsp are UCY's splines, which tell their columns themselves."""
 WORDS = {
     "id": ("id", "persid", "ped", "pedid", "pedestrian", "person", "agent", "agentid", "trackid", "track", "personid"),
     "frame": ("frame", "fr", "frameid", "framenumber"),
@@ -102,7 +105,10 @@ def read_track_table(path: Path, *, layout: str = "auto") -> TrackTable:
 
 def _numbers(path: Path, rows: Sequence[str]) -> _Lines:
     """All lines of numbers; a first line of words names the columns, as the last comment may."""
-    comments, names, numbers, values = [], (), [], []
+    comments: list[str] = []
+    names: tuple[str, ...] = ()
+    numbers: list[int] = []
+    values: list[list[float]] = []
     for number, row in enumerate(rows, start=1):
         content = row.split("#", 1)[0].replace(",", " ").replace(";", " ").split()
         if "#" in row:
@@ -176,7 +182,7 @@ def _named(path: Path, lines: _Lines, columns: Sequence[str], layout: str) -> Tr
 
 
 def _likely_layout(path: Path, lines: _Lines) -> str:
-    """The layout of columns nobody named: the one in which people jump least from sample to sample."""
+    """The layout of columns nobody named: that in which people jump least, or else the usual one, with a warning."""
     if lines.values.shape[1] < 4:
         raise TrackError(
             f"{path}:{lines.numbers[0]}",
@@ -188,8 +194,13 @@ def _likely_layout(path: Path, lines: _Lines) -> str:
     jumps = {layout: _jumps(_named(path, lines, LAYOUTS[layout][:4], layout)) for layout in ("eth", "juelich")}
     best, other = sorted(jumps, key=lambda layout: jumps[layout])
     if not jumps[best] * CLEARLY < jumps[other]:
-        raise TrackError(
-            path, "does not say which column is the person and which the frame", "give --layout: eth or juelich"
+        best = "eth" if lines.values.shape[1] == 4 else "juelich"
+        _logger.warning(
+            "%s: people move alike whichever column is the person; as usual with %d columns it is read as %s. "
+            "name the layout if that is wrong",
+            path,
+            lines.values.shape[1],
+            " ".join(LAYOUTS[best]),
         )
     return best
 

@@ -37,7 +37,7 @@ def keep_apart(curves: RootCurves, *, distance: float) -> RootCurves:
     times = instants[columns]
     places = curves.at(rows, times)[0][:, [0, 2]]
     offsets = np.zeros((*present.shape, 2))
-    weight = gaussian_filter1d(present.astype(float), SMOOTHING / CLOCK, axis=1, mode="constant")
+    weight = np.maximum(gaussian_filter1d(present.astype(float), SMOOTHING / CLOCK, axis=1, mode="constant"), 1e-3)
     for _ in range(ROUNDS):
         pushes = _pushes(places + offsets[rows, columns], columns, distance)
         if pushes is None:

@@ -167,7 +167,7 @@ class _Clock:
 
 def _cadences(curves: RootCurves, rule: TimingRule) -> tuple[FloatArray, FloatArray]:
     """Speeds [m/s] and steps a second at every frame, shape (A, F) each; 0 steps where they stand."""
-    velocities = np.gradient(curves.positions[..., [0, 2]], SPACING, axis=1)
+    velocities: FloatArray = np.gradient(curves.positions[..., [0, 2]], SPACING, axis=1)
     frames = np.clip(((curves.ends - curves.starts) / SPACING).astype(int) - 1, 0, velocities.shape[1] - 1)
     held = np.minimum(np.arange(velocities.shape[1]), frames[:, None])
     speeds = np.linalg.norm(velocities, axis=2)
@@ -186,11 +186,9 @@ def _liftoffs(
     strikes: FloatArray, speeds: FloatArray, numbers: IntArray, counts: IntArray, rule: TimingRule
 ) -> FloatArray:
     """Each foot leaves when the overlap after the next strike is over, after a stand just in time for its next step."""
-    following = np.minimum(
-        np.arange(len(strikes)) + np.minimum(2, np.repeat(counts, counts) - 1 - numbers), len(strikes) - 1
-    )
-    has_next = numbers < np.repeat(counts, counts) - 1
-    has_same = numbers < np.repeat(counts, counts) - 2
+    left = np.repeat(counts, counts) - 1 - numbers  # footsteps that follow
+    has_next, has_same = left > 0, left > 1
+    following = np.arange(len(strikes)) + np.minimum(2, left)
     speed = np.maximum(speeds[following], 1e-3)
     longest = float(time_steps(np.array([1e-3 * rule.leg_length]), rule).step_times[0])
     natural = np.minimum(longest, natural_lengths(speed, rule) / speed)
