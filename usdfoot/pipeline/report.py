@@ -110,6 +110,7 @@ def _agent_json(agent: Agent, motion: Motion, source: Mapping[str, float]) -> di
             "timeWarp": _numbers(results.time_warp),
             "rootWeight": _numbers(results.root_weight),
             "beta": _numbers(results.beta),
+            "rootVelocityError": _numbers(results.root_velocity_error),
             "clips": clips,
         },
     }
