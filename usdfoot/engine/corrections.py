@@ -39,7 +39,8 @@ def correct_steps(setup: Setup, spaces: FootstepSpaces, queries: StepQueries, *,
     """
     options, count = setup.options, len(queries.landings)
     chosen, examples = np.zeros((2, count, 3), dtype=np.intp)
-    weights, missed, hull, best = np.zeros((count, 3)), np.zeros((count, 2)), np.zeros(count), np.full(count, np.inf)
+    weights, missed, best = np.zeros((count, 3)), np.zeros((count, 2)), np.full(count, np.inf)
+    hull: FloatArray = np.zeros(count)
     asked, kept = queries.landings.copy(), queries.landings.copy()
     active, own = np.arange(count), queries
     for round_ in range(1 + corrections * options.correction):

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdfoot.engine.segments import Segments, locate
+from usdfoot.engine.segments import Segments
+from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable
 

@@ -17,6 +17,7 @@ from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.spaces.library import FootstepSpaces, left_landings
 from usdfoot.spaces.root_weight import (
+    RootWeighted,
     find_largest_root_weight,
     is_in_triangle,
     replace_corners,

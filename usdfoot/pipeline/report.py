@@ -9,16 +9,13 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from usdfoot import __version__
+from usdfoot.batch.records import ChunkRecord, problem_json
 from usdfoot.bridge.scene import Scene
 from usdfoot.bridge.versions import library_versions
-from usdfoot.engine.options import EngineOptions
-from usdfoot.maths.types import FloatArray
-from usdfoot.model.agent import Agent
-from usdfoot.model.motion import Motion, StepResults
+from usdfoot.model.motion import StepResults
 from usdfoot.model.report import Problem
+from usdfoot.physics.motion_options import MotionOptions
 
 __all__ = ["AnimateReport", "provenance_of", "report_json"]
 
@@ -33,6 +30,10 @@ class AnimateReport:
     """Figures of every written agent's steps, by agent name."""
     problems: tuple[Problem, ...]
     """What was skipped (errors) and what was used all the same (warnings)."""
+    chunks: int
+    """Number of chunks of agents."""
+    kept: int
+    """How many of them were there from an earlier run, made from the same."""
 
     @property
     def skipped(self) -> tuple[Problem, ...]:
@@ -40,7 +41,7 @@ class AnimateReport:
         return tuple(problem for problem in self.problems if problem.severity == "error")
 
 
-def provenance_of(scene: Scene, options: EngineOptions, folder: Path) -> dict[str, Any]:
+def provenance_of(scene: Scene, options: MotionOptions, folder: Path) -> dict[str, Any]:
     """What crowd.usd says about its making: program, options, scene, and a hash of everything that was read.
 
     The scene's path is relative to the folder. It is a string, not an asset: the crowd does not depend on the scene,
@@ -52,73 +53,44 @@ def provenance_of(scene: Scene, options: EngineOptions, folder: Path) -> dict[st
         "version": __version__,
         "scene": _relative(scene.stage.identifier, folder),
         "contentHash": combined.hexdigest(),
-        "options": {key: value for key, value in asdict(options).items()},
+        "options": _given(asdict(options)),
+    }
+
+
+def _given(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Options without those that are None, which USD's dictionaries cannot say."""
+    return {
+        key: _given(value) if isinstance(value, Mapping) else value
+        for key, value in options.items()
+        if value is not None
     }
 
 
 def report_json(
     scene: Scene,
-    motions: Sequence[Motion],
+    records: Sequence[ChunkRecord],
     *,
-    options: EngineOptions,
+    options: MotionOptions,
     problems: Sequence[Problem],
-    sources: Mapping[str, Mapping[str, float]],
     folder: Path,
 ) -> dict[str, Any]:
     """The content of report.json: no times, no absolute paths, distances in metres.
 
     Args:
         scene: What was read.
-        motions: What was made of it.
-        options: Of the engine.
+        records: What was made of it, by chunk.
+        options: Of the sources of motion.
         problems: All of the run.
-        sources: Figures of the source clips by agent.
         folder: Where the crowd is written.
     """
-    by_name = {agent.name: agent for agent in scene.crowd.agents}
     return {
         "versions": {"usdfoot": __version__, **library_versions()},
         "options": asdict(options),
         "scene": _relative(scene.stage.identifier, folder),
         "inputs": _input_hashes(scene, folder),
-        "agents": [_agent_json(by_name[motion.name], motion, sources.get(motion.name, {})) for motion in motions],
-        "problems": [
-            {"severity": problem.severity, "where": problem.where, "message": problem.message} for problem in problems
-        ],
+        "agents": [agent for record in records for agent in record.agents],
+        "problems": [problem_json(problem) for problem in problems],
     }
-
-
-def _agent_json(agent: Agent, motion: Motion, source: Mapping[str, float]) -> dict[str, Any]:
-    results = motion.results
-    ends = np.cumsum(results.clip_counts)
-    clips = [
-        dict(zip(results.clips[end - count : end], _numbers(results.clip_weights[end - count : end]), strict=True))
-        for count, end in zip(results.clip_counts.tolist(), ends.tolist(), strict=True)
-    ]
-    return {
-        "name": motion.name,
-        "prim": agent.source,
-        "plan": agent.plan.name,
-        "source": dict(source),
-        "steps": {
-            "status": list(results.status),
-            "blendError": _numbers(results.blend_error),
-            "placementError": _numbers(results.placement_error),
-            "slide": _numbers(results.slide),
-            "yawError": _numbers(np.degrees(results.yaw_error)),
-            "hullDistance": _numbers(results.hull_distance),
-            "timeWarp": _numbers(results.time_warp),
-            "rootWeight": _numbers(results.root_weight),
-            "beta": _numbers(results.beta),
-            "rootVelocityError": _numbers(results.root_velocity_error),
-            "clips": clips,
-        },
-    }
-
-
-def _numbers(values: FloatArray) -> list[float | None]:
-    """Seven significant digits; None for what is not finite, which JSON does not know."""
-    return [float(f"{value:.7g}") if np.isfinite(value) else None for value in np.asarray(values).tolist()]
 
 
 def _input_hashes(scene: Scene, folder: Path) -> dict[str, str]:

@@ -62,7 +62,8 @@ def find_roots(
     count = len(velocities)
     queries, left = left_landings(velocities, swing_sides), left_landings(landings, swing_sides)
     coordinates = step_coordinates(left, features.as_left(swing_sides), spaces.scales)
-    weights, examples = np.zeros((count, ROOT_EXAMPLES)), np.zeros((count, ROOT_EXAMPLES), dtype=np.intp)
+    weights: FloatArray = np.zeros((count, ROOT_EXAMPLES))
+    examples: IntArray = np.zeros((count, ROOT_EXAMPLES), dtype=np.intp)
     for space, steps in spaces.group(left, swing_sides=swing_sides, flights=flights, styles=styles):
         solved = solve_root_velocities(space.roots, queries[steps])
         vertices, weights[steps] = pick_heaviest(solved.weights[:, space.roots.vertices], ROOT_EXAMPLES)

@@ -1,4 +1,4 @@
-"""Blend weights tilted so that what they blend meets a wish: the correction of weights that are smooth but not exact."""
+"""Blend weights tilted so that what they blend meets a wish: corrects weights that are smooth but not exact."""
 
 from __future__ import annotations
 
