@@ -71,15 +71,13 @@ def blend_landings(setup: Setup, swing_sides: IntArray, examples: IntArray, weig
         ],
         outputs=[balls],
     )
-    settle = (library.landings - library.swing_balls[:, -1, GROUND_AXES])[
-        examples
-    ]  # from strike until the ball is down
+    settle = (library.landings - library.swing_balls[:, -1, GROUND_AXES])[examples]  # from the strike until flat
     landings = balls.numpy()[:, GROUND_AXES] + np.einsum("nk,nkd->nd", weights, settle)
     return planar.rotate(-np.sum(weights * library.turns[examples], axis=1), landings)
 
 
 def beyond_reach(setup: Setup, steps: IntArray, offsets: FloatArray, reach: FloatArray) -> FloatArray:
-    """How far the landings of the segments `steps` (N,) have to fall short of their footsteps, (x, z) [m], shape (N, 2).
+    """How far landings of the segments `steps` (N,) have to fall short of their footsteps, (x, z) [m], shape (N, 2).
 
     What is left of `offsets` (N, 2) beyond the agents' `reach` (A,), or of the step beyond `longest_step` legs.
     """

@@ -25,7 +25,7 @@ def find_influences(
 ):
     """Influence of every vertex on every query; a vertex is done with as soon as one band leaves it nothing.
 
-    `queries` are (N, 3): bearing, how much it counts, speed; Cartesian x, 0, z. `others` is how many bands a vertex has.
+    `queries` are (N, 3): bearing, how much it counts, speed; Cartesian x, 0, z. `others`: bands of a vertex.
     """
     query, vertex = wp.tid()
     half = wp.float64(wp.HALF_PI)
