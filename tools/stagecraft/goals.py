@@ -73,7 +73,9 @@ def river() -> River:
     straight = np.column_stack([side - 0.25, along])[2:9]
     heights = 0.24 + 0.05 * np.sin(5.0 * np.arange(STEP_STONES))
     stones = [
-        stone(f"{name}_{number:02d}", place, yaw=0.4 * number, radius=0.19, squash=0.85, top=heights[number], bottom=-0.3)
+        stone(
+            f"{name}_{number:02d}", place, yaw=0.4 * number, radius=0.19, squash=0.85, top=heights[number], bottom=-0.3
+        )
         for name, places in (("Stone", bow), ("Straight", straight))
         for number, place in enumerate(places)
     ]
@@ -81,7 +83,5 @@ def river() -> River:
         stone(name, (0.0, z), yaw=0.0, radius=1.0, squash=1.5, top=0.25, bottom=-0.3)
         for name, z in (("BankSouth", -5.4), ("BankNorth", 5.4))
     ]
-    water = bed(np.zeros(2), np.array([7.0, 14.0]), -0.05)
-    return River(
-        surfaces=(*banks, *stones, water), start=np.array([0.0, 0.25, -5.0]), goal=np.array([0.0, 0.25, 5.0])
-    )
+    water = bed((0.0, 0.0), (7.0, 14.0), -0.05)
+    return River(surfaces=(*banks, *stones, water), start=np.array([0.0, 0.25, -5.0]), goal=np.array([0.0, 0.25, 5.0]))

@@ -7,11 +7,13 @@ import math
 import re
 from typing import TYPE_CHECKING
 
+from usdfoot.cli.batch_flags import add_batch_flags, limits_of
 from usdfoot.cli.console import print_problems, results_console, shown_progress
+from usdfoot.cli.physics_flags import add_physics_flags, body_style, physics_options
 from usdfoot.cli.tables import step_table
 
 if TYPE_CHECKING:
-    from usdfoot.engine.options import EngineOptions
+    from usdfoot.physics.motion_options import MotionOptions
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
 
@@ -25,6 +27,7 @@ example:
   usdfoot animate scenes/walk_flat.usda -o build/walk
   usdfoot animate city.usd -o build/city --agents 'Extra_*' --frames 1:240
   usdfoot animate city.usd -o build/city --max-root-weight-within 0.02
+  usdfoot animate tracks.usd -o build/tracks --motion physics --crouch 0.1
   usdfoot animate city.usd -o build/city --scheduler tcp://farm:8786
 
 exit codes: 0 all written, 1 some agents or clips skipped (listed), 2 nothing written
@@ -73,24 +76,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=distance,
         help="give each step the largest root weight, X at most, that plants it this near its footstep",
     )
+    add_physics_flags(parser)
     parser.add_argument("--collect", action="store_true", help="copy the characters' files into DIR")
-    parser.add_argument(
-        "--workers",
-        metavar="N",
-        type=count,
-        help="processes that animate chunks of agents (default: as many as there are cores and chunks)",
-    )
-    parser.add_argument(
-        "--scheduler",
-        metavar="ADDRESS",
-        help="Dask cluster whose workers animate instead, like tcp://host:8786 (needs the extra dask)",
-    )
-    parser.add_argument(
-        "--chunk-size", metavar="N", type=count, default=100, help="agents a chunk (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--chunk", metavar="INDEX", type=int, help="make this chunk only, as a farm's task does; crowd.usd comes later"
-    )
+    add_batch_flags(parser)
 
 
 def frame_range(text: str) -> tuple[int, int]:
@@ -99,13 +87,6 @@ def frame_range(text: str) -> tuple[int, int]:
     if not match or int(match[1]) > int(match[2]):
         raise argparse.ArgumentTypeError(f"{text!r} is not a range of frames; give first:last, like 1:240")
     return int(match[1]), int(match[2])
-
-
-def count(text: str) -> int:
-    """A whole number, 1 or more."""
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is no number of things; give 1 or more")
-    return int(text)
 
 
 def root_weight(text: str) -> float:
@@ -151,6 +132,7 @@ def run(arguments: argparse.Namespace) -> int:
             options=_options(arguments),
             collect=arguments.collect,
             chunk_size=arguments.chunk_size,
+            limits=limits_of(arguments),
             executor=executor,
             progress=progress,
         )
@@ -176,6 +158,7 @@ def _run_chunk(arguments: argparse.Namespace) -> int:
         options=_options(arguments),
         collect=arguments.collect,
         chunk_size=arguments.chunk_size,
+        limits=limits_of(arguments),
     )
     print_problems(record.problems, quiet=arguments.quiet)
     done = "kept" if record.is_kept else "made"
@@ -183,11 +166,14 @@ def _run_chunk(arguments: argparse.Namespace) -> int:
     return 1 if any(problem.severity == "error" for problem in record.problems) else 0
 
 
-def _options(arguments: argparse.Namespace) -> EngineOptions:
-    """The engine's options as given."""
-    from usdfoot.engine.options import EngineOptions
+def _options(arguments: argparse.Namespace) -> MotionOptions:
+    """The options as given."""
+    from usdfoot.physics.motion_options import MotionOptions
 
-    return EngineOptions(
+    return MotionOptions(
+        motion=arguments.motion,
+        physics=physics_options(arguments),
+        body=body_style(arguments),
         correction=arguments.correction,
         seam=arguments.seam,
         space=arguments.space,

@@ -14,7 +14,8 @@ NAME = "wander"
 HELP = "agents that wander at random or to goals around obstacles"
 DESCRIPTION = (
     "Plans agents that follow nothing yet, one footstep at a time: at random, or to their usdfoot:agent:goal, on "
-    "walkable terrain and around what has UsdfootObstacleAPI. Agents do not see each other; usdfoot plan crowd is for that."
+    "walkable terrain and around what has UsdfootObstacleAPI. Agents do not see each other; that is "
+    "what usdfoot plan crowd is for."
 )
 EPILOG = """\
 example:

@@ -3,30 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from usdfoot.errors import PlanError
-from usdfoot.maths.types import FloatArray, IntArray
-from usdfoot.model.biped import LEFT
+from usdfoot.maths.types import FloatArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
-from usdfoot.planning.gait import TOE_OUT
-from usdfoot.planning.prints import follow_ground, lay_prints
-from usdfoot.planning.proportions import Proportions
+from usdfoot.planning.collisions import FootTable, find_collisions
+from usdfoot.planning.elbow_room import keep_apart
+from usdfoot.planning.facing import face_tracks
+from usdfoot.planning.feet_apart import set_feet_apart, uncross
+from usdfoot.planning.root_curves import build_root_curves
 from usdfoot.planning.scenario import Scenario, Seeker
-from usdfoot.planning.separation import find_conflicts, separate_feet
-from usdfoot.planning.track_steps import TrackSteps, join_steps, step_along_tracks
+from usdfoot.planning.trajectories import NARROW, lay_plans, step_along_curves
 
 if TYPE_CHECKING:
     from usdfoot.planning.simulation import Tracks
 
 __all__ = ["CrowdOptions", "plan_crowd"]
+
+SMOOTHING = 0.4
+"""Standard deviation of the filter on the simulated paths: people start and stop more gently than discs [s]."""
+ELBOW_ROOM = 0.45
+"""Least distance between the roots of two people [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,63 +79,48 @@ def plan_crowd(
 
 def _plans(seekers: Sequence[Seeker], tracks: Tracks, terrain: Terrain, faults: list[Problem]) -> list[FootstepPlan]:
     """Plans of the seekers of one area."""
-    steps = join_steps(
-        [
-            step_along_tracks(
-                tracks.points[:, rows],
-                time_step=float(tracks.times[1]),
-                yaws=np.array([np.nan if (yaw := seekers[row].yaw) is None else yaw for row in rows]),
-                body=body,
-            )
-            for body, rows in _by_body(seekers)
-        ],
-        [rows for _, rows in _by_body(seekers)],
-    )
-    largest = max((seeker.body for seeker in seekers), key=lambda body: body.foot_length)
-    steps = separate_feet(steps, largest)
-    faults += [_late(seeker, tracks.points[-1, i]) for i, seeker in enumerate(seekers) if not tracks.arrived[i]]
-    conflicts = find_conflicts(steps, largest)
-    pairs, rows = np.unique(conflicts.people, axis=0, return_index=True)
-    for (one, other), row in zip(pairs, rows, strict=True):
-        what = f"treads on {seekers[other].name} by {conflicts.depths[row]:.3f} m at {conflicts.times[row]:.2f} s"
-        faults.append(_warning(seekers[one], what))
-    return _lay(seekers, tracks, steps, terrain)
-
-
-def _by_body(seekers: Sequence[Seeker]) -> list[tuple[Proportions, IntArray]]:
-    """Different bodies, and who has them."""
-    bodies = list(dict.fromkeys(seeker.body for seeker in seekers))
-    owners = np.array([bodies.index(seeker.body) for seeker in seekers])
-    return [(body, np.flatnonzero(owners == index)) for index, body in enumerate(bodies)]
-
-
-def _lay(seekers: Sequence[Seeker], tracks: Tracks, steps: TrackSteps, terrain: Terrain) -> list[FootstepPlan]:
-    """Footsteps on the ground as plans."""
     starts = np.array([seeker.start for seeker in seekers])
-    ground = Ground(terrain, fallback_height=float(starts[:, 1].min()))
-    count, people = tracks.points.shape[:2]
-    levels = follow_ground(
-        ground,
-        tracks.points.transpose(1, 0, 2).reshape(-1, 2),
-        np.repeat(starts[:, 1], count),
-        starts=np.arange(people * count) % count == 0,
+    trajectories = face_tracks(
+        tracks.points,
+        time_step=float(tracks.times[1]),
+        yaws=np.array([np.nan if seeker.yaw is None else seeker.yaw for seeker in seekers]),
+        heights=starts[:, 1],
+        names=[seeker.name for seeker in seekers],
     )
-    when = np.clip((steps.strike_times - steps.lead) / tracks.times[1], 0.0, count - 1.0).round().astype(int)
-    heights = levels.heights.reshape(people, count)[steps.owners, when]
-    outward = np.where(steps.sides == LEFT, TOE_OUT, -TOE_OUT)
-    prints = lay_prints(ground, steps.points, steps.yaws + outward, heights)
+    curves = keep_apart(build_root_curves(trajectories, smoothing_time=SMOOTHING), distance=ELBOW_ROOM)
+    tables, order = [], np.zeros(0, dtype=int)
+    for body in dict.fromkeys(seeker.body for seeker in seekers):
+        own = np.array([index for index, seeker in enumerate(seekers) if seeker.body == body])
+        table = step_along_curves(curves[own], body)
+        tables.append((replace(table, owners=table.owners + len(order)), NARROW * body.step_width))
+        order = np.concatenate([order, own])
+    feet, narrowest = _joined(tables)
+    feet = set_feet_apart(uncross(feet, narrowest=narrowest), narrowest=narrowest)
+    faults += [_late(seeker, tracks.points[-1, i]) for i, seeker in enumerate(seekers) if not tracks.arrived[i]]
+    faults += _treads([seekers[index] for index in order], feet)
+    ground = Ground(terrain, fallback_height=float(starts[:, 1].min()))
+    return lay_plans([seekers[index].name for index in order], feet, ground)
+
+
+def _joined(tables: Sequence[tuple[FootTable, float]]) -> tuple[FootTable, FloatArray]:
+    """One table of several, and the least distance across of each of its footsteps."""
+    joined = FootTable(
+        **{part.name: np.concatenate([getattr(table, part.name) for table, _ in tables]) for part in fields(FootTable)}
+    )
+    return joined, np.concatenate([np.full(len(table.owners), width) for table, width in tables])
+
+
+def _treads(seekers: Sequence[Seeker], feet: FootTable) -> list[Problem]:
+    """A warning for each two people whose feet still overlap, at the worst instant."""
+    found = find_collisions(feet)
+    people = feet.owners[found.steps].reshape(-1, 2)
+    pairs, rows = np.unique(people, axis=0, return_index=True)
     return [
-        FootstepPlan(
-            name=seeker.name,
-            sides=steps.sides[own],
-            positions=prints.positions[own],
-            orientations=prints.orientations[own],
-            strike_times=steps.strike_times[own],
-            liftoff_times=steps.liftoff_times[own],
-            root_weights=np.zeros(own.stop - own.start),
+        _warning(
+            seekers[one],
+            f"treads on {seekers[other].name} by {found.depths[row]:.3f} m at {found.times[row]:.2f} s",
         )
-        for index, seeker in enumerate(seekers)
-        for own in [slice(int(steps.first[index]), int(steps.first[index + 1]))]
+        for (one, other), row in zip(pairs, rows, strict=True)
     ]
 
 
