@@ -9,15 +9,15 @@ from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.trajectory import RootTrajectory
 
-__all__ = ["LEAD", "face_tracks"]
+__all__ = ["face_tracks"]
 
 FACING = 0.8
 """Standard deviation of the filter on where people face; to what is quicker they side-step [s]."""
 STILL = 0.05
 """Whose mean velocity is less keeps facing as before [m/s]."""
-LEAD = 3.0
-"""Time to turn on the spot before the tracks begin [s]."""
-TAIL = 1.5
+STAND, TURN = 1.2, 2.8
+"""How long they stand, and turn on the spot, before the tracks begin [s]."""
+TAIL = 3.0
 """Time to close up after the tracks end [s]."""
 
 
@@ -33,13 +33,13 @@ def face_tracks(
         heights: Of the ground where they start [m], shape (N,).
         names: Of the trajectories, N of them.
     """
-    lead, tail = round(LEAD / time_step), round(TAIL / time_step)
+    stand, turn, tail = (round(time / time_step) for time in (STAND, TURN, TAIL))
     headings = _headings(points, time_step)
     turns = np.where(np.isnan(yaws), 0.0, planar.wrap_angle(yaws - headings[0]))
-    shares = np.linspace(0.0, 1.0, lead, endpoint=False)[:, None]
+    shares = np.concatenate([np.zeros(stand), np.linspace(0.0, 1.0, turn, endpoint=False)])[:, None]
     turning = headings[0] + (1.0 - shares * shares * (3.0 - 2.0 * shares)) * turns
     facing = np.concatenate([turning, headings, np.repeat(headings[-1:], tail, axis=0)])
-    roots = np.concatenate([np.repeat(points[:1], lead, axis=0), points, np.repeat(points[-1:], tail, axis=0)])
+    roots = np.concatenate([np.repeat(points[:1], stand + turn, axis=0), points, np.repeat(points[-1:], tail, axis=0)])
     times = time_step * np.arange(len(roots))
     return [
         RootTrajectory(
