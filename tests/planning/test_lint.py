@@ -81,7 +81,7 @@ def test_steep_ground_walls_and_water_are_found():
 
 def test_flights_nobody_can_make_and_swings_nobody_has_time_for():
     run = way(9, length=0.9, step_time=0.4, duty=0.4)
-    long = replace(run, positions=run.positions * [1, 1, 5] - [0, 0, 15])
+    long = replace(run, positions=run.positions * [1, 1, 5] - [0, 0, 18])
     assert {fault.kind for fault in faults(long)} == {"flight"}
     strikes = run.strike_times + np.where(np.arange(9) > 4, 1.5, 0.0)
     later = replace(run, strike_times=strikes, liftoff_times=run.liftoff_times + strikes - run.strike_times)
