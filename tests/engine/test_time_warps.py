@@ -49,7 +49,7 @@ def test_total_time_has_the_root_examples_at_their_share(walker_library, root_we
 def test_a_long_step_waits_on_both_feet_and_then_goes_at_its_pace(walker_library):
     plan = drawn_out(0.4)
     motion, problems = animated(walker_library, plan)
-    held, _ = animated(walker_library, plan, time_warp_range=(0.5, 9.0))
+    held, _ = animated(walker_library, plan, most_time_warp=9.0)
     assert not problems
     assert motion.results.time_warp[4] < held.results.time_warp[4] <= 2.5
     pelvis = in_world(walker_library.source, motion).pelvis
@@ -79,10 +79,10 @@ def test_hurried_steps_are_named_with_what_would_be_right(walker_library):
     (problem,) = problems
     assert problem.where == "/World/agent0" and problem.message.startswith("/World/Plan: ")
     assert "(0.2 s)" in problem.message and "add clips of this pace" in problem.message
-    assert not animated(walker_library, way(8, step_time=0.2), time_warp_range=(0.2, 2.0))[1]
+    assert not animated(walker_library, way(8, step_time=0.2), least_time_warp=0.2)[1]
 
 
 @pytest.mark.parametrize("bad", [(0.0, 2.0), (1.2, 2.0), (0.5, 0.9)])
 def test_ranges_hold_the_clips_own_pace(bad):
-    with pytest.raises(UsdfootError, match="must be above 0 and hold 1"):
-        EngineOptions(time_warp_range=bad)
+    with pytest.raises(UsdfootError, match="the least must be above 0, the most no less than 1"):
+        EngineOptions(least_time_warp=bad[0], most_time_warp=bad[1])

@@ -210,6 +210,7 @@ def _options(arguments: argparse.Namespace) -> MotionOptions:
         space=arguments.space,
         root_weight=arguments.root_weight,
         root_weight_within=arguments.max_root_weight_within,
-        time_warp_range=arguments.warp_range,
+        least_time_warp=arguments.warp_range[0],
+        most_time_warp=arguments.warp_range[1],
         follow=FollowOptions(smoothing_time=arguments.smoothing),
     )

@@ -58,9 +58,7 @@ def cut_segments(contacts: ContactTable, options: EngineOptions, *, longest_step
     ends = contacts.ends[contacts.agents[candidates]]
     standing_start = (strikes == contacts.strikes[candidates - 1]) & ~contacts.has_previous[candidates - 1]
     following = contacts.strikes[np.minimum(candidates + 1, len(contacts.sides) - 1)]
-    known = (
-        contacts.steps[candidates - 1] >= 0
-    )  # before a mid-gait start the clips say when it lifts off
+    known = contacts.steps[candidates - 1] >= 0  # before a mid-gait start the clips say when it lifts off
     drawn_out = known & (following - strikes > longest_step) & (released - strikes > SHORTEST_STAND)
     waits = (released - strikes > options.stand_time) | drawn_out | standing_start
     stands = np.where(has_next, waits, ends > strikes)

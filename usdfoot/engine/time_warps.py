@@ -34,12 +34,12 @@ def longest_step(examples: Examples, options: EngineOptions) -> float:
         examples: Steps, and a stand as the last.
         options: Have the range.
     """
-    return options.time_warp_range[1] * float(np.max(examples.durations[:-1]))
+    return options.most_time_warp * float(np.max(examples.durations[:-1]))
 
 
 def extreme_warps(agents: Sequence[Agent], motions: Sequence[Motion], options: EngineOptions) -> list[Problem]:
     """A warning for every agent with steps warped beyond the range: which, how much, and what would be right."""
-    least, most = options.time_warp_range
+    least, most = options.least_time_warp, options.most_time_warp
     sources = {agent.name: agent for agent in agents}
     problems = []
     for motion in motions:
