@@ -62,8 +62,8 @@ def dinosaur_leaps() -> Track:
     step = Step(duration=0.66, overlap=0.12, forward=0.85, width=0.34)
     walk = [replace(step, turn=0.20) for _ in range(6)]
     run_up = replace(step, duration=0.55, overlap=0.06, forward=1.00)
-    large = replace(step, duration=0.92, overlap=-0.50, forward=1.60)
-    small = replace(step, duration=0.74, overlap=-0.32, forward=1.25)
+    large = replace(step, duration=0.98, overlap=-0.56, forward=2.00)
+    small = replace(step, duration=0.74, overlap=-0.32, forward=1.30)
     after = replace(step, duration=0.60, overlap=0.08, forward=0.95)
     steps = [*_stand(step), *walk, run_up, large, after, after, small, after, step, replace(step, forward=0.0)]
     return _track("DinosaurLeaps", end_standing(_standing(steps), 1.0), {"flat": flat()})

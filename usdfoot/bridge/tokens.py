@@ -145,6 +145,7 @@ class Result:
     FORCE_IMBALANCE: Final = "usdfoot:result:forceImbalance"
     CLAMP_TIME: Final = "usdfoot:result:clampTime"
     JUMP_HEIGHT: Final = "usdfoot:result:jumpHeight"
+    ROOT_VELOCITY_ERROR: Final = "usdfoot:result:rootVelocityError"
     STATUS: Final = "usdfoot:result:status"
     CLIP_COUNTS: Final = "usdfoot:result:clipCounts"
     CLIPS: Final = "usdfoot:result:clips"
