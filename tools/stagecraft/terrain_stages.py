@@ -8,7 +8,7 @@ from pxr import Sdf, Usd
 
 from stagecraft.stage_file import define_mesh, new_stage, uniform
 from stagecraft.stones import stepping_stones
-from stagecraft.terrains import Surface, flat, hills, slope, stairs
+from stagecraft.terrains import Surface, flat, hills, slope, spiral_stairs, stairs
 
 
 def write_terrains(folder: Path) -> None:
@@ -19,6 +19,7 @@ def write_terrains(folder: Path) -> None:
     _write(folder / "terrain_stairs.usda", [stairs()], "four stairs and a landing along +Z")
     _write(folder / "terrain_stones.usda", [*crossing.stones, crossing.water], "stepping stones over water")
     _write(folder / "terrain_hills.usda", [hills()], "a smooth hilly patch of 16 m")
+    _write(folder / "terrain_spiral.usda", [spiral_stairs()], "a spiral staircase of 18 stairs")
 
 
 def author_surface(stage: Usd.Stage, parent: str, surface: Surface) -> None:
