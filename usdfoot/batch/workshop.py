@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 from usdfoot.batch.records import record_of
-from usdfoot.batch.sources import source_figures
+from usdfoot.batch.sources import SourceFigures
 from usdfoot.batch.tasks import ChunkTask
 from usdfoot.engine.animate import PreparedLibraries, animate_crowd
 from usdfoot.engine.options import EngineOptions
@@ -27,6 +27,7 @@ class Workshop:
         self._reader = reader
         self._options = options
         self._libraries = PreparedLibraries(options)
+        self._sources = SourceFigures()
 
     def make(self, task: ChunkTask) -> str:
         """Animates and writes a chunk; gives back its record: what the report says of it, as JSON.
@@ -39,7 +40,7 @@ class Workshop:
         """
         scene = self._reader.read(names=task.agents)
         motions, problems = animate_crowd(scene.crowd, options=self._options, libraries=self._libraries)
-        record = record_of(scene.crowd.agents, motions, problems, source_figures(scene.crowd, motions))
+        record = record_of(scene.crowd.agents, motions, problems, self._sources.of(scene.crowd, motions))
         if motions:
             references = dict(zip(task.agents, task.references, strict=True))
             write_chunk(

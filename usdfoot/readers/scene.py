@@ -81,6 +81,7 @@ class SceneReader:
         self._chosen = select_agents(self._everyone, agents)
         self._plans: dict[str, FootstepPlan | UsdfootError] = {}
         self._plan_problems: list[Problem] = []
+        self._agents: dict[str, Agent | None] = {}
         codes = _frame_codes(self._all_plans(), self.info.units, frames)
         self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units)
         foreign = (
@@ -102,14 +103,9 @@ class SceneReader:
             SceneError: If none of them can be used.
         """
         casting = self._casting
-        cast = []
-        for source in self._chosen:
-            if names is not None and source.name not in names:
-                continue
-            plan = self._plan_of(source)
-            agent = casting.cast(source, plan) if isinstance(plan, FootstepPlan) else None
-            if agent is not None:
-                cast.append(agent)
+        wanted = None if names is None else set(names)
+        found = [self._agent_of(source) for source in self._chosen if wanted is None or source.name in wanted]
+        cast = [agent for agent in found if agent is not None]
         problems = (
             *self._agent_problems,
             *self._plan_problems,
@@ -127,6 +123,14 @@ class SceneReader:
             problems=problems,
         )
         return Scene(stage=self.info, crowd=crowd, characters=tuple(casting.characters), frame_codes=self._codes)
+
+    def _agent_of(self, source: AgentSource) -> Agent | None:
+        """An agent, None if it cannot be used, cast once."""
+        if source.name not in self._agents:
+            plan = self._plan_of(source)
+            agent = self._casting.cast(source, plan) if isinstance(plan, FootstepPlan) else None
+            self._agents[source.name] = agent
+        return self._agents[source.name]
 
     def _all_plans(self) -> Iterator[FootstepPlan]:
         """Every plan that can be read."""
