@@ -11,7 +11,7 @@ import numpy as np
 
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.agent import Agent
-from usdfoot.model.motion import Motion, StepResults
+from usdfoot.model.motion import ForceResults, Motion, StepResults
 from usdfoot.model.report import Problem
 
 __all__ = ["ChunkRecord", "parse_record", "problem_json", "record_of"]
@@ -97,7 +97,19 @@ def _agent_json(agent: Agent, motion: Motion, source: Mapping[str, float]) -> di
             "rootWeight": _numbers(results.root_weight),
             "beta": _numbers(results.beta),
             "clips": clips,
+            **_forces_json(results.forces),
         },
+    }
+
+
+def _forces_json(forces: ForceResults | None) -> dict[str, list[float | None]]:
+    """Columns of motions that physics makes; none of others."""
+    if forces is None:
+        return {}
+    return {
+        "forceImbalance": _numbers(forces.force_imbalance),
+        "clampTime": _numbers(forces.clamp_time),
+        "jumpHeight": _numbers(forces.jump_height),
     }
 
 
@@ -122,6 +134,17 @@ def _step_results(steps: Mapping[str, Any]) -> StepResults:
         clip_counts=np.array([len(step) for step in weights], dtype=np.intp),
         clips=tuple(name for step in steps["clips"] for name in step),
         clip_weights=np.array([weight for step in weights for weight in step], dtype=float),
+        forces=_force_results(steps),
+    )
+
+
+def _force_results(steps: Mapping[str, Any]) -> ForceResults | None:
+    if "forceImbalance" not in steps:
+        return None
+    return ForceResults(
+        force_imbalance=_values(steps["forceImbalance"]),
+        clamp_time=_values(steps["clampTime"]),
+        jump_height=_values(steps["jumpHeight"]),
     )
 
 

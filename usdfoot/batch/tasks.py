@@ -14,8 +14,8 @@ from usdfoot.batch.hashing import content_hash
 from usdfoot.bridge.scene import Scene
 from usdfoot.bridge.tokens import ChunkFiles, chunk_files
 from usdfoot.bridge.versions import library_versions
-from usdfoot.engine.options import EngineOptions
 from usdfoot.model.agent import Agent
+from usdfoot.physics.motion_options import MotionOptions
 
 __all__ = ["ChunkTask", "cut_chunks"]
 
@@ -30,7 +30,7 @@ class ChunkTask:
     """Hash of the sizes and times of the scene's files: a worker that has read others must read again."""
     frames: tuple[int, int]
     """First and last time code of the crowd."""
-    options: EngineOptions
+    options: MotionOptions
     folder: str
     files: ChunkFiles
     agents: tuple[str, ...]
@@ -45,7 +45,7 @@ def cut_chunks(
     references: Sequence[tuple[str, str]],
     *,
     folder: Path,
-    options: EngineOptions,
+    options: MotionOptions,
     size: int,
 ) -> tuple[ChunkTask, ...]:
     """The agents of a scene, in its order, `size` to a chunk.
@@ -54,7 +54,7 @@ def cut_chunks(
         scene: As read.
         references: Asset and prim path of each character of the scene.
         folder: Where the crowd goes.
-        options: Of the engine.
+        options: Of the sources of motion.
         size: Agents a chunk.
     """
     agents = scene.crowd.agents
@@ -79,7 +79,7 @@ def cut_chunks(
 class _Hashes:
     """Content hashes of chunks; what agents share is hashed once."""
 
-    def __init__(self, scene: Scene, references: Sequence[tuple[str, str]], options: EngineOptions) -> None:
+    def __init__(self, scene: Scene, references: Sequence[tuple[str, str]], options: MotionOptions) -> None:
         stage, crowd = scene.stage, scene.crowd
         versions = {"usdfoot": __version__, **library_versions()}
         self._times = crowd.frame_times

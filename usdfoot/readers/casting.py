@@ -36,6 +36,8 @@ class Casting:
     units: StageUnits
     frame_codes: FloatArray
     finder: ClipFinder
+    motion: str | None = None
+    """Of all agents; None = what each says."""
     characters: list[Character] = field(default_factory=list)
     libraries: list[ClipLibrary] = field(default_factory=list)
     problems: list[Problem] = field(default_factory=list)
@@ -49,8 +51,9 @@ class Casting:
         """The agent; None, and a problem noted, if it cannot be used."""
         try:
             options = read_agent_options(source, self.units)
+            motion = self.motion or options.motion
             character, prim = self._character(source)
-            library = self._library(source, character, prim, required=options.motion != Motion.PHYSICS)
+            library = self._library(source, character, prim, required=motion != Motion.PHYSICS)
         except UsdfootError as error:
             self.problems.append(skipped(source, error))
             return None
@@ -66,8 +69,16 @@ class Casting:
             ik_reach=options.ik_reach,
             root_weight=0.0 if weighed else options.root_weight,
             replace_distance=options.replace_distance,
-            motion=options.motion,
+            motion=motion,
         )
+
+    def character_of(self, source: AgentSource) -> Character:
+        """The character of an agent.
+
+        Raises:
+            UsdfootError: If it has none that can be used.
+        """
+        return self.characters[self._character(source)[0]]
 
     def _character(self, source: AgentSource) -> tuple[int, Usd.Prim]:
         """Index of the agent's character, and its prim."""

@@ -20,8 +20,9 @@ from usdfoot.readers.agents import AgentSource, list_agents, select_agents
 from usdfoot.readers.casting import Casting, skipped
 from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.plans import read_plan
-from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
+from usdfoot.readers.stage import StagePrims, collect_prims, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
+from usdfoot.readers.walkers import plan_walkers, read_walkers
 
 __all__ = ["SceneReader", "read_scene"]
 
@@ -31,7 +32,11 @@ _ROUNDING = 1e-6
 
 
 def read_scene(
-    scene: str | os.PathLike[str] | Usd.Stage, *, agents: str = "*", frames: tuple[int, int] | None = None
+    scene: str | os.PathLike[str] | Usd.Stage,
+    *,
+    agents: str = "*",
+    frames: tuple[int, int] | None = None,
+    motion: str | None = None,
 ) -> Scene:
     """Everything usdfoot needs of a stage, in canonical space; the stage is not changed.
 
@@ -41,11 +46,12 @@ def read_scene(
         scene: File or open stage.
         agents: Glob on the names or prim paths of the agents to read.
         frames: First and last time code of the output; None = from the first strike to the last liftoff of all agents.
+        motion: Of all agents; None = what each says. Agents that physics moves need no clips.
 
     Raises:
         SceneError: If the stage cannot be opened or no agent at all can be used.
     """
-    read = SceneReader(scene, agents=agents, frames=frames).read()
+    read = SceneReader(scene, agents=agents, frames=frames, motion=motion).read()
     for problem in read.crowd.problems:
         _logger.log(logging.ERROR if problem.severity == "error" else logging.WARNING, "%s", problem.message)
     return read
@@ -58,6 +64,7 @@ class SceneReader:
         scene: File or open stage; never changed.
         agents: Glob on the names or prim paths of the agents that can be read.
         frames: First and last time code of the output; None = from the first strike to the last liftoff of all agents.
+        motion: Of all agents; None = what each says. Agents that physics moves need no clips.
         reload: Read the files again where this process has read them before.
 
     Raises:
@@ -70,6 +77,7 @@ class SceneReader:
         *,
         agents: str = "*",
         frames: tuple[int, int] | None = None,
+        motion: str | None = None,
         reload: bool = False,
     ) -> None:
         stage = open_stage(scene)
@@ -82,14 +90,20 @@ class SceneReader:
         self._plans: dict[str, FootstepPlan | UsdfootError] = {}
         self._plan_problems: list[Problem] = []
         self._agents: dict[str, Agent | None] = {}
-        codes = _frame_codes(self._all_plans(), self.info.units, frames)
         self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units)
+        self._plan_paths(stage, prims)
+        codes = _frame_codes(self._all_plans(), self.info.units, frames)
         foreign = (
             *(source.plan for source in self._everyone),
             *(stage.GetPrimAtPath(path) for path in self._terrain.meshes),
         )
         self._casting = Casting(
-            prims=prims, foreign=foreign, units=self.info.units, frame_codes=codes, finder=ClipFinder(stage, prims)
+            prims=prims,
+            foreign=foreign,
+            units=self.info.units,
+            frame_codes=codes,
+            finder=ClipFinder(stage, prims),
+            motion=motion,
         )
         self._codes = codes
 
@@ -131,6 +145,16 @@ class SceneReader:
             agent = self._casting.cast(source, plan) if isinstance(plan, FootstepPlan) else None
             self._agents[source.name] = agent
         return self._agents[source.name]
+
+    def _plan_paths(self, stage: Usd.Stage, prims: StagePrims) -> None:
+        """Plans all agents that follow a path."""
+        walkers, errors = read_walkers(stage, prims, self.info.units, sources=self._chosen)
+        self._plans.update(plan_walkers(walkers, self._terrain))
+        self._plans.update(errors)
+        for source in self._chosen:
+            plan = self._plans.get(source.name)
+            if isinstance(plan, UsdfootError):
+                self._plan_problems.append(skipped(source, plan))
 
     def _all_plans(self) -> Iterator[FootstepPlan]:
         """Every plan that can be read."""

@@ -35,7 +35,9 @@ class PrintModels:
 def print_models(size: float, units: StageUnits) -> PrintModels:
     """Meshes of prints for feet with the ball `size` from the ankle [m]."""
     outlines = print_outline(0, size), print_outline(1, size)
-    left, right = (_mesh_attributes(outline, color, units) for outline, color in zip(outlines, PRINT_COLORS, strict=True))
+    left, right = (
+        _mesh_attributes(outline, color, units) for outline, color in zip(outlines, PRINT_COLORS, strict=True)
+    )
     return PrintModels(outlines=outlines, attributes=(left, right))
 
 

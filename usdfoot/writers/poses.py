@@ -86,9 +86,7 @@ def _boxed(character: Character, places: FloatArray, turns: FloatArray, above: l
     )
 
 
-def pose_agents(
-    motions: Sequence[tuple[Motion, RestingCharacter]], units: StageUnits
-) -> Iterator[PosedAgent]:
+def pose_agents(motions: Sequence[tuple[Motion, RestingCharacter]], units: StageUnits) -> Iterator[PosedAgent]:
     """Motions as they are written, those of neighbours with one character worked out together."""
     for _, group in groupby(motions, key=lambda pair: id(pair[1])):
         own = list(group)
