@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from pathlib import Path
 
 from usdfoot.batch.records import record_of
 from usdfoot.batch.sources import SourceFigures
@@ -61,10 +62,11 @@ def make_chunk(task: ChunkTask) -> str:
 
     The process keeps the scene open for the chunks to come, and only this scene.
     """
-    return _workshop(task.scene, task.inputs, task.frames, task.options).make(task)
+    return _workshop(task.scene, task.inputs, task.frames, task.options, task.folder).make(task)
 
 
 @lru_cache(maxsize=1)
-def _workshop(scene: str, inputs: str, frames: tuple[int, int], options: MotionOptions) -> Workshop:
+def _workshop(scene: str, inputs: str, frames: tuple[int, int], options: MotionOptions, folder: str) -> Workshop:
     """The workshop of a scene in the state that `inputs` stands for."""
-    return Workshop(SceneReader(scene, frames=frames, motion=options.motion, reload=True), options)
+    reader = SceneReader(scene, frames=frames, motion=options.motion, reload=True, crowd=Path(folder))
+    return Workshop(reader, options)

@@ -116,9 +116,12 @@ def animate_chunk(
         OutputError: If the folder cannot be written to or the output would replace the input.
     """
     shot = _open_shot(scene_file, folder, agents, frames, options or MotionOptions(), collect, chunk_size)
-    if not 0 <= index < len(shot.tasks):
-        raise SceneError(scene_file, f"has no chunk {index}", f"give one of 0 to {len(shot.tasks) - 1}")
-    task = shot.tasks[index]
+    count = len(range(0, len(shot.reader.names), chunk_size))
+    if not 0 <= index < count:
+        raise SceneError(scene_file, f"has no chunk {index}", f"give one of 0 to {count - 1}")
+    task = next((task for task in shot.tasks if task.index == index), None)
+    if task is None:
+        return ChunkRecord(agents=(), problems=(), is_kept=False)
     kept = read_record(shot.folder, task.files, task.content_hash)
     return parse_record(kept or Workshop(shot.reader, shot.options).make(task), is_kept=kept is not None)
 
@@ -134,10 +137,10 @@ def count_chunks(
     """How many chunks `animate` with the same arguments makes.
 
     Raises:
-        SceneError: If the scene cannot be opened or no agent can be used.
+        SceneError: If the scene cannot be opened or the glob matches nobody.
     """
-    scene = SceneReader(scene_file, agents=agents, frames=frames, motion=motion).read()
-    return len(range(0, len(scene.crowd.agents), chunk_size))
+    reader = SceneReader(scene_file, agents=agents, frames=frames, motion=motion)
+    return len(range(0, len(reader.names), chunk_size))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,12 +165,12 @@ def _open_shot(
     chunk_size: int,
 ) -> _Shot:
     target = Path(os.path.realpath(folder))
-    reader = SceneReader(scene_file, agents=agents, frames=frames, motion=options.motion)
+    reader = SceneReader(scene_file, agents=agents, frames=frames, motion=options.motion, crowd=target)
     scene = reader.read()
     check_output(scene, target)
     characters = place_characters(scene.characters, target, layer_format=crowd_format(scene), collect=collect)
     references = [(placed.reference.assetPath, str(placed.reference.primPath)) for placed in characters]
-    tasks = cut_chunks(scene, references, folder=target, options=options, size=chunk_size)
+    tasks = cut_chunks(scene, references, names=reader.names, folder=target, options=options, size=chunk_size)
     return _Shot(reader=reader, scene=scene, folder=target, options=options, characters=characters, tasks=tasks)
 
 

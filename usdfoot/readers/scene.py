@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Collection, Iterable, Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 from pxr import Usd
@@ -19,6 +20,7 @@ from usdfoot.model.report import Problem
 from usdfoot.readers.agents import AgentSource, list_agents, select_agents
 from usdfoot.readers.casting import Casting, skipped
 from usdfoot.readers.clip_sources import ClipFinder
+from usdfoot.readers.overrides import read_overrides
 from usdfoot.readers.plans import read_plan
 from usdfoot.readers.stage import StagePrims, collect_prims, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
@@ -66,6 +68,7 @@ class SceneReader:
         frames: First and last time code of the output; None = from the first strike to the last liftoff of all agents.
         motion: Of all agents; None = what each says. Agents that physics moves need no clips.
         reload: Read the files again where this process has read them before.
+        crowd: Folder of the crowd, whose overrides.usda mutes agents and changes plans.
 
     Raises:
         SceneError: If the stage cannot be opened, the glob matches nobody or the frames are none.
@@ -79,6 +82,7 @@ class SceneReader:
         frames: tuple[int, int] | None = None,
         motion: str | None = None,
         reload: bool = False,
+        crowd: Path | None = None,
     ) -> None:
         stage = open_stage(scene)
         if reload:
@@ -86,12 +90,16 @@ class SceneReader:
         prims = collect_prims(stage)
         self.info = read_stage_info(stage)
         self._everyone, self._agent_problems = list_agents(stage, prims)
-        self._chosen = select_agents(self._everyone, agents)
+        self._overrides = read_overrides(crowd, self.info.units)
+        chosen = select_agents(self._everyone, agents)
+        self.names = tuple(source.name for source in chosen)
+        self._chosen = tuple(source for source in chosen if not self._overrides.is_muted(source.name))
         self._plans: dict[str, FootstepPlan | UsdfootError] = {}
         self._plan_problems: list[Problem] = []
         self._agents: dict[str, Agent | None] = {}
+        self._frames: dict[str, FloatArray] = {}
         self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units)
-        self._plan_paths(stage, prims)
+        self._planned = self._plan_paths(stage, prims)
         codes = _frame_codes(self._all_plans(), self.info.units, frames)
         foreign = (
             *(source.plan for source in self._everyone),
@@ -136,7 +144,13 @@ class SceneReader:
             frame_rate=self.info.units.time_codes_per_second,
             problems=problems,
         )
-        return Scene(stage=self.info, crowd=crowd, characters=tuple(casting.characters), frame_codes=self._codes)
+        return Scene(
+            stage=self.info,
+            crowd=crowd,
+            characters=tuple(casting.characters),
+            frame_codes=self._codes,
+            plan_frames={agent.name: self._frames[agent.name] for agent in cast if agent.name in self._frames},
+        )
 
     def _agent_of(self, source: AgentSource) -> Agent | None:
         """An agent, None if it cannot be used, cast once."""
@@ -146,15 +160,10 @@ class SceneReader:
             self._agents[source.name] = agent
         return self._agents[source.name]
 
-    def _plan_paths(self, stage: Usd.Stage, prims: StagePrims) -> None:
-        """Plans all agents that follow a path."""
+    def _plan_paths(self, stage: Usd.Stage, prims: StagePrims) -> dict[str, FootstepPlan | UsdfootError]:
+        """Plans of all agents that follow a path, or why there is none, by agent name."""
         walkers, errors = read_walkers(stage, prims, self.info.units, sources=self._chosen)
-        self._plans.update(plan_walkers(walkers, self._terrain))
-        self._plans.update(errors)
-        for source in self._chosen:
-            plan = self._plans.get(source.name)
-            if isinstance(plan, UsdfootError):
-                self._plan_problems.append(skipped(source, plan))
+        return {**plan_walkers(walkers, self._terrain), **errors}
 
     def _all_plans(self) -> Iterator[FootstepPlan]:
         """Every plan that can be read."""
@@ -167,12 +176,33 @@ class SceneReader:
         """An agent's plan or why there is none, read once."""
         if source.name not in self._plans:
             try:
-                self._plans[source.name], warnings = read_plan(source.plan, self.info.units)
+                changed = self._overrides.plan(source.name, self._plan_of_name)
+                if changed is not None:
+                    self._plans[source.name], warnings = changed.plan, changed.problems
+                    self._frames[source.name] = changed.frame
+                else:
+                    self._plans[source.name], warnings = self._scene_plan(source)
                 self._plan_problems.extend(warnings)
             except UsdfootError as error:
                 self._plans[source.name] = error
                 self._plan_problems.append(skipped(source, error))
         return self._plans[source.name]
+
+    def _scene_plan(self, source: AgentSource) -> tuple[FootstepPlan, tuple[Problem, ...]]:
+        """The plan that the scene gives an agent, and warnings.
+
+        Raises:
+            UsdfootError: If there is none.
+        """
+        planned = self._planned.get(source.name)
+        if isinstance(planned, UsdfootError):
+            raise planned
+        return (planned, ()) if planned is not None else read_plan(source.plan, self.info.units)
+
+    def _plan_of_name(self, name: str) -> FootstepPlan | None:
+        """The plan that the scene gives the agent of a name."""
+        source = next((source for source in self._everyone if source.name == name), None)
+        return self._scene_plan(source)[0] if source else None
 
 
 def _frame_codes(plans: Iterable[FootstepPlan], units: StageUnits, frames: tuple[int, int] | None) -> FloatArray:

@@ -90,5 +90,6 @@ def _chunk_layers(
                 results=agent.motion.results,
                 prints=prints[source.character],
                 units=units,
+                frame=scene.plan_frames.get(source.name),
             )
     return {files.agents: agents, files.footsteps: footsteps, files.anims: anims}
