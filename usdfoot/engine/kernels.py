@@ -15,7 +15,9 @@ __all__ = ["LibraryArrays", "SegmentArrays", "blend_rotations", "place_pelvis"]
 class LibraryArrays:
     """Examples on the device."""
 
-    rotations: wp.array3d(dtype=wp.quatf)  # (E, S, J) joint-local, the pelvis's in the support frame
+    rotations: wp.array(dtype=wp.quatf)  # (E * S * J) by example, sample, joint; the pelvis's in the support frame
+    samples: wp.int32  # S
+    joints: wp.int32  # J
     pelvis_positions: wp.array2d(dtype=wp.vec3f)  # (E, S) support frame
     support_balls: wp.array2d(dtype=wp.vec3f)  # (E, S) support frame
     translations: wp.array(dtype=wp.vec3f)  # (J,) rest
@@ -41,58 +43,49 @@ class SegmentArrays:
 
 
 @wp.func
-def blended_rotation(
-    rotations: wp.array3d(dtype=wp.quatf), examples: wp.vec4i, row: int, before: wp.vec4f, after: wp.vec4f, joint: int
-) -> wp.quatf:
-    """Sum of the examples' rotations between samples `row` and `row` + 1, signs aligned to the heaviest (the first).
-
-    `before` and `after` are the weights times the shares of the two samples. The sum is not normalised.
-    """
-    reference = rotations[examples[0], row, joint]
-    total = reference * before[0] + rotations[examples[0], row + 1, joint] * after[0]
-    for k in range(1, 4):
-        if before[k] + after[k] > 0.0:
-            first = rotations[examples[k], row, joint]
-            sign = wp.where(wp.dot(first, reference) < 0.0, -1.0, 1.0)
-            total += first * (sign * before[k]) + rotations[examples[k], row + 1, joint] * (sign * after[k])
-    return total
+def pose_starts(library: LibraryArrays, examples: wp.vec4i, row: int) -> wp.vec4i:
+    """Where in `library.rotations` the joints of sample `row` of the examples begin."""
+    return wp.vec4i(
+        (examples[0] * library.samples + row) * library.joints,
+        (examples[1] * library.samples + row) * library.joints,
+        (examples[2] * library.samples + row) * library.joints,
+        (examples[3] * library.samples + row) * library.joints,
+    )
 
 
 @wp.func
-def more_rotation(
-    rotations: wp.array3d(dtype=wp.quatf),
-    examples: wp.vec4i,
-    row: int,
-    before: wp.vec4f,
-    after: wp.vec4f,
-    joint: int,
-    heaviest: int,
+def weighted_rotation(
+    library: LibraryArrays, starts: wp.vec4i, before: wp.vec4f, after: wp.vec4f, joint: int, reference: wp.quatf
 ) -> wp.quatf:
-    """Sum of four more examples' rotations, likewise, signs aligned to the `heaviest` example."""
-    reference = rotations[heaviest, row, joint]
+    """Sum of four examples' rotations of a joint, signs aligned to the reference, not normalised.
+
+    `before` and `after` are the weights times the shares of the sample that starts there and the one after it.
+    """
     total = wp.quatf(0.0, 0.0, 0.0, 0.0)
     for k in range(4):
         if before[k] + after[k] > 0.0:
-            first = rotations[examples[k], row, joint]
+            place = starts[k] + joint
+            first = library.rotations[place]
             sign = wp.where(wp.dot(first, reference) < 0.0, -1.0, 1.0)
-            total += first * (sign * before[k]) + rotations[examples[k], row + 1, joint] * (sign * after[k])
+            total += first * (sign * before[k]) + library.rotations[place + library.joints] * (sign * after[k])
     return total
 
 
 @wp.func
 def sampled_rotation(
-    rotations: wp.array3d(dtype=wp.quatf), segments: SegmentArrays, segment: int, sample: float, joint: int
+    library: LibraryArrays, segments: SegmentArrays, segment: int, sample: float, joint: int
 ) -> wp.quatf:
-    """Normalised blend of a segment's examples' rotations at a sample."""
-    row = wp.min(int(sample), rotations.shape[1] - 2)
+    """Normalised blend of a segment's examples' rotations at a sample, aligned to the heaviest (the first)."""
+    row = wp.min(int(sample), library.samples - 2)
     fraction = sample - float(row)
-    examples = segments.examples[segment]
+    starts = pose_starts(library, segments.examples[segment], row)
     weights = segments.weights[segment]
-    total = blended_rotation(rotations, examples, row, weights * (1.0 - fraction), weights * fraction, joint)
+    reference = library.rotations[starts[0] + joint]
+    total = weighted_rotation(library, starts, weights * (1.0 - fraction), weights * fraction, joint, reference)
     more = segments.more_weights[segment]
     if more[0] > 0.0:
-        others = segments.more_examples[segment]
-        total += more_rotation(rotations, others, row, more * (1.0 - fraction), more * fraction, joint, examples[0])
+        others = pose_starts(library, segments.more_examples[segment], row)
+        total += weighted_rotation(library, others, more * (1.0 - fraction), more * fraction, joint, reference)
     return wp.normalize(total)
 
 
@@ -155,18 +148,18 @@ def place_pelvis(
     segment = frame_segments[frame]
     sample = samples[frame]
     side = segments.support_sides[segment]
-    rotation = sampled_rotation(library.rotations, segments, segment, sample, library.pelvis)
+    rotation = sampled_rotation(library, segments, segment, sample, library.pelvis)
     offset = sampled_position(library.pelvis_positions, segments, segment, sample)
     if side >= 0:
         anchor = wp.min(sample, segments.anchors[segment])
-        turned = sampled_rotation(library.rotations, segments, segment, anchor, library.pelvis)
+        turned = sampled_rotation(library, segments, segment, anchor, library.pelvis)
         offset -= sampled_position(library.pelvis_positions, segments, segment, anchor)
         offset += sampled_position(library.support_balls, segments, segment, anchor)
         for c in range(library.chains.shape[1]):
             joint = library.chains[side, c]
             if joint >= 0:
                 offset -= wp.quat_rotate(turned, library.translations[joint])
-                turned = turned * sampled_rotation(library.rotations, segments, segment, anchor, joint)
+                turned = turned * sampled_rotation(library, segments, segment, anchor, joint)
     heading = wp.quat_from_axis_angle(wp.vec3f(0.0, 1.0, 0.0), yaws[frame])
     window = position_windows[frame]
     position = segments.origins[segment] + wp.quat_rotate(heading, offset)
@@ -192,23 +185,22 @@ def blend_rotations(
     frame = wp.tid()
     segment = frame_segments[frame]
     sample = samples[frame]
-    examples = segments.examples[segment]
-    weights = segments.weights[segment]
-    row = wp.min(int(sample), library.rotations.shape[1] - 2)
+    row = wp.min(int(sample), library.samples - 2)
     fraction = sample - float(row)
+    starts = pose_starts(library, segments.examples[segment], row)
+    weights = segments.weights[segment]
     before = weights * (1.0 - fraction)
     after = weights * fraction
-    others = segments.more_examples[segment]
+    others = pose_starts(library, segments.more_examples[segment], row)
     more = segments.more_weights[segment]
     window = joint_windows[frame]
     beside_seam = wp.length_sq(window) > 0.0
     for k in range(joints.shape[0]):
         joint = joints[k]
-        blended = blended_rotation(library.rotations, examples, row, before, after, joint)
+        reference = library.rotations[starts[0] + joint]
+        blended = weighted_rotation(library, starts, before, after, joint, reference)
         if more[0] > 0.0:
-            blended += more_rotation(
-                library.rotations, others, row, more * (1.0 - fraction), more * fraction, joint, examples[0]
-            )
+            blended += weighted_rotation(library, others, more * (1.0 - fraction), more * fraction, joint, reference)
         if beside_seam:
             blended = seam_rotation(segments.joint_values, segments.joint_slopes, segment, window, joint) * blended
         rotations[frame, joint] = wp.normalize(blended)

@@ -142,7 +142,9 @@ class ClipPoses:
 def device_library(skeleton: Skeleton, examples: Examples, rig: Rig, *, pelvis: int) -> LibraryArrays:
     """Examples as device arrays."""
     library = LibraryArrays()
-    library.rotations = wp.array(np.ascontiguousarray(examples.rotations, dtype=np.float32), dtype=wp.quatf)
+    rotations = np.ascontiguousarray(examples.rotations, dtype=np.float32)
+    library.rotations = wp.array(rotations.reshape(-1, 4), dtype=wp.quatf)
+    library.samples, library.joints = rotations.shape[1:3]
     library.pelvis_positions = wp.array(examples.pelvis_positions.astype(np.float32), dtype=wp.vec3f)
     library.support_balls = wp.array(examples.support_balls.astype(np.float32), dtype=wp.vec3f)
     library.translations = rig.arrays.translations
@@ -189,7 +191,7 @@ def turn_fraction(segments: Segments, rows: IntArray, times: FloatArray) -> Floa
     x = np.clip(
         (times - segments.begins[rows]) / np.maximum(segments.ends[rows] - segments.begins[rows], 1e-6), 0.0, 1.0
     )
-    return x**3 * (10.0 + x * (6.0 * x - 15.0))
+    return x * x * x * (10.0 + x * (6.0 * x - 15.0))
 
 
 def pose_frames(
