@@ -14,8 +14,9 @@ from usdfoot.batch.hashing import content_hash
 from usdfoot.bridge.scene import Scene
 from usdfoot.bridge.tokens import ChunkFiles, File, chunk_files
 from usdfoot.bridge.versions import library_versions
-from usdfoot.model.agent import Agent
+from usdfoot.model.agent import Agent, Follower
 from usdfoot.physics.motion_options import MotionOptions
+from usdfoot.readers.limits import Limits
 
 __all__ = ["ChunkTask", "cut_chunks"]
 
@@ -33,6 +34,7 @@ class ChunkTask:
     frames: tuple[int, int]
     """First and last time code of the crowd."""
     options: MotionOptions
+    limits: Limits
     folder: str
     files: ChunkFiles
     agents: tuple[str, ...]
@@ -49,6 +51,7 @@ def cut_chunks(
     names: Sequence[str],
     folder: Path,
     options: MotionOptions,
+    limits: Limits,
     size: int,
 ) -> tuple[ChunkTask, ...]:
     """The agents of a scene, in its order, `size` to a chunk.
@@ -61,9 +64,10 @@ def cut_chunks(
         names: Of all agents that were asked for.
         folder: Where the crowd goes.
         options: Of the sources of motion.
+        limits: How much of a scene is read.
         size: Agents a chunk.
     """
-    readable = {agent.name: agent for agent in scene.crowd.agents}
+    readable = {agent.name: agent for agent in scene.crowd.everyone}
     hashes = _Hashes(scene, references, options)
     inputs = _inputs((*scene.stage.layers, str(folder / File.OVERRIDES)))
     parts = [
@@ -77,6 +81,7 @@ def cut_chunks(
             inputs=inputs,
             frames=(int(scene.frame_codes[0]), int(scene.frame_codes[-1])),
             options=options,
+            limits=limits,
             folder=str(folder),
             files=chunk_files(index, len(parts)),
             agents=tuple(agent.name for agent in part),
@@ -105,15 +110,15 @@ class _Hashes:
             for character, reference in zip(scene.characters, references, strict=True)
         ]
 
-    def of(self, agents: Sequence[Agent]) -> str:
+    def of(self, agents: Sequence[Agent | Follower]) -> str:
         """The hash of a chunk with these agents."""
         return content_hash(self._common, [self._agent(agent) for agent in agents])
 
-    def _agent(self, agent: Agent) -> str:
+    def _agent(self, agent: Agent | Follower) -> str:
         """Frames count only as far as they lie within the agent's own interval: outside it has none."""
-        plan, last = agent.plan, len(self._times) - 1
-        begin = np.searchsorted(self._times, plan.strike_times[0], side="right") - 1
-        end = np.searchsorted(self._times, plan.liftoff_times.max())
+        (start, stop), last = agent.interval, len(self._times) - 1
+        begin = np.searchsorted(self._times, start, side="right") - 1
+        end = np.searchsorted(self._times, stop)
         frames = self._times[np.clip([begin, end], 0, last)]
         frame = self._frames.get(agent.name)
         return content_hash(agent, frame, frames, self._libraries[agent.library], self._characters[agent.character])

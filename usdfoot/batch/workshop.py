@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -11,6 +12,8 @@ from usdfoot.batch.tasks import ChunkTask
 from usdfoot.engine.animate import PreparedLibraries
 from usdfoot.physics.animate import animate_all
 from usdfoot.physics.motion_options import MotionOptions
+from usdfoot.planning.followers import plan_followers
+from usdfoot.readers.limits import Limits
 from usdfoot.readers.scene import SceneReader
 from usdfoot.writers.chunks import write_chunk
 
@@ -41,8 +44,12 @@ class Workshop:
             OutputError: If the folder cannot be written to.
         """
         scene = self._reader.read(names=task.agents)
-        motions, problems = animate_all(scene.crowd, options=self._options, libraries=self._libraries)
-        record = record_of(scene.crowd.agents, motions, problems, self._sources.of(scene.crowd, motions))
+        crowd, followings, lost = plan_followers(scene.crowd, options=self._options, libraries=self._libraries)
+        scene = replace(scene, crowd=crowd)
+        motions, problems = animate_all(crowd, options=self._options, libraries=self._libraries)
+        record = record_of(
+            crowd.agents, motions, [*lost, *problems], self._sources.of(crowd, motions), followings=followings
+        )
         if motions:
             references = dict(zip(task.agents, task.references, strict=True))
             write_chunk(
@@ -62,11 +69,13 @@ def make_chunk(task: ChunkTask) -> str:
 
     The process keeps the scene open for the chunks to come, and only this scene.
     """
-    return _workshop(task.scene, task.inputs, task.frames, task.options, task.folder).make(task)
+    return _workshop(task.scene, task.inputs, task.frames, task.options, task.limits, task.folder).make(task)
 
 
 @lru_cache(maxsize=1)
-def _workshop(scene: str, inputs: str, frames: tuple[int, int], options: MotionOptions, folder: str) -> Workshop:
+def _workshop(
+    scene: str, inputs: str, frames: tuple[int, int], options: MotionOptions, limits: Limits, folder: str
+) -> Workshop:
     """The workshop of a scene in the state that `inputs` stands for."""
-    reader = SceneReader(scene, frames=frames, motion=options.motion, reload=True, crowd=Path(folder))
+    reader = SceneReader(scene, frames=frames, motion=options.motion, reload=True, crowd=Path(folder), limits=limits)
     return Workshop(reader, options)

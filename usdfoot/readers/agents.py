@@ -32,7 +32,7 @@ class AgentSource:
     prim: Usd.Prim
     """The agent prim; without UsdfootAgentAPI on the stage, the plan."""
     plan: Usd.Prim
-    """The plan's prim; of an agent that has none but follows a path, the path's."""
+    """The plan's prim; of an agent that has none but follows a path or a trajectory, that prim."""
     character: Usd.Prim | None
     """Prim that holds the character; None = the agent prim, or the only character of the stage."""
     clips: tuple[Sdf.Path, ...]
@@ -41,6 +41,10 @@ class AgentSource:
     """Whether the prim has UsdfootAgentAPI."""
     path: Usd.Prim | None = None
     """The curve that an agent without a plan follows."""
+    trajectory: Usd.Prim | None = None
+    """What an agent without plan and path follows."""
+    number: int | None = None
+    """Which of the points of a trajectory is the agent's."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,27 +127,28 @@ def _source(stage: Usd.Stage, prim: Usd.Prim, name: str, default_plan: Usd.Prim 
     """Raises PlanError or SceneError if a relationship is missing or points nowhere."""
     plan = _target(stage, prim, Token.PLAN)
     path = _target(stage, prim, Token.PATH) if plan is None else None
+    trajectory = _target(stage, prim, Token.TRAJECTORY) if plan is None and path is None else None
+    number = authored(prim, Token.ID)
     return AgentSource(
         name=name,
         prim=prim,
-        plan=plan or path or _default_plan(prim, default_plan),
+        plan=plan or path or trajectory or _default_plan(prim, default_plan),
         path=path,
         character=_target(stage, prim, Token.CHARACTER),
         clips=tuple(_existing(stage, prim, Token.CLIPS)),
         is_authored=True,
+        trajectory=trajectory,
+        number=None if number is None else int(number),
     )
 
 
 def _default_plan(prim: Usd.Prim, default: Usd.Prim | None) -> Usd.Prim:
-    if targets(prim, Token.TRAJECTORY):
-        raise PlanError(
-            prim.GetPath(),
-            "follows a trajectory but has no footsteps",
-            f"this needs a footstep plan for now: point {Token.PLAN} at a PointInstancer with UsdfootPlanAPI",
-        )
     if default is None:
         raise PlanError(
-            prim.GetPath(), "has no footstep plan", f"point {Token.PLAN} at a PointInstancer with UsdfootPlanAPI"
+            prim.GetPath(),
+            "has no footstep plan",
+            f"point {Token.PLAN} at a PointInstancer with UsdfootPlanAPI, {Token.PATH} at BasisCurves, or "
+            f"{Token.TRAJECTORY} at an animated Xform",
         )
     return default
 
