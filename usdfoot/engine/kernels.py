@@ -15,9 +15,7 @@ __all__ = ["LibraryArrays", "SegmentArrays", "blend_rotations", "place_pelvis"]
 class LibraryArrays:
     """Examples on the device."""
 
-    rotations: wp.array(dtype=wp.quatf)  # (E * S * J) by example, sample, joint; the pelvis's in the support frame
-    samples: wp.int32  # S
-    joints: wp.int32  # J
+    rotations: wp.array3d(dtype=wp.quatf)  # (E, S, J) joint-local, the pelvis's in the support frame
     pelvis_positions: wp.array2d(dtype=wp.vec3f)  # (E, S) support frame
     support_balls: wp.array2d(dtype=wp.vec3f)  # (E, S) support frame
     translations: wp.array(dtype=wp.vec3f)  # (J,) rest
@@ -43,49 +41,45 @@ class SegmentArrays:
 
 
 @wp.func
-def pose_starts(library: LibraryArrays, examples: wp.vec4i, row: int) -> wp.vec4i:
-    """Where in `library.rotations` the joints of sample `row` of the examples begin."""
-    return wp.vec4i(
-        (examples[0] * library.samples + row) * library.joints,
-        (examples[1] * library.samples + row) * library.joints,
-        (examples[2] * library.samples + row) * library.joints,
-        (examples[3] * library.samples + row) * library.joints,
-    )
-
-
-@wp.func
 def weighted_rotation(
-    library: LibraryArrays, starts: wp.vec4i, before: wp.vec4f, after: wp.vec4f, joint: int, reference: wp.quatf
+    rotations: wp.array3d(dtype=wp.quatf),
+    examples: wp.vec4i,
+    row: int,
+    before: wp.vec4f,
+    after: wp.vec4f,
+    joint: int,
+    reference: wp.quatf,
 ) -> wp.quatf:
-    """Sum of four examples' rotations of a joint, signs aligned to the reference, not normalised.
+    """Sum of four examples' rotations between samples `row` and `row` + 1, signs aligned to the reference.
 
-    `before` and `after` are the weights times the shares of the sample that starts there and the one after it.
+    `before` and `after` are the weights times the shares of the two samples. The sum is not normalised.
     """
     total = wp.quatf(0.0, 0.0, 0.0, 0.0)
     for k in range(4):
         if before[k] + after[k] > 0.0:
-            place = starts[k] + joint
-            first = library.rotations[place]
+            first = rotations[examples[k], row, joint]
             sign = wp.where(wp.dot(first, reference) < 0.0, -1.0, 1.0)
-            total += first * (sign * before[k]) + library.rotations[place + library.joints] * (sign * after[k])
+            total += first * (sign * before[k]) + rotations[examples[k], row + 1, joint] * (sign * after[k])
     return total
 
 
 @wp.func
 def sampled_rotation(
-    library: LibraryArrays, segments: SegmentArrays, segment: int, sample: float, joint: int
+    rotations: wp.array3d(dtype=wp.quatf), segments: SegmentArrays, segment: int, sample: float, joint: int
 ) -> wp.quatf:
     """Normalised blend of a segment's examples' rotations at a sample, aligned to the heaviest (the first)."""
-    row = wp.min(int(sample), library.samples - 2)
+    row = wp.min(int(sample), rotations.shape[1] - 2)
     fraction = sample - float(row)
-    starts = pose_starts(library, segments.examples[segment], row)
+    examples = segments.examples[segment]
     weights = segments.weights[segment]
-    reference = library.rotations[starts[0] + joint]
-    total = weighted_rotation(library, starts, weights * (1.0 - fraction), weights * fraction, joint, reference)
+    reference = rotations[examples[0], row, joint]
+    before, after = weights * (1.0 - fraction), weights * fraction
+    total = weighted_rotation(rotations, examples, row, before, after, joint, reference)
     more = segments.more_weights[segment]
     if more[0] > 0.0:
-        others = pose_starts(library, segments.more_examples[segment], row)
-        total += weighted_rotation(library, others, more * (1.0 - fraction), more * fraction, joint, reference)
+        others = segments.more_examples[segment]
+        before, after = more * (1.0 - fraction), more * fraction
+        total += weighted_rotation(rotations, others, row, before, after, joint, reference)
     return wp.normalize(total)
 
 
@@ -148,18 +142,18 @@ def place_pelvis(
     segment = frame_segments[frame]
     sample = samples[frame]
     side = segments.support_sides[segment]
-    rotation = sampled_rotation(library, segments, segment, sample, library.pelvis)
+    rotation = sampled_rotation(library.rotations, segments, segment, sample, library.pelvis)
     offset = sampled_position(library.pelvis_positions, segments, segment, sample)
     if side >= 0:
         anchor = wp.min(sample, segments.anchors[segment])
-        turned = sampled_rotation(library, segments, segment, anchor, library.pelvis)
+        turned = sampled_rotation(library.rotations, segments, segment, anchor, library.pelvis)
         offset -= sampled_position(library.pelvis_positions, segments, segment, anchor)
         offset += sampled_position(library.support_balls, segments, segment, anchor)
         for c in range(library.chains.shape[1]):
             joint = library.chains[side, c]
             if joint >= 0:
                 offset -= wp.quat_rotate(turned, library.translations[joint])
-                turned = turned * sampled_rotation(library, segments, segment, anchor, joint)
+                turned = turned * sampled_rotation(library.rotations, segments, segment, anchor, joint)
     heading = wp.quat_from_axis_angle(wp.vec3f(0.0, 1.0, 0.0), yaws[frame])
     window = position_windows[frame]
     position = segments.origins[segment] + wp.quat_rotate(heading, offset)
@@ -185,22 +179,24 @@ def blend_rotations(
     frame = wp.tid()
     segment = frame_segments[frame]
     sample = samples[frame]
-    row = wp.min(int(sample), library.samples - 2)
-    fraction = sample - float(row)
-    starts = pose_starts(library, segments.examples[segment], row)
+    examples = segments.examples[segment]
     weights = segments.weights[segment]
+    row = wp.min(int(sample), library.rotations.shape[1] - 2)
+    fraction = sample - float(row)
     before = weights * (1.0 - fraction)
     after = weights * fraction
-    others = pose_starts(library, segments.more_examples[segment], row)
+    others = segments.more_examples[segment]
     more = segments.more_weights[segment]
     window = joint_windows[frame]
     beside_seam = wp.length_sq(window) > 0.0
     for k in range(joints.shape[0]):
         joint = joints[k]
-        reference = library.rotations[starts[0] + joint]
-        blended = weighted_rotation(library, starts, before, after, joint, reference)
+        reference = library.rotations[examples[0], row, joint]
+        blended = weighted_rotation(library.rotations, examples, row, before, after, joint, reference)
         if more[0] > 0.0:
-            blended += weighted_rotation(library, others, more * (1.0 - fraction), more * fraction, joint, reference)
+            blended += weighted_rotation(
+                library.rotations, others, row, more * (1.0 - fraction), more * fraction, joint, reference
+            )
         if beside_seam:
             blended = seam_rotation(segments.joint_values, segments.joint_slopes, segment, window, joint) * blended
         rotations[frame, joint] = wp.normalize(blended)

@@ -142,9 +142,7 @@ class ClipPoses:
 def device_library(skeleton: Skeleton, examples: Examples, rig: Rig, *, pelvis: int) -> LibraryArrays:
     """Examples as device arrays."""
     library = LibraryArrays()
-    rotations = np.ascontiguousarray(examples.rotations, dtype=np.float32)
-    library.rotations = wp.array(rotations.reshape(-1, 4), dtype=wp.quatf)
-    library.samples, library.joints = rotations.shape[1:3]
+    library.rotations = wp.array(np.ascontiguousarray(examples.rotations, dtype=np.float32), dtype=wp.quatf)
     library.pelvis_positions = wp.array(examples.pelvis_positions.astype(np.float32), dtype=wp.vec3f)
     library.support_balls = wp.array(examples.support_balls.astype(np.float32), dtype=wp.vec3f)
     library.translations = rig.arrays.translations
