@@ -42,17 +42,17 @@ def merge_blends(blend: StepBlend, other: StepBlend, rows: IntArray) -> StepBlen
 def landing_offsets(setup: Setup, blend: StepBlend, steps: IntArray) -> FloatArray:
     """Footstep minus where the blended swing foot is going to be planted, (x, z) [m], shape (N, 2)."""
     contacts, segments, examples = setup.contacts, setup.segments, setup.examples
-    poses = pose_frames(
-        setup, blend, device_segments(setup, blend), steps, segments.ends[steps], joints=setup.rig.leg_joints
-    )
+    arrays = device_segments(setup, blend, origins=np.zeros((len(segments), 3)))
+    poses = pose_frames(setup, blend, arrays, steps, segments.ends[steps], joints=setup.rig.leg_joints)
     targets = segments.supports[steps] + 1
     balls = pose_feet(setup.rig, poses).balls[np.arange(len(steps)), contacts.sides[targets]][:, GROUND_AXES]
     settle = examples.landings - examples.swing_balls[:, -1, GROUND_AXES]  # from the strike until the ball is down
     settling = np.sum(blend.weights[steps, :, None] * settle[blend.examples[steps]], axis=1)
     headings = contacts.headings[segments.supports[steps]] + blend.twists[steps]
     landing = balls + planar.rotate(headings, settling)
-    target = contacts.positions[targets] - setup.origins[segments.agents[steps]]
-    return target[:, GROUND_AXES] - landing
+    target = contacts.positions[targets] - contacts.positions[segments.supports[steps]]
+    offsets: FloatArray = target[:, GROUND_AXES] - landing
+    return offsets
 
 
 def beyond_reach(setup: Setup, offsets: FloatArray, reach: FloatArray) -> FloatArray:

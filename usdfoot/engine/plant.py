@@ -75,15 +75,13 @@ def reaching_raise(ankle: wp.vec3f, ball: wp.vec3f, hip: wp.vec3f, lateral: wp.v
     """
     foot = ankle - ball
     leg = hip - ball
-    sideways = wp.dot(leg, lateral)
-    inward = leg - sideways * lateral
-    foot_length = wp.length(foot)
-    leg_length = wp.max(wp.length(inward), 1.0e-3)
-    cosine = sideways * sideways + leg_length * leg_length + foot_length * foot_length - longest * longest
-    apart = wp.acos(wp.clamp(cosine / (2.0 * leg_length * foot_length), -1.0, 1.0))
-    now = wp.acos(wp.clamp(wp.dot(foot, inward) / (foot_length * leg_length), -1.0, 1.0))
-    if wp.dot(wp.cross(foot, inward), lateral) < 0.0:
-        now = -now
+    square = wp.length_sq(foot) + wp.length_sq(leg) - longest * longest
+    square -= 2.0 * wp.dot(foot, lateral) * wp.dot(leg, lateral)
+    foot -= wp.dot(foot, lateral) * lateral
+    leg -= wp.dot(leg, lateral) * lateral
+    lengths = wp.max(wp.length(foot) * wp.length(leg), 1.0e-6)
+    apart = wp.acos(wp.clamp(square / (2.0 * lengths), -1.0, 1.0))
+    now = wp.atan2(wp.dot(wp.cross(foot, leg), lateral), wp.dot(foot, leg))
     return wp.min(now - apart, MOST_RAISE)
 
 
