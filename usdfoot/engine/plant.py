@@ -19,6 +19,7 @@ class FootArrays:
 
     positions: wp.array(dtype=wp.vec3f)  # ground under the ball, agent's origin
     frames: wp.array(dtype=wp.quatf)  # print to world: +Z forward, +Y normal
+    pitch_axes: wp.array(dtype=wp.vec3f)  # a heel that rises about it keeps the foot's yaw, seen along the plan's normal
     flat_rotations: wp.array(dtype=wp.quatf)  # ankle joint in the world, foot flat on the print
     strikes: wp.array(dtype=wp.float32)  # agent's clock [s]
     flats: wp.array(dtype=wp.float32)
@@ -95,7 +96,7 @@ def standing_foot(
     """
     print_to_world = feet.frames[contact]
     flat = feet.flat_rotations[contact]
-    lateral = wp.quat_rotate(print_to_world, wp.vec3f(1.0, 0.0, 0.0))
+    lateral = feet.pitch_axes[contact]
     normal = wp.quat_rotate(print_to_world, wp.vec3f(0.0, 1.0, 0.0))
     ball = feet.positions[contact] + wp.vec3f(0.0, rig.ball_heights[side] / normal[1], 0.0)
     pose = FootPose()
