@@ -67,7 +67,8 @@ def lay_prints(setup: Setup, ground: Ground) -> tuple[FloatArray, BoolArray]:
         yaws = yaws - _yaw_errors(setup, frames)
         raises = raises + _heel_depths(setup, ground, frames)
         frames, on_ground = _frames_on_ground(setup, ground, yaws, raises)
-    return frames, on_ground
+    turns = quaternion.from_axis_angle(setup.contacts.normals, -_yaw_errors(setup, frames))
+    return quaternion.compose(turns, frames), on_ground
 
 
 def _heel_depths(setup: Setup, ground: Ground, frames: FloatArray) -> FloatArray:
