@@ -49,9 +49,9 @@ def show(scene: Path, folder: Path) -> bool:
     console.rule(scene.name)
     with shown_progress(quiet=False) as progress:
         report = animate(scene, folder, progress=progress)
-        progress("validate")
+        progress("validate", 0, 0)
         validation = validate(report.crowd_file)
-        progress("draw")
+        progress("draw", 0, 0)
         picture = draw_contact_sheet(write_shot(report.crowd_file, scene), folder / f"{scene.stem}.png")
     print_problems(report.skipped, quiet=False)
     console.print(step_table(report.results))

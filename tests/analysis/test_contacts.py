@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from tests.builders import Gait, Walker, build_walker
-from usdfoot.analysis.motion import foot_motion, moved
+from usdfoot.analysis.motion import clip_leg_lengths, foot_motions, moved
 from usdfoot.analysis.world import detect_contacts, world_clip
 from usdfoot.errors import ClipError
 from usdfoot.maths import planar
@@ -250,7 +250,8 @@ def test_two_authored_strikes_without_a_liftoff_are_refused() -> None:
 
 def test_heel_is_behind_and_below_the_ankle() -> None:
     walker = build_walker(twisted=True)
-    motion = foot_motion(walker.clip, walker.library.skeleton, walker.library.biped)
+    rig = walker.library.skeleton, walker.library.biped
+    (motion,) = foot_motions([walker.clip], *rig, leg_lengths=clip_leg_lengths([walker.clip], *rig))
     for side in range(2):
         truth = walker.contacts[side]
         flat = (motion.times > truth.flat_times[1]) & (motion.times < truth.flat_times[1] + 0.1)

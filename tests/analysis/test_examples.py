@@ -242,6 +242,26 @@ def test_styles_and_names_follow_their_clips() -> None:
     assert {examples.styles[i] for i in np.flatnonzero(examples.clip_indices == 1)} == {"default"}
 
 
+def test_clips_analysed_together_give_the_examples_of_each_alone() -> None:
+    walkers = [build_walker(gait, rate=rate) for gait, rate in ((Gait(), 30.0), (Gait(step_length=-0.4), 120.0))]
+    short = replace(
+        walkers[0].clip, **{name: getattr(walkers[0].clip, name)[:3] for name in ("translations", "rotations")}
+    )
+    in_place = replace(walkers[0].clip, root_motion="inPlace")
+    clips = tuple(
+        replace(clip, name=f"/Clip_{number}", mirror=number != 1)
+        for number, clip in enumerate((walkers[0].clip, walkers[1].clip, short, in_place))
+    )
+    library = replace(walkers[0].library, clips=clips)
+    together, problems = build_examples(library)
+    alone = [build_examples(replace(library, clips=(clip,))) for clip in clips]
+    assert problems == [problem for _, faults in alone for problem in faults]
+    assert list(together.clip_indices) == [index for index, (part, _) in enumerate(alone) for _ in range(len(part))]
+    assert list(together.mirrored) == [flag for part, _ in alone for flag in part.mirrored]
+    for name in ("start_times", "landings", "rotations", "pelvis_positions", "swing_balls"):
+        assert_allclose(getattr(together, name), np.concatenate([getattr(part, name) for part, _ in alone]), atol=1e-6)
+
+
 def test_no_clips_give_no_examples() -> None:
     walker = build_walker()
     examples, problems = build_examples(replace(walker.library, clips=()))

@@ -13,12 +13,13 @@ from tests.engine.plans import crowd, moved, way
 from tests.engine.walkers import WALKS, library_of
 from tests.strategies import footstep_plans
 from usdfoot.engine.animate import animate_crowd, prepare_library
-from usdfoot.engine.contacts import lay_contacts
 from usdfoot.engine.options import EngineOptions
-from usdfoot.engine.segments import cut_segments, locate, phases_at
+from usdfoot.engine.segments import cut_segments, phases_at
 from usdfoot.errors import ClipError, UsdfootError
 from usdfoot.maths import planar
+from usdfoot.maths.timeline import locate
 from usdfoot.model.clip import ClipLibrary
+from usdfoot.model.contact_table import lay_contacts
 
 
 @given(plan=footstep_plans(smallest=3))

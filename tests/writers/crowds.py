@@ -9,6 +9,7 @@ from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
 
 from usdfoot.bridge.scene import Character, Scene, StageInfo
 from usdfoot.bridge.similarity import Similarity, similarity_of_matrices
+from usdfoot.bridge.tokens import chunk_files
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths import quaternion
 from usdfoot.model.agent import Agent, Crowd
@@ -20,6 +21,10 @@ from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.skeleton import forward_kinematics
 from usdfoot.model.terrain import Terrain
 from usdfoot.readers.skeleton import matrices_of, read_skeleton, skeleton_in
+from usdfoot.writers import crowd as crowd_writer
+from usdfoot.writers.characters import place_characters
+from usdfoot.writers.chunks import write_chunk
+from usdfoot.writers.crowd import check_output, crowd_format
 
 JOINTS = ["root"] + [
     f"root/pelvis{rest}"
@@ -274,3 +279,22 @@ def world_joints(motion: Motion, character: Character) -> np.ndarray:
             turns[joint] = (place, spin)
             positions[frame, joint] = quaternion.rotate(turn, place) + motion.root_positions[frame]
     return positions
+
+
+def write_crowd(scene: Scene, motions: Sequence[Motion], folder: Path, *, collect: bool = False) -> tuple[Path, ...]:
+    """The motions written as a crowd of one chunk; paths of crowd.usd and report.json."""
+    check_output(scene, folder)
+    characters = place_characters(scene.characters, folder, layer_format=crowd_format(scene), collect=collect)
+    references = [(placed.reference.assetPath, str(placed.reference.primPath)) for placed in characters]
+    cast = {agent.name: references[agent.character] for agent in scene.crowd.agents}
+    files = chunk_files(0, 1)
+    write_chunk(scene, motions, folder, files=files, references=[cast[motion.name] for motion in motions])
+    return crowd_writer.write_crowd(
+        scene,
+        [motion.name for motion in motions],
+        folder,
+        chunks=[files],
+        characters=characters,
+        provenance={"version": "1"},
+        report={"agents": []},
+    )

@@ -14,13 +14,13 @@ from tests.writers.crowds import (
     scene_of,
     wandering_motion,
     write_character,
+    write_crowd,
 )
 from tests.writers.test_crowd import CENTIMETRES, read_joints, write
 from usdfoot.bridge import tokens
 from usdfoot.bridge.schema import has_api
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths import quaternion
-from usdfoot.writers.crowd import write_crowd
 
 Z_UP = StageUnits(meters_per_unit=1.0, up_axis="Z", time_codes_per_second=24.0)
 
@@ -62,7 +62,7 @@ def test_rotations_never_change_sign(tmp_path):
     motion = wandering_motion("A0", character, frames=40, rate=30.0)
     signs = np.where(np.random.default_rng(3).random((40, len(character.skeleton.joints), 1)) < 0.5, -1.0, 1.0)
     motion = replace(motion, rotations=motion.rotations * signs, pelvis_rotations=motion.pelvis_rotations * signs[:, 0])
-    crowd, _ = write_crowd(scene, [motion], tmp_path / "out", provenance={}, report={"agents": []})
+    crowd, _ = write_crowd(scene, [motion], tmp_path / "out")
     stage = Usd.Stage.Open(str(crowd))
     animation = UsdSkel.Animation(stage.GetPrimAtPath("/Crowd/Anims/A0"))
     rotations = np.array([xyzw(animation.GetRotationsAttr().Get(float(code))) for code in range(40)])

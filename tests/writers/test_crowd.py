@@ -8,9 +8,16 @@ import numpy as np
 import pytest
 from pxr import Usd, UsdGeom, UsdSkel, UsdValidation
 
-from tests.writers.crowds import Rig, character_of, scene_of, wandering_motion, world_joints, write_character
+from tests.writers.crowds import (
+    Rig,
+    character_of,
+    scene_of,
+    wandering_motion,
+    world_joints,
+    write_character,
+    write_crowd,
+)
 from usdfoot.bridge.units import StageUnits
-from usdfoot.writers.crowd import write_crowd
 
 FILES = {
     "crowd.usd",
@@ -36,9 +43,7 @@ def write(tmp_path, *, rig=None, agents=2, frames=20, folder="out", collect=Fals
         wandering_motion(f"A{i}", character, frames=frames, rate=rig.units.time_codes_per_second, seed=i)
         for i in range(agents)
     ]
-    crowd, _ = write_crowd(
-        scene, motions, tmp_path / folder, provenance={"version": "1"}, report={"agents": []}, collect=collect
-    )
+    crowd, _ = write_crowd(scene, motions, tmp_path / folder, collect=collect)
     return crowd, character, motions
 
 
@@ -116,7 +121,7 @@ def test_a_skeleton_below_a_transform_that_moves_stays_with_its_agent(tmp_path):
     scene = scene_of(character, rig.units, agents=1, frames=6)
     motion = wandering_motion("A0", character, frames=3, rate=30.0)
     inserted = replace(motion, times=motion.times / 2.0 + 1.0 / 30.0)  # time codes 1, 1.5 and 2
-    crowd, _ = write_crowd(scene, [inserted], tmp_path / "out", provenance={}, report={"agents": []})
+    crowd, _ = write_crowd(scene, [inserted], tmp_path / "out")
     read = read_joints(crowd, "A0", rig.units, [0.0, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0])
     expected = world_joints(motion, character)[[0, 0, 1, 2, 2, 2, 2]]
     np.testing.assert_allclose(read, expected, atol=1e-5)

@@ -5,12 +5,11 @@ import os
 import pytest
 from pxr import Sdf
 
-from tests.writers.crowds import Rig, character_of, scene_of, wandering_motion, write_character
+from tests.writers.crowds import Rig, character_of, scene_of, wandering_motion, write_character, write_crowd
 from tests.writers.test_crowd import write
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import OutputError
 from usdfoot.writers import staging
-from usdfoot.writers.crowd import write_crowd
 from usdfoot.writers.staging import staged_files
 
 
@@ -43,7 +42,7 @@ def test_the_root_layer_is_renamed_last(tmp_path, monkeypatch):
     replace = os.replace
     monkeypatch.setattr(os, "replace", lambda a, b: (renamed.append(os.path.basename(b)), replace(a, b)))
     write(tmp_path)
-    assert renamed[-1] == "crowd.usd" and len(renamed) == 8
+    assert renamed[-1] == "crowd.usd" and len(renamed) == 3 + 8  # the chunk waits first
 
 
 def test_overrides_are_never_overwritten(tmp_path):
@@ -70,5 +69,5 @@ def test_output_over_the_input_is_refused(tmp_path):
     scene = scene_of(character, units, agents=1, frames=4)
     motions = [wandering_motion("A0", character, frames=4, rate=30.0)]
     with pytest.raises(OutputError, match=r"would replace layers of the scene: .*agents\.usdc\. name another folder"):
-        write_crowd(scene, motions, tmp_path, provenance={}, report={})
+        write_crowd(scene, motions, tmp_path)
     assert (tmp_path / "agents.usdc").read_bytes() == source and not (tmp_path / "crowd.usd").exists()

@@ -12,7 +12,6 @@ from pathlib import Path
 from pxr import Sdf, Usd, UsdGeom, Vt
 
 from benching.rigs import straight_plan
-from usdfoot.bridge.tokens import anims_chunk
 from usdfoot.engine.animate import prepare_library
 from usdfoot.engine.options import EngineOptions
 from usdfoot.pipeline.animate import animate
@@ -76,7 +75,7 @@ def _timed(run: Callable[[], object]) -> float:
 def _timed_animate(scene: Path, folder: Path) -> dict[str, float]:
     """Durations of the parts that `animate` names [s]."""
     marks: list[tuple[str, float]] = []
-    animate(scene, folder, progress=lambda part: marks.append((part, time.perf_counter())))
+    animate(scene, folder, progress=lambda part, done, total: marks.append((part, time.perf_counter())))
     marks.append(("", time.perf_counter()))
     return {part: end - begin for (part, begin), (_, end) in pairwise(marks)}
 
@@ -125,8 +124,8 @@ Samples = list[tuple[str, str, Sdf.ValueTypeName, list[float], list[object]]]
 def _read_samples(folder: Path) -> Samples:
     """Prim, name, type, codes and values of every time-sampled attribute of a written crowd."""
     samples: Samples = []
-    for name in (anims_chunk(0), "agents.usdc"):
-        layer = Sdf.Layer.FindOrOpen(os.fspath(folder / name))
+    for path in sorted((*folder.glob("anims.*.usdc"), *folder.glob("agents*.usdc"))):
+        layer = Sdf.Layer.FindOrOpen(os.fspath(path))
 
         def visit(path: Sdf.Path, layer: Sdf.Layer = layer) -> None:
             codes = layer.ListTimeSamplesForPath(path) if path.IsPropertyPath() else []

@@ -9,12 +9,13 @@ import warp as wp
 
 from benching.rigs import walking_crowd, with_joints
 from benching.stopwatch import best_time, function_times
-from usdfoot.engine.animate import PreparedLibrary, PreparedSteps, plant_frames, prepare_library, prepare_steps
+from usdfoot.engine.animate import PreparedLibrary, PreparedSteps, prepare_library, prepare_steps
 from usdfoot.engine.feet import device_feet
 from usdfoot.engine.frames import Frames, lay_frames
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.plant import plant_feet
-from usdfoot.engine.poses import device_segments, pose_frames
+from usdfoot.engine.planting import plant_frames
+from usdfoot.engine.poses import ClipPoses, device_segments
 from usdfoot.maths.types import IntArray
 from usdfoot.model.clip import ClipLibrary
 
@@ -37,7 +38,7 @@ def frame_times(library: ClipLibrary, joints: int, *, agents: int = 40, frames: 
     steps = _four_clips(prepared, prepare_steps(prepared, crowd.agents, crowd, options=options))
     laid = lay_frames(steps.setup.contacts, steps.setup.segments, crowd.frame_times)
     count = len(laid.times) / 1e6
-    whole = best_time(lambda: plant_frames(steps, laid)) / count
+    whole = best_time(lambda: plant_frames(steps.planting, laid)) / count
     moving = np.delete(np.arange(joints), steps.setup.library.pelvis)
     posing = function_times(lambda: _pose(steps, laid, moving), ("pose_frames", "launch"))
     plant = _plant_time(steps, laid, moving) / count
@@ -50,7 +51,7 @@ def frame_times(library: ClipLibrary, joints: int, *, agents: int = 40, frames: 
 
 
 def _pose(steps: PreparedSteps, frames: Frames, joints: IntArray) -> object:
-    return pose_frames(steps.setup, steps.blend, steps.arrays, frames.segments, frames.times, joints=joints)
+    return steps.planting.source.pose(frames.segments, frames.times, joints=joints)
 
 
 def _four_clips(library: PreparedLibrary, steps: PreparedSteps) -> PreparedSteps:
@@ -61,17 +62,18 @@ def _four_clips(library: PreparedLibrary, steps: PreparedSteps) -> PreparedSteps
         same = np.flatnonzero(sides == library.examples.swing_sides[first])
         chosen[row] = same[(int(np.searchsorted(same, first)) + np.arange(4)) % len(same)]
     blend = replace(steps.blend, examples=chosen, weights=np.tile(WEIGHTS, (len(chosen), 1)))
-    return replace(steps, blend=blend, arrays=device_segments(steps.setup, blend))
+    source = ClipPoses(setup=steps.setup, blend=blend, arrays=device_segments(steps.setup, blend))
+    return replace(steps, blend=blend, planting=replace(steps.planting, source=source))
 
 
 def _plant_time(steps: PreparedSteps, frames: Frames, joints: IntArray) -> float:
     """Time of the kernel that plants all frames [s]."""
-    poses = pose_frames(steps.setup, steps.blend, steps.arrays, frames.segments, frames.times, joints=joints)
+    poses = steps.planting.source.pose(frames.segments, frames.times, joints=joints)
     setup = steps.setup
     clock = frames.times - setup.contacts.starts[frames.agents]
     inputs = [
         setup.rig.arrays,
-        device_feet(setup, steps.feet, steps.detours),
+        device_feet(setup, steps.planting.feet, steps.planting.detours),
         wp.array(frames.contacts.astype(np.int32), dtype=wp.int32),
         wp.array(clock.astype(np.float32), dtype=wp.float32),
         poses.pelvis_positions,
@@ -101,7 +103,7 @@ def step_times(library: ClipLibrary, *, agents: int = 100, frames: int = 240) ->
         "locate, weights, correction": "weigh_steps",
         "  of which locate": "solve_steps",
         "seams": "measure_seams",
-        "feet": "_prepare_feet",
+        "feet": "prepare_feet",
         "detours": "plan_detours",
     }
     spent = function_times(run, tuple(parts.values()))

@@ -1,16 +1,17 @@
-"""A world clip on the character: its rest translations, the pelvis path scaled by leg length."""
+"""World clips on the character: its rest translations, the pelvis path scaled by leg length."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PPoly
 
-from usdfoot.analysis.mirror import REFLECTION, MirrorMap, mirrored_rotations
-from usdfoot.analysis.motion import partial_kinematics, rest_leg_length
+from usdfoot.analysis.mirror import REFLECTION, MirrorMap
+from usdfoot.analysis.motion import rest_leg_length
 from usdfoot.analysis.world import WorldClip
 from usdfoot.maths import planar, quaternion
+from usdfoot.maths.splines import Splines, build_splines
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
@@ -23,45 +24,53 @@ CONTACT_SAMPLES = 33
 
 @dataclass(frozen=True, kw_only=True)
 class CharacterMotion:
-    """C2 splines through the samples of a world clip; everything above the pelvis is folded into the pelvis."""
+    """C2 splines through the samples of world clips; everything above the pelvis is folded into the pelvis."""
 
     library: ClipLibrary
-    rotations: PPoly
-    """Of time: joint-local quaternions, the pelvis's in the world, shape (J, 4)."""
-    pelvis: PPoly
-    """Of time: pelvis joint in the world [m], shape (3,)."""
+    rotations: Splines
+    """Joint-local quaternions, the pelvis's in the world, a joint's four components side by side: 4 J columns."""
+    pelvis: Splines
+    """Pelvis joint in the world [m]."""
+    mirror: MirrorMap | None = None
+    """If given, the poses are those of the mirror images in the plane x = 0 of the world, on the same character."""
 
-    def mirrored(self, mirror: MirrorMap) -> CharacterMotion:
-        """The motion's mirror image in the plane x = 0 of the world, on the same character.
+    def pose(self, clips: IntArray, times: FloatArray, joints: IntArray | None = None) -> tuple[FloatArray, FloatArray]:
+        """Poses at times (N,) of the world clips (N,).
 
-        Mirroring is linear in the quaternions, so the images of the splines' coefficients are those of the image.
+        Returns:
+            Rotations of K joints (all if none are given) (N, K, 4), the pelvis's in the world, and pelvis positions
+            (N, 3).
         """
-        skeleton, pelvis = self.library.skeleton, self.library.biped.pelvis
-        own = self.rotations.c
-        images = mirrored_rotations(own, mirror)
-        images[..., pelvis, :] = quaternion.compose(quaternion.mirror_x(own[..., pelvis, :]), mirror.relations[pelvis])
-        above = _ancestors(skeleton, pelvis)
-        images[..., above, :] = own[..., above, :]
-        return replace(
-            self,
-            rotations=PPoly(images, self.rotations.x),
-            pelvis=PPoly(self.pelvis.c * REFLECTION, self.pelvis.x),
-        )
+        joints = np.arange(len(self.library.skeleton.joints)) if joints is None else joints
+        sources = joints if self.mirror is None else self.mirror.partners[joints]
+        above = np.isin(joints, _ancestors(self.library.skeleton, self.library.biped.pelvis))
+        columns = (4 * np.where(above, joints, sources)[:, None] + np.arange(4)).ravel()
+        rotations = quaternion.normalised(self.rotations.at(clips, times, columns).reshape(len(times), -1, 4))
+        pelvis = self.pelvis.at(clips, times)
+        if self.mirror is None:
+            return rotations, pelvis
+        parents = self.mirror.parent_inverses[joints]
+        parents[joints == self.library.biped.pelvis] = [0.0, 0.0, 0.0, 1.0]
+        turned = quaternion.compose(quaternion.mirror_x(np.eye(4)), self.mirror.relations[joints, None])
+        images = np.einsum("nki,kij->nkj", rotations, quaternion.compose(parents[:, None], turned))  # linear: (K, 4, 4)
+        images[:, above] = rotations[:, above]
+        return images, pelvis * REFLECTION
 
-    def pose(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Rotations (N, J, 4), the pelvis's in the world, and pelvis positions (N, 3) at times (N,)."""
-        return quaternion.normalised(self.rotations(times)), self.pelvis(times)
+    @property
+    def legs(self) -> IntArray:
+        """The pelvis and all joints below it down to both balls, in order."""
+        skeleton, biped = self.library.skeleton, self.library.biped
+        return np.unique([joint for ball in biped.balls for joint in skeleton.chain(biped.pelvis, ball)])
 
     def feet(self, rotations: FloatArray, pelvis: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Ankle and ball joints [m], (N, 2, 3) each, for poses as from `pose`."""
-        skeleton, biped = self.library.skeleton, self.library.biped
-        legs = np.unique([joint for ball in biped.balls for joint in skeleton.chain(biped.pelvis, ball)])
+        """Ankle and ball joints [m], (N, 2, 3) each, for rotations (N, K, 4) of `legs` and pelvis positions (N, 3)."""
+        skeleton, biped, legs = self.library.skeleton, self.library.biped, self.legs
         own = int(np.searchsorted(legs, biped.pelvis))
         parents = np.searchsorted(legs, skeleton.parents[legs])
         parents[own] = -1
         translations = np.repeat(skeleton.rest_translations[None, legs], len(pelvis), axis=0)
         translations[:, own] = pelvis
-        positions, _ = forward_kinematics(parents, translations, rotations[:, legs])
+        positions, _ = forward_kinematics(parents, translations, rotations)
         return positions[:, np.searchsorted(legs, biped.ankles)], positions[:, np.searchsorted(legs, biped.balls)]
 
 
@@ -77,20 +86,22 @@ class Stands:
     """Largest distance of the ball to its mean over the middle of the contact [m], shape (K,)."""
 
 
-def on_character(library: ClipLibrary, world: WorldClip) -> CharacterMotion:
-    """Splines of a world clip on the character of a library."""
+def on_character(library: ClipLibrary, worlds: Sequence[WorldClip]) -> CharacterMotion:
+    """Splines of world clips on the character of a library."""
     skeleton, pelvis = library.skeleton, library.biped.pelvis
-    positions, world_rotations = partial_kinematics(skeleton, world.clip, np.array([pelvis]))
-    rotations = world.clip.rotations.copy()
+    rotations = np.concatenate([world.clip.rotations for world in worlds])
     for joint in _ancestors(skeleton, pelvis):
         rotations[:, joint] = skeleton.rest_rotations[joint]
-    rotations[:, pelvis] = quaternion.continuous(world_rotations[:, 0])
-    ratio = rest_leg_length(skeleton, library.biped) / world.leg_length
-    times = world.clip.times
+    rotations[:, pelvis] = np.concatenate([quaternion.continuous(world.pelvis_rotations) for world in worlds])
+    leg = rest_leg_length(skeleton, library.biped)
+    path = np.concatenate([leg / world.leg_length * world.pelvis_positions for world in worlds])
+    first = np.concatenate([[0], np.cumsum([len(world.clip.rotations) for world in worlds])])
+    starts = np.array([world.clip.start_time for world in worlds])
+    rates = np.array([world.clip.rate for world in worlds])
     return CharacterMotion(
         library=library,
-        rotations=CubicSpline(times, rotations),
-        pelvis=CubicSpline(times, ratio * positions[:, 0]),
+        rotations=build_splines(rotations.reshape(len(rotations), -1), first, starts, rates),
+        pelvis=build_splines(path, first, starts, rates),
     )
 
 
@@ -103,11 +114,22 @@ def _ancestors(skeleton: Skeleton, joint: int) -> list[int]:
     return above
 
 
-def foot_stands(motion: CharacterMotion, flats: FloatArray, liftoffs: FloatArray, sides: IntArray) -> Stands:
-    """Where the character's feet `sides` (K,) stand from flat to liftoff [s], shapes (K,)."""
-    first, last = float(motion.pelvis.x[0]), float(motion.pelvis.x[-1])
+def foot_stands(
+    motion: CharacterMotion, clips: IntArray, flats: FloatArray, liftoffs: FloatArray, sides: IntArray
+) -> Stands:
+    """Where the character's feet stand in contacts of the clips (K,) with these sides (K,).
+
+    Args:
+        motion: On the character.
+        clips: World clip of each contact, shape (K,).
+        flats: Begin of each planted interval [s], shape (K,).
+        liftoffs: End [s], shape (K,).
+        sides: 0 = left, 1 = right, shape (K,).
+    """
+    first, last = motion.pelvis.starts[clips], motion.pelvis.ends[clips]
     times = np.linspace(np.clip(flats, first, last), np.clip(liftoffs, first, last), CONTACT_SAMPLES, axis=1)  # (K, C)
-    ankles, balls = motion.feet(*motion.pose(times.ravel()))
+    poses = motion.pose(np.repeat(clips, CONTACT_SAMPLES), times.ravel(), motion.legs)
+    ankles, balls = motion.feet(*poses)
     own = np.arange(times.size), np.repeat(sides, CONTACT_SAMPLES)
     balls, forward = balls[own].reshape(*times.shape, 3), (balls - ankles)[own].reshape(*times.shape, 3)
     means = balls.mean(axis=1)

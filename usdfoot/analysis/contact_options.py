@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-__all__ = ["ContactOptions"]
+__all__ = ["LEG_LENGTH", "ContactOptions"]
+
+LEG_LENGTH = 0.8
+"""Leg that lengths and speeds of the options are for; they scale with the leg [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ContactOptions:
-    """Thresholds of contact detection; lengths and speeds are for a leg of 0.8 m and scale with the leg."""
+    """Thresholds of contact detection; lengths and speeds are for a leg of LEG_LENGTH and scale with the leg."""
 
     fine_rate: float = 240.0
     """Least number of samples a second the events are looked for in [Hz]."""
@@ -43,15 +46,3 @@ class ContactOptions:
     """Flat is at most this long after the strike [s] (design.md section 2)."""
     roll_fraction: float = 0.25
     """Flat is at most this part of the contact after the strike (design.md section 2)."""
-
-    def for_leg(self, leg_length: float) -> ContactOptions:
-        """Options with lengths and speeds for a leg of that length [m]."""
-        scale = leg_length / 0.8
-        low, high = self.still_limits
-        return replace(
-            self,
-            still_limits=(scale * low, scale * high),
-            lift=scale * self.lift,
-            heel_lift=scale * self.heel_lift,
-            raised=scale * self.raised,
-        )

@@ -2,40 +2,54 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from usdfoot.analysis.motion import moved, partial_kinematics
+from usdfoot.analysis.motion import joint_kinematics, moved
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.clip import Clip
 from usdfoot.model.skeleton import Skeleton
 
-__all__ = ["detect_period", "repeated"]
+__all__ = ["detect_periods", "repeated"]
 
 WHOLE = 0.02
 """A period this close to a whole number of samples counts as one [samples]."""
+ENDS = [0, 1, -2, -1]
+"""Samples that tell whether and how a clip goes on."""
 
 
-def detect_period(clip: Clip, skeleton: Skeleton, biped: Biped, *, tolerance: float = 0.4) -> float | None:
-    """Duration of one cycle [s], or None where the clip is no loop.
+def detect_periods(
+    clips: Sequence[Clip], skeleton: Skeleton, biped: Biped, *, tolerance: float = 0.4
+) -> list[float | None]:
+    """Duration of one cycle of each clip [s], None where it is no loop.
 
     Exporters repeat the first pose at the end, stop one sample short of it, or, where the cycle is no whole number of
     their samples, anywhere in between. So the last pose, moved on at the velocity of the ends by a part of a sample,
     must be the first. Poses are compared by the joints below the pelvis, in the pelvis's heading.
 
     Args:
-        clip: The clip; `clip.cyclic` True or False overrules the comparison.
-        skeleton: Its skeleton.
+        clips: The clips; a clip's `cyclic` True or False overrules the comparison.
+        skeleton: Their skeleton.
         biped: Its leg joints.
         tolerance: Largest difference of the poses at the seam, relative to the motion of one sample.
     """
-    if clip.cyclic is False or len(clip.rotations) < 4:
-        return None
-    first, second, before, last = _seam_poses(clip, skeleton, biped)
+    candidates = [index for index, clip in enumerate(clips) if clip.cyclic is not False and len(clip.rotations) >= 4]
+    periods: list[float | None] = [None] * len(clips)
+    if candidates:
+        poses = _seam_poses([clips[index] for index in candidates], skeleton, biped)
+        for index, own in zip(candidates, poses, strict=True):
+            periods[index] = _period(clips[index], own, biped, tolerance)
+    return periods
+
+
+def _period(clip: Clip, poses: FloatArray, biped: Biped, tolerance: float) -> float | None:
+    """Duration of one cycle [s] of a clip with these poses (4, K, 3) at the seam, None if it is no loop."""
+    first, second, before, last = poses
     velocity = 0.5 * (second - first + last - before)  # a sample
     gap, step = first - last, _rms(velocity)
     part = float(np.sum(gap * velocity) / max(np.sum(velocity**2), 1e-12))
@@ -48,17 +62,19 @@ def detect_period(clip: Clip, skeleton: Skeleton, biped: Biped, *, tolerance: fl
     return period if closes and moves and period > 0.25 else None
 
 
-def _seam_poses(clip: Clip, skeleton: Skeleton, biped: Biped) -> FloatArray:
-    """Joints below the pelvis at the first two and last two samples, in the pelvis's heading, shape (4, K, 3)."""
+def _seam_poses(clips: Sequence[Clip], skeleton: Skeleton, biped: Biped) -> FloatArray:
+    """Joints below the pelvis at the first two and last two samples, in the pelvis's heading, shape (C, 4, K, 3)."""
     joints = [biped.pelvis]
     for joint in range(biped.pelvis + 1, len(skeleton.joints)):
         if int(skeleton.parents[joint]) in joints:
             joints.append(joint)
-    ends = replace(clip, translations=clip.translations[[0, 1, -2, -1]], rotations=clip.rotations[[0, 1, -2, -1]])
-    positions, rotations = partial_kinematics(skeleton, ends, np.array(joints))
-    yaws = _turns(rotations[:1, 0], rotations[:, 0])
+    translations, rotations = [clip.translations[ENDS] for clip in clips], [clip.rotations[ENDS] for clip in clips]
+    positions, turned = joint_kinematics(skeleton, translations, rotations, np.array(joints))
+    pelvis = turned[:, 0].reshape(len(clips), -1, 4)
+    yaws = _turns(pelvis[:, :1], pelvis).ravel()
     poses = positions - positions[:, :1] * np.array([1.0, 0.0, 1.0])
-    return quaternion.rotate(quaternion.yaw_quaternion(-yaws)[:, None], poses)
+    turned_back = quaternion.rotate(quaternion.yaw_quaternion(-yaws)[:, None], poses)
+    return turned_back.reshape(len(clips), len(ENDS), -1, 3)
 
 
 def _turns(start: FloatArray, end: FloatArray) -> FloatArray:
@@ -98,7 +114,8 @@ def repeated(clip: Clip, skeleton: Skeleton, biped: Biped, period: float) -> Cli
 
 def _advance(clip: Clip, skeleton: Skeleton, biped: Biped, samples: float) -> tuple[FloatArray, FloatArray]:
     """Turn [rad] and shift (x, z) [m] that carry the first cycle onto the next, from the pelvis."""
-    positions, rotations = partial_kinematics(skeleton, clip, np.array([biped.pelvis]))
+    poses = [clip.translations[ENDS]], [clip.rotations[ENDS]]
+    positions, rotations = joint_kinematics(skeleton, *poses, np.array([biped.pelvis]))
     ground, pelvis = positions[:, 0][:, [0, 2]], rotations[:, 0]
     # Where the cycle ends after the last sample, the pelvis goes on at the mean velocity of both ends.
     part = samples - (len(clip.rotations) - 1)

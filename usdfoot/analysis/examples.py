@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Any
 
@@ -9,9 +10,10 @@ import numpy as np
 
 from usdfoot.analysis.character import CharacterMotion, Stands, foot_stands, on_character
 from usdfoot.analysis.contact_options import ContactOptions
-from usdfoot.analysis.mirror import MirrorMap, mirror_contacts, mirror_map
-from usdfoot.analysis.steps import Step, StepLimits, cut_steps
-from usdfoot.analysis.world import WorldClip, world_clip
+from usdfoot.analysis.mirror import mirror_map
+from usdfoot.analysis.step_table import ROLES, StepTable, tabulate
+from usdfoot.analysis.steps import StepLimits, cut_steps
+from usdfoot.analysis.world import WorldClip, world_clips
 from usdfoot.errors import ClipError
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
@@ -46,106 +48,100 @@ def build_examples(
         clip that was not used.
     """
     limits = limits or StepLimits()
-    reflection = mirror_map(library.skeleton, library.biped)
-    parts = [_no_examples(library, samples)]
-    problems: list[Problem] = []
+    worlds: dict[int, WorldClip] = {}
+    faults: dict[int, list[str]] = {}
+    problems: dict[int, Problem] = {}
+    for index, world in enumerate(world_clips(library.clips, library.skeleton, library.biped, options=options)):
+        if isinstance(world, ClipError):
+            problems[index] = Problem(severity="error", where=library.clips[index].name, message=str(world))
+        else:
+            worlds[index] = world
+    steps = {}
+    for index, world in worlds.items():
+        steps[index], reasons = cut_steps(world, limits=limits)
+        faults[index] = list(reasons)
+    table = tabulate(worlds, steps)
+    examples = _no_examples(library, samples)
+    if len(table):
+        motion = on_character(library, [world for index, world in worlds.items() if steps[index]])
+        examples, dropped = _examples_of(motion, table, samples, limits)
+        for index, reason in dropped:
+            faults[index].append(reason)
+        used = np.unique(examples.clip_indices)
+        reflected = np.isin(table.clips, [index for index in used if mirror and library.clips[index].mirror])
+        if reflected.any():
+            motion = replace(motion, mirror=mirror_map(library.skeleton, library.biped))
+            images, _ = _examples_of(motion, table.mirrored(reflected), samples, limits)
+            examples = _in_order(examples, replace(images, mirrored=np.ones(len(images), dtype=bool)))
+    return examples, _problems_of(library, examples, faults, problems)
+
+
+def _problems_of(
+    library: ClipLibrary, examples: Examples, faults: Mapping[int, Sequence[str]], problems: Mapping[int, Problem]
+) -> list[Problem]:
+    """A warning for each fault of each clip, by clip, with those that cannot be used at all."""
+    listed = []
     for index, clip in enumerate(library.clips):
-        try:
-            world = world_clip(clip, library.skeleton, library.biped, options=options)
-        except ClipError as error:
-            problems.append(Problem(severity="error", where=clip.name, message=str(error)))
+        if index in problems:
+            listed.append(problems[index])
             continue
-        steps, faults = cut_steps(world, limits=limits)
-        motion = on_character(library, world)
-        own, more_faults = _clip_examples(motion, world, steps, samples, limits)
-        images = [own]
-        if mirror and clip.mirror and len(own):
-            images.append(_mirror_examples(motion, world, steps, reflection, samples, limits))
-        parts += [replace(image, clip_indices=image.clip_indices + index) for image in images]
-        faults = (*faults, *more_faults, *(() if len(own) else (f"no usable step in its range: {REMEDY}",)))
-        problems += [Problem(severity="warning", where=clip.name, message=f"{clip.name}: {fault}") for fault in faults]
-    return _joined(parts), problems
+        unused = () if index in examples.clip_indices else (f"no usable step in its range: {REMEDY}",)
+        listed += [
+            Problem(severity="warning", where=clip.name, message=f"{clip.name}: {fault}")
+            for fault in (*faults[index], *unused)
+        ]
+    return listed
 
 
-def _mirror_examples(
-    motion: CharacterMotion,
-    world: WorldClip,
-    steps: tuple[Step, ...],
-    reflection: MirrorMap,
-    samples: int,
-    limits: StepLimits,
-) -> Examples:
-    """Examples of the mirror image of a clip."""
-    image = replace(world, contacts=mirror_contacts(world.contacts))
-    swapped = tuple(replace(step, swing_side=1 - step.swing_side) for step in steps)
-    examples, _ = _clip_examples(motion.mirrored(reflection), image, swapped, samples, limits)
-    return replace(examples, mirrored=np.ones(len(examples), dtype=bool))
-
-
-def _clip_examples(
-    motion: CharacterMotion, world: WorldClip, steps: tuple[Step, ...], samples: int, limits: StepLimits
-) -> tuple[Examples, tuple[str, ...]]:
-    """Examples of one clip, of index 0, and reasons for the steps left out."""
-    library = motion.library
-    if not steps:
-        return _no_examples(library, samples), ()
-    stands = _stands_of(motion, world, steps)
+def _examples_of(
+    motion: CharacterMotion, table: StepTable, samples: int, limits: StepLimits
+) -> tuple[Examples, list[tuple[int, str]]]:
+    """Examples of the steps of a table, and clips and reasons of the steps left out."""
+    stands = _stands_of(motion, table)
     places = {role: stand.positions for role, stand in stands.items()}
     yaws = {role: stand.yaws for role, stand in stands.items()}
     slides = stands["support"].slides
-    leg = library.biped.maximal_leg_length
+    leg = motion.library.biped.maximal_leg_length
     distances = np.linalg.norm((places["landing"] - places["support"])[:, [0, 2]], axis=1)
     too_far, sliding = distances > limits.reach * leg, slides > limits.slide * leg / 0.8
-    faults = [
-        f"step at {steps[i].start:.2f} s dropped: the support foot slides {100.0 * slides[i]:.1f} cm"
-        for i in np.flatnonzero(sliding)
+    reasons = {i: f"the support foot slides {100.0 * slides[i]:.1f} cm" for i in np.flatnonzero(sliding)}
+    reasons |= {i: f"it lands {distances[i]:.2f} m away" for i in np.flatnonzero(too_far & ~sliding)}
+    dropped = [
+        (int(table.clips[i]), f"step at {table.starts[i]:.2f} s dropped: {reason}") for i, reason in reasons.items()
     ]
-    faults += [
-        f"step at {steps[i].start:.2f} s dropped: it lands {distances[i]:.2f} m away"
-        for i in np.flatnonzero(too_far & ~sliding)
-    ]
-    examples = _sampled(motion, world, steps, places, yaws, samples)
-    return _selected(examples, ~(too_far | sliding)), tuple(faults)
+    examples = _sampled(motion, table, places, yaws, samples)
+    return _selected(examples, ~(too_far | sliding)), dropped
 
 
-def _stands_of(motion: CharacterMotion, world: WorldClip, steps: tuple[Step, ...]) -> dict[str, Stands]:
+def _stands_of(motion: CharacterMotion, table: StepTable) -> dict[str, Stands]:
     """Where the contacts stand that E steps join, E of each role."""
-    roles = {
-        "departure": [(step.swing_side, step.departure) for step in steps],
-        "support": [(1 - step.swing_side, step.support) for step in steps],
-        "landing": [(step.swing_side, step.landing) for step in steps],
-    }
-    contacts, places = np.unique([row for rows in roles.values() for row in rows], axis=0, return_inverse=True)
-    flats = np.array([world.contacts[side].flat_times[index] for side, index in contacts])
-    liftoffs = np.array([world.contacts[side].liftoff_times[index] for side, index in contacts])
-    found = foot_stands(motion, flats, liftoffs, contacts[:, 0])
+    rows = np.concatenate([table.contacts_of(role) for role in ROLES])
+    contacts, where, places = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    flats, liftoffs = (times.T.ravel()[where] for times in (table.flats, table.liftoffs))
+    found = foot_stands(motion, contacts[:, 0], flats, liftoffs, contacts[:, 1])
     return {
         role: Stands(positions=found.positions[own], yaws=found.yaws[own], slides=found.slides[own])
-        for role, own in zip(roles, places.reshape(len(roles), -1), strict=True)
+        for role, own in zip(ROLES, places.reshape(len(ROLES), -1), strict=True)
     }
 
 
 def _sampled(
     motion: CharacterMotion,
-    world: WorldClip,
-    steps: tuple[Step, ...],
+    table: StepTable,
     places: dict[str, FloatArray],
     yaws: dict[str, FloatArray],
     samples: int,
 ) -> Examples:
-    """Examples of all steps of a clip, given the places and yaws of the contacts they join."""
-    count, pelvis = len(steps), motion.library.biped.pelvis
-    starts = np.array([step.start for step in steps])
-    durations = np.array([step.end for step in steps]) - starts
-    swing_liftoffs = np.array([step.swing_liftoff for step in steps]) - starts
-    support_liftoffs = np.array([step.support_liftoff for step in steps]) - starts
-    swing_sides = np.array([step.swing_side for step in steps])
+    """Examples of all steps of a table, given the places and yaws of the contacts they join."""
+    count, pelvis = len(table), motion.library.biped.pelvis
+    durations = table.ends - table.starts
+    swing_liftoffs, support_liftoffs = table.swing_liftoffs - table.starts, table.support_liftoffs - table.starts
     headings = planar.circular_mean(np.stack([yaws["support"], yaws["departure"]], axis=1))
     next_headings = planar.circular_mean(np.stack([yaws["support"], yaws["landing"]], axis=1))
 
-    times = starts[:, None] + _times_of_phases(durations, swing_liftoffs, support_liftoffs, samples)
-    rotations, pelvis_world = motion.pose(times.ravel())
-    balls = motion.feet(rotations, pelvis_world)[1].reshape(count, samples, 2, 3)
+    times = table.starts[:, None] + _times_of_phases(durations, swing_liftoffs, support_liftoffs, samples)
+    rotations, pelvis_world = motion.pose(np.repeat(table.runs, samples), times.ravel())
+    balls = motion.feet(rotations[:, motion.legs], pelvis_world)[1].reshape(count, samples, 2, 3)
     rows = np.arange(count)
     rotations = rotations.reshape(count, samples, -1, 4)
     unturned = quaternion.yaw_quaternion(-headings)[:, None]
@@ -161,13 +157,13 @@ def _sampled(
 
     return Examples(
         clip_names=tuple(clip.name for clip in motion.library.clips),
-        clip_indices=np.zeros(count, dtype=np.int64),
+        clip_indices=table.clips,
         mirrored=np.zeros(count, dtype=bool),
-        styles=(world.clip.style,) * count,
-        swing_sides=swing_sides,
-        start_times=starts,
+        styles=tuple(motion.library.clips[clip].style for clip in table.clips),
+        swing_sides=table.swing_sides,
+        start_times=table.starts,
         durations=durations,
-        flat_times=np.array([step.flat for step in steps]) - starts,
+        flat_times=table.support_flats - table.starts,
         swing_liftoffs=swing_liftoffs,
         support_liftoffs=support_liftoffs,
         landings=on_ground(places["landing"]),
@@ -179,8 +175,8 @@ def _sampled(
         turns=planar.wrap_angle(next_headings - headings),
         rotations=_continuous(rotations).astype(np.float32),
         pelvis_positions=in_support_frame(pelvis_world.reshape(count, samples, 3)),
-        support_balls=in_support_frame(balls[rows, :, 1 - swing_sides]),
-        swing_balls=in_support_frame(balls[rows, :, swing_sides]),
+        support_balls=in_support_frame(balls[rows, :, 1 - table.swing_sides]),
+        swing_balls=in_support_frame(balls[rows, :, table.swing_sides]),
     )
 
 
@@ -216,14 +212,17 @@ def _selected(examples: Examples, keep: BoolArray) -> Examples:
     return replace(examples, styles=styles, **changes)
 
 
-def _joined(parts: list[Examples]) -> Examples:
-    """Examples one after the other."""
+def _in_order(own: Examples, images: Examples) -> Examples:
+    """Examples and mirror images by clip, each clip's own first."""
+    clips = np.concatenate([own.clip_indices, images.clip_indices])
+    order = np.lexsort([np.arange(len(clips)) >= len(own), clips])
     changes: dict[str, Any] = {}
     for field in fields(Examples):
-        values = [getattr(part, field.name) for part in parts]
+        values = [getattr(part, field.name) for part in (own, images)]
         if isinstance(values[0], np.ndarray):
-            changes[field.name] = np.concatenate(values)
-    return replace(parts[0], styles=tuple(style for part in parts for style in part.styles), **changes)
+            changes[field.name] = np.concatenate(values)[order]
+    styles = (*own.styles, *images.styles)
+    return replace(own, styles=tuple(styles[index] for index in order), **changes)
 
 
 def _no_examples(library: ClipLibrary, samples: int) -> Examples:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import minimum_filter1d
 
-from usdfoot.analysis.signals import samples_within
+from usdfoot.analysis.sampling import samples_within
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
 

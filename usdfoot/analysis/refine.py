@@ -8,14 +8,16 @@ kept to the crossing of the threshold.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from usdfoot.analysis.signals import PointSignal
-from usdfoot.maths.types import BoolArray, FloatArray
+from usdfoot.maths.runs import expand, last_where
+from usdfoot.maths.types import FloatArray, IntArray
 
-__all__ = ["still_end", "still_start"]
+__all__ = ["Speeds", "still_ends", "still_starts"]
 
-LEVELS = np.array([1.0, 0.5, 0.25])
+LEVELS = (1.0, 0.5, 0.25)
 """Speeds whose crossings are taken, relative to the threshold."""
 STEEPEST = 0.8
 """How far the onset may lie before the crossing of a quarter, relative to the way from there: 1 for
@@ -30,72 +32,92 @@ REST = (0.015, 0.075)
 """How far beside the onset that speed is taken [s]."""
 
 
-def still_end(
-    grid: FloatArray, signal: PointSignal, start: int, end: int, limit: int, highest: float = np.inf
-) -> float:
-    """Time at which a point that is still from index start to end begins to move [s].
+@dataclass(frozen=True, kw_only=True)
+class Speeds:
+    """Speed of points over time, N samples of many sequences end to end."""
+
+    times: FloatArray
+    """[s], shape (N,)."""
+    speeds: FloatArray
+    """[m/s], shape (N,)."""
+    thresholds: FloatArray
+    """Speeds below which the points count as still [m/s], shape (N,)."""
+    rates: FloatArray
+    """Samples a second of the clips they come from [Hz], shape (N,)."""
+
+    def backward(self) -> Speeds:
+        """The same in reverse order of time, on a clock that runs backward."""
+        return Speeds(
+            times=-self.times[::-1],
+            speeds=self.speeds[::-1],
+            thresholds=self.thresholds[::-1],
+            rates=self.rates[::-1],
+        )
+
+
+def still_ends(signal: Speeds, starts: IntArray, ends: IntArray, limits: IntArray) -> FloatArray:
+    """Times at which points that are still from index start to end begin to move [s], shape (K,).
 
     Args:
-        grid: Times [s], shape (N,).
-        signal: The point.
-        start: First index of the coarse interval.
-        end: Last index of the coarse interval.
-        limit: Index of the next interval's start, not to be reached.
-        highest: Height above which the point has left the ground whatever its speed [m].
+        signal: The points.
+        starts: First index of each coarse interval, shape (K,).
+        ends: Last index of each, shape (K,).
+        limits: Last index to look at, at least the end, shape (K,).
     """
-    threshold = float(signal.thresholds[end])
-    middle = (start + end) // 2
-    last = min(limit, len(grid) - 1)
-    speeds = signal.speeds[middle : last + 1]
-    fast = _lasting(speeds >= threshold, end - middle)
-    raised = np.flatnonzero(signal.positions[middle : last + 1, 1] >= highest)
-    time = _onset(grid[middle : last + 1], speeds, fast, threshold, SMEAR / signal.rate)
-    return min(time, float(grid[middle + raised[0]])) if raised.size else time
+    begins = (starts + ends) // 2
+    thresholds = signal.thresholds[ends]
+    indices, owners = expand(begins, limits)
+    slow = (signal.speeds[indices] < thresholds[owners]) & (indices <= ends[owners])
+    fast = last_where(slow, indices, owners, begins - 1) + 1  # the coarse interval ends in the samples from here on
+    found = np.flatnonzero((fast > begins) & (fast <= limits))
+    times = signal.times[np.minimum(fast, limits)]
+    times[found] = _onsets(signal, begins[found], fast[found], limits[found], thresholds[found])
+    return times
 
 
-def still_start(grid: FloatArray, signal: PointSignal, start: int, end: int, limit: int) -> float:
-    """Time at which a point that is still from index start to end came to rest [s].
+def still_starts(signal: Speeds, starts: IntArray, ends: IntArray, limits: IntArray) -> FloatArray:
+    """Times at which points that are still from index start to end came to rest [s], shape (K,).
 
     Args:
-        grid: Times [s], shape (N,).
-        signal: The point.
-        start: First index of the coarse interval.
-        end: Last index of the coarse interval.
-        limit: Index of the previous interval's end, not to be reached.
+        signal: The points.
+        starts: First index of each coarse interval, shape (K,).
+        ends: Last index of each, shape (K,).
+        limits: First index to look at, at most the start, shape (K,).
     """
-    threshold = float(signal.thresholds[start])
-    middle = (start + end + 1) // 2
-    first = max(limit, 0)
-    speeds = signal.speeds[first : middle + 1][::-1]
-    fast = _lasting(speeds >= threshold, middle - start)
-    return -_onset(-grid[first : middle + 1][::-1], speeds, fast, threshold, SMEAR / signal.rate)
+    last = len(signal.times) - 1
+    return -still_ends(signal.backward(), last - ends, last - starts, last - limits)
 
 
-def _lasting(fast: BoolArray, coarse: int) -> int:
-    """Index of the crossing: the start of the run of fast samples that the coarse interval ends in."""
-    slow = np.flatnonzero(~fast[: coarse + 1])
-    return int(slow[-1]) + 1 if slow.size else 0
-
-
-def _onset(times: FloatArray, speeds: FloatArray, fast: int, threshold: float, smear: float) -> float:
-    """Onset of motion [s] before the sample `fast`, the first at or above the threshold; `smear` [s] later."""
-    if fast == 0 or fast >= len(times):
-        return float(times[min(fast, len(times) - 1)])
-    crossings = _crossings(times, speeds[: fast + 1], threshold * LEVELS)
+def _onsets(signal: Speeds, begins: IntArray, fast: IntArray, limits: IntArray, thresholds: FloatArray) -> FloatArray:
+    """Onsets of motion [s] before the samples `fast`, the first at or above the thresholds, all shapes (K,)."""
+    crossings = [_crossings(signal, begins, fast, level * thresholds) for level in LEVELS]
     late, early = crossings[0] - crossings[1], crossings[1] - crossings[2]
-    limit = crossings[0] - late**2 / (late - early) if late > early else -np.inf
-    limit = max(limit, crossings[2] - STEEPEST * (late + early))
-    beside = speeds[(times > limit - REST[1]) & (times < limit - REST[0])]
-    restless = min(float(beside.mean()) / (RESTLESS * threshold), 1.0) if beside.size else 1.0
-    limit = max(limit, crossings[0] - REACH[1] + restless * (REACH[1] - REACH[0]))
-    return min(limit + smear, crossings[0])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        limit = np.where(late > early, crossings[0] - late**2 / (late - early), -np.inf)
+    limit = np.maximum(limit, crossings[2] - STEEPEST * (late + early))
+    restless = np.minimum(_speeds_beside(signal, begins, limits, limit) / (RESTLESS * thresholds), 1.0)
+    limit = np.maximum(limit, crossings[0] - REACH[1] + restless * (REACH[1] - REACH[0]))
+    return np.minimum(limit + SMEAR / signal.rates[begins], crossings[0])
 
 
-def _crossings(times: FloatArray, speeds: FloatArray, levels: FloatArray) -> list[float]:
-    """Last times before the last speed at which the speed rises through the levels [s]; the first time if never."""
-    below = speeds[-2::-1] < levels[:, None]  # backward in time
-    last = len(speeds) - 2 - np.argmax(below, axis=1)
-    rises = np.maximum(speeds[last + 1] - speeds[last], 1e-12)
-    fractions = np.minimum((levels - speeds[last]) / rises, 1.0)
-    found = times[last] + fractions * (times[last + 1] - times[last])
-    return np.where(below.any(axis=1), found, times[0]).tolist()
+def _speeds_beside(signal: Speeds, begins: IntArray, limits: IntArray, onsets: FloatArray) -> FloatArray:
+    """Mean speed shortly before each onset [m/s], infinite where nothing is known of it, shape (K,)."""
+    indices, owners = expand(begins, limits)
+    times = signal.times[indices] - onsets[owners]
+    beside = (times > -REST[1]) & (times < -REST[0])
+    counts = np.bincount(owners[beside], minlength=len(begins))
+    sums = np.bincount(owners[beside], signal.speeds[indices[beside]], minlength=len(begins))
+    return np.where(counts > 0, sums / np.maximum(counts, 1), np.inf)
+
+
+def _crossings(signal: Speeds, begins: IntArray, fast: IntArray, levels: FloatArray) -> FloatArray:
+    """Last times before the samples `fast` at which the speed rises through levels [s]; at the begin if never."""
+    indices, owners = expand(begins, fast - 1)
+    below = signal.speeds[indices] < levels[owners]
+    last = last_where(below, indices, owners, begins - 1)
+    known = last >= begins
+    last = np.maximum(last, begins)
+    rises = np.maximum(signal.speeds[last + 1] - signal.speeds[last], 1e-12)
+    fractions = np.minimum((levels - signal.speeds[last]) / rises, 1.0)
+    found = signal.times[last] + fractions * (signal.times[last + 1] - signal.times[last])
+    return np.where(known, found, signal.times[begins])

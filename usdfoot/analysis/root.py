@@ -5,24 +5,29 @@ In a clip that runs in place the stance foot slides backward: its velocity is mi
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import gaussian_filter1d
 
-from usdfoot.analysis.motion import FootMotion, moved
-from usdfoot.analysis.signals import fine_times
+from usdfoot.analysis.motion import FootMotion
+from usdfoot.analysis.sampling import fine_times
 from usdfoot.maths import planar
+from usdfoot.maths.runs import Runs
+from usdfoot.maths.splines import build_splines
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.clip import Clip
-from usdfoot.model.skeleton import Skeleton
 
-__all__ = ["RootMotion", "detect_root_motion", "restored"]
+__all__ = ["RootMotion", "detect_root_motions", "restored_path"]
 
 NEGLIGIBLE = 1e-9
 """Samples of this part of the greatest weight do not count."""
+NOTICED = 1e-4
+"""Nor do those of this part where the mode is only looked for."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,6 +40,9 @@ class RootMotion:
     """Missing planar velocity of the root, in the frame of the clip's samples, (x, z) [m/s], shape (2,)."""
     yaw_rate: float
     """Missing turning [rad/s]."""
+
+
+NONE_MISSING = RootMotion(in_place=False, velocity=np.zeros(2), yaw_rate=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,38 +61,64 @@ class _LowFeet:
     """95th percentile of the balls' speed [m/s]."""
 
 
-def detect_root_motion(motion: FootMotion, told: str, biped: Biped) -> RootMotion:
-    """Travel missing from a clip, from the commonest velocity of its low feet.
+def detect_root_motions(motions: Sequence[FootMotion], told: Sequence[str], biped: Biped) -> list[RootMotion]:
+    """Travel missing from clips, from the commonest velocity of their low feet.
 
     Args:
-        motion: Of the clip's feet and pelvis.
-        told: The clip's `root_motion`; travel or inPlace overrules the detection.
-        biped: Its leg joints.
+        motions: Of the clips' feet and pelvis.
+        told: Each clip's `root_motion`; travel or inPlace overrules the detection.
+        biped: Their leg joints.
     """
-    none = RootMotion(in_place=False, velocity=np.zeros(2), yaw_rate=0.0)
-    if told == "travel":
-        return none
-    feet = _low_feet(motion)
+    found = [NONE_MISSING] * len(motions)
+    asked = [index for index, kind in enumerate(told) if kind != "travel"]
+    for index, feet in zip(asked, _low_feet([motions[index] for index in asked]), strict=True):
+        found[index] = _missing(motions[index], feet, biped, told[index])
+    return found
+
+
+def _missing(motion: FootMotion, feet: _LowFeet, biped: Biped, told: str) -> RootMotion:
+    """Travel missing from one clip."""
     drift = (motion.pelvis[-1] - motion.pelvis[0])[[0, 2]] / (motion.times[-1] - motion.times[0])
     if told == "auto" and np.linalg.norm(drift) > 0.3 * feet.fastest:
-        return none
+        return NONE_MISSING
     slip = _commonest(feet.velocities, feet)
     slips = np.linalg.norm(slip) > max(0.1 * feet.fastest, 0.125 * biped.maximal_leg_length)
     if told == "auto" and not (slips and np.linalg.norm(drift) < 0.3 * np.linalg.norm(slip)):
-        return none
+        return NONE_MISSING
     yaw_rate = _missing_yaw_rate(feet, slip)
-    turning = yaw_rate * np.stack([feet.positions[:, 1], -feet.positions[:, 0]], axis=1)
-    return RootMotion(in_place=True, velocity=-_commonest(feet.velocities + turning, feet), yaw_rate=yaw_rate)
+    velocities = feet.velocities
+    if yaw_rate:
+        velocities = velocities + yaw_rate * np.stack([feet.positions[:, 1], -feet.positions[:, 0]], axis=1)
+        slip = _commonest(velocities, feet)
+    return RootMotion(in_place=True, velocity=-slip, yaw_rate=yaw_rate)
 
 
-def _low_feet(motion: FootMotion) -> _LowFeet:
-    """Fine samples of both balls, weighted by how low and level they move."""
-    rate = (len(motion.times) - 1) / (motion.times[-1] - motion.times[0])
-    grid = fine_times(motion.times[0], len(motion.times), rate, 120.0)
-    yaws = np.unwrap(planar.yaw_of((motion.balls - motion.ankles)[..., [0, 2]]), axis=0)
-    spline = CubicSpline(motion.times, np.concatenate([motion.balls, yaws[..., None]], axis=-1))
-    positions, rates = spline(grid)[..., :3], spline(grid, 1)  # (N, 2, 3) and (N, 2, 4)
-    velocities = rates[..., :3]
+def _low_feet(motions: Sequence[FootMotion]) -> Iterator[_LowFeet]:
+    """Fine samples of both balls of each clip, weighted by how low and level they move."""
+    if not motions:
+        return
+    samples = []
+    for motion in motions:
+        yaws = np.unwrap(planar.yaw_of((motion.balls - motion.ankles)[..., [0, 2]]), axis=0)
+        samples.append(np.concatenate([motion.balls, yaws[..., None]], axis=-1).reshape(len(yaws), -1))
+    rates = np.array([(len(motion.times) - 1) / (motion.times[-1] - motion.times[0]) for motion in motions])
+    starts = np.array([motion.times[0] for motion in motions])
+    splines = build_splines(
+        np.concatenate(samples), Runs.of_lengths(np.array([len(part) for part in samples])).first, starts, rates
+    )
+    grids = [
+        fine_times(start, len(part), rate, 120.0) for start, part, rate in zip(starts, samples, rates, strict=True)
+    ]
+    fine = Runs.of_lengths(np.array([len(grid) for grid in grids]))
+    places, speeds = (
+        sampled(fine.owners, np.concatenate(grids)).reshape(-1, 2, 4) for sampled in (splines.at, splines.rates_at)
+    )
+    for begin, end in pairwise(fine.first.tolist()):
+        yield _weighted(places[begin:end, :, :3], speeds[begin:end, :, :3], speeds[begin:end, :, 3])
+
+
+def _weighted(positions: FloatArray, velocities: FloatArray, yaw_rates: FloatArray) -> _LowFeet:
+    """Samples of one clip, positions and velocities (N, 2, 3), yaw rates (N, 2)."""
     fastest = _fastest(velocities)
     low, high = np.quantile(positions[..., 1], [0.05, 0.95], axis=0)
     heights = (positions[..., 1] - low) / np.maximum(high - low, 1e-6)
@@ -93,7 +127,7 @@ def _low_feet(motion: FootMotion) -> _LowFeet:
     return _LowFeet(
         positions=positions[..., [0, 2]].reshape(-1, 2),
         velocities=velocities[..., [0, 2]].reshape(-1, 2),
-        yaw_rates=rates[..., 3].reshape(-1),
+        yaw_rates=yaw_rates.reshape(-1),
         weights=weights.reshape(-1),
         fastest=fastest,
     )
@@ -112,10 +146,11 @@ def _commonest(velocities: FloatArray, feet: _LowFeet) -> FloatArray:
     """Mode of weighted planar velocities (M, 2), by a kernel density on the samples and mean shift, shape (2,)."""
     width = 0.06 * feet.fastest + 1e-6
     centres = velocities[:: max(1, len(velocities) // 300)]
+    heavy = feet.weights > NOTICED * feet.weights.max()
+    density = _kernel(centres.astype(np.float32), velocities[heavy].astype(np.float32), width) @ feet.weights[heavy]
+    mode = centres[np.argmax(density)]
     heavy = feet.weights > NEGLIGIBLE * feet.weights.max()
     velocities, weights = velocities[heavy], feet.weights[heavy]
-    density = _kernel(centres, velocities, width) @ weights
-    mode = centres[np.argmax(density)]
     for _ in range(8):
         pull = _kernel(mode[None], velocities, width)[0] * weights
         mode = pull @ velocities / max(pull.sum(), 1e-12)
@@ -139,21 +174,23 @@ def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
     return float(values[order][np.searchsorted(share, 0.5 * share[-1])])
 
 
-def restored(
-    clip: Clip, skeleton: Skeleton, biped: Biped, motion: FootMotion, root_motion: RootMotion, *, origin_time: float
-) -> Clip:
-    """The clip with its travel given back so that what stands on the ground stays; unmoved at `origin_time`.
+def restored_path(
+    clip: Clip, biped: Biped, motion: FootMotion, root_motion: RootMotion, *, origin_time: float
+) -> tuple[FloatArray, FloatArray]:
+    """What moves a clip so that what stands on the ground stays: its travel given back, none at `origin_time`.
 
     At every instant the root moves against whatever stands lowest, heels and balls weighted by how near they are to
     their own floor and to the common velocity; where nothing stands, at the common velocity.
 
     Args:
         clip: A clip that runs in place.
-        skeleton: Its skeleton.
         biped: Its leg joints.
         motion: Of its feet.
         root_motion: Its missing travel.
         origin_time: Time at which nothing is added [s].
+
+    Returns:
+        Shifts (x, z) [m] (T, 2) and turns [rad] (T,), as `moved` takes them.
     """
     grid = fine_times(motion.times[0], len(motion.times), clip.rate, 240.0)
     points = CubicSpline(motion.times, np.concatenate([motion.balls, motion.heels], axis=1))
@@ -176,7 +213,7 @@ def restored(
     path[1:] = np.cumsum(0.5 * (pace[1:] + pace[:-1]), axis=0) * step
     path = path - np.array([np.interp(origin_time, grid, path[:, axis]) for axis in range(2)])
     parts = (len(grid) - 1) // (len(motion.times) - 1)
-    return moved(clip, skeleton, path[::parts], yaws[::parts])
+    return path[::parts], yaws[::parts]
 
 
 def _fastest(velocities: FloatArray) -> float:

@@ -1,93 +1,99 @@
-"""Signals: smooth fine-grained trajectories of a foot's points, and how fast and high they are."""
+"""Signals: smooth fine-grained trajectories of the feet's points, and how fast and high they are."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
-from usdfoot.maths.types import FloatArray
+from usdfoot.analysis.contact_options import ContactOptions
+from usdfoot.analysis.motion import FootMotion
+from usdfoot.analysis.sampling import fine_times, samples_within
+from usdfoot.maths.runs import Runs
+from usdfoot.maths.splines import Splines, build_splines
+from usdfoot.maths.types import FloatArray, IntArray
 
-__all__ = ["PointSignal", "fine_times", "point_signals", "samples_within"]
-
-ROUNDING = 1e-6
-"""Part of a sample that does not count: rates and times come from time codes with rounding errors."""
+__all__ = ["PointSignals", "point_signals"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class PointSignal:
-    """One point of a foot on the fine grid of N times."""
+class PointSignals:
+    """P points of the feet of C clips on a fine grid; the N times of all clips are end to end."""
 
+    clips: Runs
+    """The clips' stretches of the grid."""
+    times: FloatArray
+    """The grid [s], shape (N,)."""
+    steps: FloatArray
+    """Its spacing in each clip [s], shape (C,)."""
+    rates: FloatArray
+    """Samples a second of each clip [Hz], shape (C,)."""
     positions: FloatArray
-    """World [m], shape (N, 3)."""
+    """World [m], shape (P, N, 3)."""
     speeds: FloatArray
-    """Length of the velocity [m/s], shape (N,)."""
+    """Length of the velocity [m/s], shape (P, N)."""
     calm_speeds: FloatArray
-    """The same of a smoother trajectory, for coarse decisions [m/s], shape (N,)."""
+    """The same of smoother trajectories, for coarse decisions [m/s], shape (P, N)."""
     thresholds: FloatArray
-    """Speed below which the point counts as still, from the fastest it moves nearby [m/s], shape (N,)."""
-    rate: float
-    """Samples a second of the clip [Hz]."""
+    """Speed below which a point counts as still, from the fastest it moves nearby [m/s], shape (P, N)."""
 
 
-def fine_times(start_time: float, frames: int, rate: float, fine_rate: float) -> FloatArray:
-    """Times that divide every sample interval evenly, at least `fine_rate` a second [s], shape (N,)."""
-    parts = max(1, int(np.ceil(fine_rate / rate - ROUNDING)))
-    return start_time + np.arange((frames - 1) * parts + 1) / (rate * parts)
-
-
-def samples_within(duration: float, step: float) -> int:
-    """Whole samples `step` [s] apart that fit into a duration [s], whatever the last digits of the two."""
-    return int(duration / step + ROUNDING)
-
-
-def point_signals(
-    times: FloatArray,
-    positions: FloatArray,
-    grid: FloatArray,
-    *,
-    smoothing: float,
-    calming: float,
-    still_fraction: float,
-    still_limits: tuple[float, float],
-    neighbourhood: float,
-) -> list[PointSignal]:
-    """Trajectories of P points on a fine grid, by C2 splines through lightly smoothed samples.
+def point_signals(motions: Sequence[FootMotion], scales: FloatArray, options: ContactOptions) -> PointSignals:
+    """Left and right ball, left and right heel of clips, by C2 splines through lightly smoothed samples.
 
     Args:
-        times: Sample times [s], shape (T,).
-        positions: Samples [m], shape (T, P, 3).
-        grid: Times wanted, within `times` [s], shape (N,).
-        smoothing: Standard deviation of the Gaussian that takes noise off [s].
-        calming: The same for the coarse decisions [s].
-        still_fraction: Still below this fraction of the fastest speed in the neighbourhood.
-        still_limits: Least and greatest threshold [m/s].
-        neighbourhood: Half width of the neighbourhood [s].
+        motions: Of the clips' feet.
+        scales: What speeds of the options are multiplied with for each clip, shape (C,).
+        options: Thresholds.
     """
-    rate = (len(times) - 1) / (times[-1] - times[0])
-    spline = CubicSpline(times, _smoothed(positions, smoothing * rate))
-    calm_speeds = _lengths(CubicSpline(times, _smoothed(positions, calming * rate))(grid, 1))
-    size = 2 * samples_within(neighbourhood, grid[1] - grid[0]) + 1
-    fastest = maximum_filter1d(calm_speeds, size, axis=0, mode="nearest")
-    thresholds = np.clip(still_fraction * fastest, *still_limits)
-    places, speeds = spline(grid), _lengths(spline(grid, 1))
-    return [
-        PointSignal(
-            positions=np.ascontiguousarray(places[:, point]),
-            speeds=speeds[:, point].copy(),
-            calm_speeds=calm_speeds[:, point].copy(),
-            thresholds=thresholds[:, point].copy(),
-            rate=rate,
-        )
-        for point in range(positions.shape[1])
+    rates = np.array([(len(motion.times) - 1) / (motion.times[-1] - motion.times[0]) for motion in motions])
+    grids = [
+        fine_times(motion.times[0], len(motion.times), rate, options.fine_rate)
+        for motion, rate in zip(motions, rates, strict=True)
     ]
+    clips, times = Runs.of_lengths(np.array([len(grid) for grid in grids])), np.concatenate(grids)
+    points = [np.concatenate([motion.balls, motion.heels], axis=1) for motion in motions]  # (T, P, 3)
+    first = Runs.of_lengths(np.array([len(part) for part in points])).first
+    starts, owners = np.array([motion.times[0] for motion in motions]), clips.owners
+
+    def splines(smoothing: float) -> Splines:
+        smooth = [_smoothed(part, smoothing * rate) for part, rate in zip(points, rates, strict=True)]
+        return build_splines(np.concatenate(smooth).reshape(first[-1], -1), first, starts, rates)
+
+    def by_point(vectors: FloatArray) -> FloatArray:
+        return np.ascontiguousarray(vectors.reshape(len(times), -1, 3).swapaxes(0, 1))
+
+    light = splines(options.smoothing)
+    calm_speeds = _lengths(by_point(splines(options.calming).rates_at(owners, times)))
+    steps = np.array([grid[1] - grid[0] for grid in grids])
+    fastest = _largest_near(calm_speeds, clips, samples_within(options.neighbourhood, steps))
+    low, high = (limit * scales[owners] for limit in options.still_limits)
+    return PointSignals(
+        clips=clips,
+        times=times,
+        steps=steps,
+        rates=rates,
+        positions=by_point(light.at(owners, times)),
+        speeds=_lengths(by_point(light.rates_at(owners, times))),
+        calm_speeds=calm_speeds,
+        thresholds=np.clip(options.still_fraction * fastest, low, high),
+    )
 
 
 def _lengths(vectors: FloatArray) -> FloatArray:
-    """Lengths of vectors (N, P, 3), shape (N, P)."""
-    return np.sqrt(np.einsum("npi,npi->np", vectors, vectors))
+    """Lengths of vectors (P, N, 3), shape (P, N)."""
+    return np.sqrt(np.einsum("pni,pni->pn", vectors, vectors))
+
+
+def _largest_near(values: FloatArray, clips: Runs, reach: IntArray) -> FloatArray:
+    """Largest of the values (P, N) up to `reach` (C,) samples away in the same clip."""
+    bounds = zip(clips.first[:-1], clips.first[1:], reach, strict=True)
+    parts = [
+        maximum_filter1d(values[:, begin:end], 2 * int(size) + 1, axis=1, mode="nearest") for begin, end, size in bounds
+    ]
+    return np.concatenate(parts, axis=1)
 
 
 def _smoothed(positions: FloatArray, sigma: float) -> FloatArray:

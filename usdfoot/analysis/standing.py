@@ -9,7 +9,7 @@ from scipy.ndimage import minimum_filter1d
 
 from usdfoot.analysis.mirror import MirrorMap, mirror_map, mirrored_rotations
 from usdfoot.analysis.motion import partial_kinematics
-from usdfoot.analysis.signals import ROUNDING
+from usdfoot.analysis.sampling import ROUNDING
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import Biped

@@ -9,7 +9,7 @@ import numpy as np
 from usdfoot.analysis.contact_options import ContactOptions
 from usdfoot.analysis.motion import partial_kinematics
 from usdfoot.analysis.steps import Step, StepLimits, cut_steps
-from usdfoot.analysis.world import WorldClip, listed_contacts, world_clip
+from usdfoot.analysis.world import WorldClip, listed_contacts, world_clips
 from usdfoot.errors import ClipError
 from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray
@@ -59,11 +59,10 @@ def summarise(
         options: Thresholds of contact detection.
     """
     summaries = []
-    for clip in library.clips:
-        try:
-            world = world_clip(clip, library.skeleton, library.biped, options=options)
-        except ClipError as error:
-            summaries.append(_unusable(clip.name, clip.style, str(error)))
+    worlds = world_clips(library.clips, library.skeleton, library.biped, options=options)
+    for clip, world in zip(library.clips, worlds, strict=True):
+        if isinstance(world, ClipError):
+            summaries.append(_unusable(clip.name, clip.style, str(world)))
             continue
         steps, warnings = cut_steps(world, limits=limits)
         summaries.append(_summary(library, world, steps, warnings))

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from usdfoot.analysis.authored import with_authored_events
 from usdfoot.analysis.contact_options import ContactOptions
-from usdfoot.analysis.contacts import contacts_of
-from usdfoot.analysis.cycle import detect_period, repeated
-from usdfoot.analysis.motion import clip_leg_length, foot_motion, rest_leg_length
-from usdfoot.analysis.root import RootMotion, detect_root_motion, restored
-from usdfoot.maths.types import BoolArray
+from usdfoot.analysis.contacts import contacts_of, select_contacts
+from usdfoot.analysis.cycle import detect_periods, repeated
+from usdfoot.analysis.motion import clip_leg_lengths, foot_motions, moved, moved_motion, rest_leg_length, with_heels
+from usdfoot.analysis.root import RootMotion, detect_root_motions, restored_path
+from usdfoot.errors import ClipError
+from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.clip import Clip
 from usdfoot.model.contacts import Contacts, FootContacts
 from usdfoot.model.skeleton import Skeleton
 
-__all__ = ["WorldClip", "detect_contacts", "listed_contacts", "world_clip"]
+__all__ = ["WorldClip", "detect_contacts", "listed_contacts", "world_clip", "world_clips"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,6 +39,10 @@ class WorldClip:
     """Travel that was given back."""
     leg_length: float
     """Hip to ankle with the knee straight, in the clip's own proportions [m]."""
+    pelvis_positions: FloatArray
+    """Pelvis joint in the world at the samples [m], shape (T, 3)."""
+    pelvis_rotations: FloatArray
+    """The same, xyzw, shape (T, 4)."""
 
 
 def detect_contacts(clip: Clip, skeleton: Skeleton, biped: Biped, *, options: ContactOptions | None = None) -> Contacts:
@@ -63,44 +69,67 @@ def listed_contacts(world: WorldClip) -> Contacts:
 
 
 def world_clip(clip: Clip, skeleton: Skeleton, biped: Biped, *, options: ContactOptions | None = None) -> WorldClip:
-    """The clip with loops repeated, travel given back, and contacts detected."""
+    """The clip with loops repeated, travel given back, and contacts detected.
+
+    Raises:
+        ClipError: If authored events are out of order.
+    """
+    (world,) = world_clips([clip], skeleton, biped, options=options)
+    if isinstance(world, ClipError):
+        raise world
+    return world
+
+
+def world_clips(
+    clips: Sequence[Clip], skeleton: Skeleton, biped: Biped, *, options: ContactOptions | None = None
+) -> list[WorldClip | ClipError]:
+    """World clips of many clips of one skeleton; the error of those whose authored events are out of order."""
+    if not clips:
+        return []
     options = options or ContactOptions()
-    leg_length = clip_leg_length(clip, skeleton, biped)
-    ball_heights = biped.ball_heights * leg_length / rest_leg_length(skeleton, biped)
-    period = detect_period(clip, skeleton, biped)
-    travelling = clip if period is None else repeated(clip, skeleton, biped, period)
-    motion = foot_motion(travelling, skeleton, biped)
-    root_motion = detect_root_motion(motion, travelling.root_motion, biped)
-    if root_motion.in_place:
-        travelling = restored(travelling, skeleton, biped, motion, root_motion, origin_time=clip.start_time)
-        motion = foot_motion(travelling, skeleton, biped)
-    contacts = contacts_of(motion, ball_heights=ball_heights, leg_length=leg_length, options=options)
-    contacts = with_authored_events(contacts, clip, motion, period, ball_heights=ball_heights, options=options)
-    end = float(clip.times[-1]) if period is None else clip.start_time + period
-    return WorldClip(
-        clip=travelling,
-        contacts=contacts,
-        period=period,
-        start=clip.start_time,
-        end=end,
-        root_motion=root_motion,
-        leg_length=leg_length,
-    )
+    leg_lengths = clip_leg_lengths(clips, skeleton, biped)
+    periods = detect_periods(clips, skeleton, biped)
+    travelling = [
+        clip if period is None else repeated(clip, skeleton, biped, period)
+        for clip, period in zip(clips, periods, strict=True)
+    ]
+    motions = foot_motions(travelling, skeleton, biped, leg_lengths=leg_lengths)
+    heights = leg_lengths[:, None] / rest_leg_length(skeleton, biped) * biped.ball_heights  # (C, 2)
+    root_motions = detect_root_motions(motions, [clip.root_motion for clip in clips], biped)
+    for index, root_motion in enumerate(root_motions):
+        if root_motion.in_place:
+            clip, motion = travelling[index], motions[index]
+            shift = restored_path(clip, biped, motion, root_motion, origin_time=clips[index].start_time)
+            motion = moved_motion(motion, *shift)
+            travelling[index] = moved(clip, skeleton, *shift)
+            motions[index] = with_heels(motion, heights[index]) if root_motion.yaw_rate else motion
+    detected = contacts_of(motions, ball_heights=heights, leg_lengths=leg_lengths, options=options)
+    worlds: list[WorldClip | ClipError] = []
+    for index, (clip, motion, period) in enumerate(zip(clips, motions, periods, strict=True)):
+        try:
+            contacts = with_authored_events(
+                detected[index], clip, motion, period, ball_heights=heights[index], options=options
+            )
+        except ClipError as error:
+            worlds.append(error)
+            continue
+        worlds.append(
+            WorldClip(
+                clip=travelling[index],
+                contacts=contacts,
+                period=period,
+                start=clip.start_time,
+                end=float(clip.times[-1]) if period is None else clip.start_time + period,
+                root_motion=root_motions[index],
+                leg_length=float(leg_lengths[index]),
+                pelvis_positions=motion.pelvis,
+                pelvis_rotations=motion.pelvis_rotations,
+            )
+        )
+    return worlds
 
 
 def _begun_within(foot: FootContacts, start: float, end: float) -> FootContacts:
     """Contacts whose strike lies in start <= strike < end."""
     keep = (foot.strike_times >= start - 1e-9) & (foot.strike_times < end - 1e-9)
     return select_contacts(foot, keep)
-
-
-def select_contacts(foot: FootContacts, keep: BoolArray) -> FootContacts:
-    """Contacts at which `keep` (K,) is True."""
-    return FootContacts(
-        strike_times=foot.strike_times[keep],
-        flat_times=foot.flat_times[keep],
-        liftoff_times=foot.liftoff_times[keep],
-        positions=foot.positions[keep],
-        yaws=foot.yaws[keep],
-        ball_first=foot.ball_first[keep],
-    )

@@ -4,7 +4,8 @@ The names are the contract of design.md sections 2 and 3; tools outside the proj
 foot is a tuple indexed by side, so ``Clip.STRIKE_TIMES[side]`` is the attribute of that foot (0 = left, 1 = right).
 """
 
-from typing import Final
+import pathlib
+from typing import Final, NamedTuple
 
 PLUGIN: Final = "usdfoot"
 """Name of the schemas' plugin and library."""
@@ -193,12 +194,51 @@ class File:
     ANIMS: Final = "anims.usda"
     EXPANDED: Final = "crowd.expanded.usda"
     REPORT: Final = "report.json"
+    PENDING: Final = ".pending"
+    """Folder of chunks that are done while others are not."""
 
 
 PROVENANCE: Final = "usdfoot"
 """Key of the provenance in a written layer's `customLayerData`."""
 
 
-def anims_chunk(index: int) -> str:
-    """File name of one chunk of agents' animations: ``anims.0000.usdc``, ``anims.0001.usdc`` and so on."""
-    return f"anims.{index:04d}.usdc"
+class Record:
+    """Keys of what a chunk's layers say about their making, below `PROVENANCE`."""
+
+    CONTENT_HASH: Final = "contentHash"
+    REPORT: Final = "report"
+
+
+class ChunkFiles(NamedTuple):
+    """Names of the files of one chunk of agents."""
+
+    agents: str
+    footsteps: str
+    anims: str
+
+
+def chunk_files(index: int, count: int) -> ChunkFiles:
+    """Files of a crowd's chunk: ``anims.0000.usdc``, ``anims.0001.usdc`` and so on.
+
+    Agents and footsteps of a single chunk are ``agents.usdc`` and ``footsteps.usdc`` themselves; several are numbered
+    like the animations, and those two files put them together.
+
+    Args:
+        index: Of the chunk.
+        count: Of all chunks.
+    """
+    agents: str = File.AGENTS
+    footsteps: str = File.FOOTSTEPS
+    if count > 1:
+        agents, footsteps = _numbered(agents, index), _numbered(footsteps, index)
+    return ChunkFiles(agents=agents, footsteps=footsteps, anims=_numbered(File.ANIMS, index))
+
+
+def chunk_folder(folder: pathlib.Path, files: ChunkFiles) -> pathlib.Path:
+    """Where a chunk is that was made last: waiting for the others, or part of the crowd in `folder`."""
+    waiting = folder / File.PENDING
+    return waiting if (waiting / files.anims).exists() else folder
+
+
+def _numbered(name: str, index: int) -> str:
+    return f"{name.split('.')[0]}.{index:04d}.usdc"

@@ -5,9 +5,13 @@ from __future__ import annotations
 import argparse
 import math
 import re
+from typing import TYPE_CHECKING
 
 from usdfoot.cli.console import print_problems, results_console, shown_progress
 from usdfoot.cli.tables import step_table
+
+if TYPE_CHECKING:
+    from usdfoot.engine.options import EngineOptions
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
 
@@ -21,6 +25,7 @@ example:
   usdfoot animate scenes/walk_flat.usda -o build/walk
   usdfoot animate city.usd -o build/city --agents 'Extra_*' --frames 1:240
   usdfoot animate city.usd -o build/city --max-root-weight-within 0.02
+  usdfoot animate city.usd -o build/city --scheduler tcp://farm:8786
 
 exit codes: 0 all written, 1 some agents or clips skipped (listed), 2 nothing written
 
@@ -69,6 +74,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="give each step the largest root weight, X at most, that plants it this near its footstep",
     )
     parser.add_argument("--collect", action="store_true", help="copy the characters' files into DIR")
+    parser.add_argument(
+        "--workers",
+        metavar="N",
+        type=count,
+        help="processes that animate chunks of agents (default: as many as there are cores and chunks)",
+    )
+    parser.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="Dask cluster whose workers animate instead, like tcp://host:8786 (needs the extra dask)",
+    )
+    parser.add_argument(
+        "--chunk-size", metavar="N", type=count, default=100, help="agents a chunk (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--chunk", metavar="INDEX", type=int, help="make this chunk only, as a farm's task does; crowd.usd comes later"
+    )
 
 
 def frame_range(text: str) -> tuple[int, int]:
@@ -77,6 +99,13 @@ def frame_range(text: str) -> tuple[int, int]:
     if not match or int(match[1]) > int(match[2]):
         raise argparse.ArgumentTypeError(f"{text!r} is not a range of frames; give first:last, like 1:240")
     return int(match[1]), int(match[2])
+
+
+def count(text: str) -> int:
+    """A whole number, 1 or more."""
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number of things; give 1 or more")
+    return int(text)
 
 
 def root_weight(text: str) -> float:
@@ -105,27 +134,63 @@ def _number(text: str) -> float:
 
 def run(arguments: argparse.Namespace) -> int:
     """Animate; 0 = all agents, 1 = some skipped."""
-    from usdfoot.engine.options import EngineOptions
+    from usdfoot.batch.executors import open_executor
     from usdfoot.pipeline.animate import animate
 
-    with shown_progress(quiet=arguments.quiet) as progress:
+    if arguments.chunk is not None:
+        return _run_chunk(arguments)
+    with (
+        open_executor(workers=arguments.workers, scheduler=arguments.scheduler) as executor,
+        shown_progress(quiet=arguments.quiet) as progress,
+    ):
         report = animate(
             arguments.scene,
             arguments.output,
             agents=arguments.agents,
             frames=arguments.frames,
-            options=EngineOptions(
-                correction=arguments.correction,
-                seam=arguments.seam,
-                space=arguments.space,
-                root_weight=arguments.root_weight,
-                root_weight_within=arguments.max_root_weight_within,
-            ),
+            options=_options(arguments),
             collect=arguments.collect,
+            chunk_size=arguments.chunk_size,
+            executor=executor,
             progress=progress,
         )
     print_problems(report.problems, quiet=arguments.quiet)
     console = results_console()
     console.print(step_table(report.results))
+    if report.kept:
+        console.print(f"kept {report.kept} of {report.chunks} chunks, in which nothing changed")
     console.print(f"wrote {report.crowd_file}", soft_wrap=True)
     return 1 if report.skipped else 0
+
+
+def _run_chunk(arguments: argparse.Namespace) -> int:
+    """Make one chunk; 0 = all of its agents, 1 = some skipped."""
+    from usdfoot.pipeline.animate import animate_chunk
+
+    record = animate_chunk(
+        arguments.scene,
+        arguments.output,
+        arguments.chunk,
+        agents=arguments.agents,
+        frames=arguments.frames,
+        options=_options(arguments),
+        collect=arguments.collect,
+        chunk_size=arguments.chunk_size,
+    )
+    print_problems(record.problems, quiet=arguments.quiet)
+    done = "kept" if record.is_kept else "made"
+    results_console().print(f"{done} chunk {arguments.chunk} with {len(record.agents)} agents", soft_wrap=True)
+    return 1 if any(problem.severity == "error" for problem in record.problems) else 0
+
+
+def _options(arguments: argparse.Namespace) -> EngineOptions:
+    """The engine's options as given."""
+    from usdfoot.engine.options import EngineOptions
+
+    return EngineOptions(
+        correction=arguments.correction,
+        seam=arguments.seam,
+        space=arguments.space,
+        root_weight=arguments.root_weight,
+        root_weight_within=arguments.max_root_weight_within,
+    )

@@ -8,7 +8,15 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    SpinnerColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 
 from usdfoot.model.report import Problem
 
@@ -60,12 +68,28 @@ def logging_on_stderr(*, quiet: bool, verbose: bool) -> Iterator[None]:
 
 
 @contextmanager
-def shown_progress(*, quiet: bool) -> Iterator[Callable[[str], None]]:
-    """Something to call with what begins next; a spinner on stderr shows it while the block runs."""
+def shown_progress(*, quiet: bool) -> Iterator[Callable[[str, int, int], None]]:
+    """Something to call with what is being done, how much of it is done, and of how much (0 = unknown).
+
+    A bar on stderr shows it, with the time that is left, while the block runs.
+    """
     if quiet:
-        yield lambda stage: None
+        yield lambda stage, done, total: None
         return
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    columns = (
+        SpinnerColumn(),
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task("start", total=None)
-        yield lambda stage: progress.update(task, description=stage)
+        bar = progress.add_task("start", total=None)
+
+        def show(stage: str, done: int, total: int) -> None:
+            if progress.tasks[0].description != stage:
+                progress.reset(bar)
+            progress.update(bar, description=stage, completed=done, total=total or None)
+
+        yield show

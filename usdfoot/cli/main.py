@@ -8,13 +8,14 @@ import traceback
 from collections.abc import Sequence
 
 from usdfoot import __version__
-from usdfoot.cli import analyze, animate, validate
+from usdfoot.cli import analyze, animate, job, plan, validate
 from usdfoot.cli.console import logging_on_stderr, print_error
+from usdfoot.cli.verbs import add_verb
 from usdfoot.errors import UsdfootError
 
 __all__ = ["main"]
 
-VERBS = (animate, analyze, validate)
+VERBS = (animate, analyze, plan, validate, job)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -49,18 +50,7 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"usdfoot {__version__}")
     verbs = parser.add_subparsers(title="verbs", required=True, metavar="VERB")
     for verb in VERBS:
-        sub = verbs.add_parser(
-            verb.NAME,
-            help=verb.HELP,
-            description=verb.DESCRIPTION,
-            epilog=verb.EPILOG,
-            formatter_class=argparse.RawDescriptionHelpFormatter,
-        )
-        verb.add_arguments(sub)
-        talk = sub.add_mutually_exclusive_group()
-        talk.add_argument("-q", "--quiet", action="store_true", help="no progress, no warnings")
-        talk.add_argument("-v", "--verbose", action="store_true", help="say what is found and assumed")
-        sub.set_defaults(run=verb.run)
+        add_verb(verbs, verb, talks=verb is not plan)
     return parser
 
 

@@ -6,32 +6,25 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import warp as wp
 
 from usdfoot.analysis.examples import build_examples
 from usdfoot.analysis.standing import find_standing_pose
-from usdfoot.engine.contacts import lay_contacts, lay_on_ground
-from usdfoot.engine.detours import plan_detours
-from usdfoot.engine.feet import ContactFeet, device_feet, lead_swings, roll_contacts
-from usdfoot.engine.frames import Frames, lay_frames
-from usdfoot.engine.kernels import LibraryArrays, SegmentArrays
+from usdfoot.engine.kernels import LibraryArrays
 from usdfoot.engine.options import EngineOptions
-from usdfoot.engine.plant import plant_feet
-from usdfoot.engine.poses import Feet, Poses, Setup, StepBlend, device_library, device_segments, pose_feet, pose_frames
-from usdfoot.engine.results import achieved_contacts, measure_steps
+from usdfoot.engine.planting import Planting, cut_motions, plant_samples, prepare_planting
+from usdfoot.engine.poses import ClipPoses, Setup, StepBlend, device_library, device_segments
+from usdfoot.engine.results import measure_contacts, measure_steps
 from usdfoot.engine.rig import Rig, build_rig
-from usdfoot.engine.root import lay_root, root_at
+from usdfoot.engine.root import lay_root
 from usdfoot.engine.root_goals import root_goals
 from usdfoot.engine.seams import measure_seams
-from usdfoot.engine.segments import cut_segments, locate
+from usdfoot.engine.segments import cut_segments
 from usdfoot.engine.stand import with_stand
-from usdfoot.engine.subframes import drifting_frames, insert_frames, merge_poses
 from usdfoot.engine.weights import Landings, weigh_steps
 from usdfoot.errors import ClipError, UsdfootError
-from usdfoot.maths import quaternion
-from usdfoot.maths.types import FloatArray
 from usdfoot.model.agent import Agent, Crowd
 from usdfoot.model.clip import ClipLibrary
+from usdfoot.model.contact_table import lay_contacts, lay_on_ground
 from usdfoot.model.device import start_warp
 from usdfoot.model.examples import Examples
 from usdfoot.model.ground import Ground
@@ -40,11 +33,11 @@ from usdfoot.model.report import Problem
 from usdfoot.spaces.library import FootstepSpaces, build_spaces
 
 __all__ = [
+    "PreparedLibraries",
     "PreparedLibrary",
     "PreparedSteps",
     "animate_agents",
     "animate_crowd",
-    "plant_frames",
     "prepare_library",
     "prepare_steps",
 ]
@@ -72,11 +65,7 @@ class PreparedSteps:
     setup: Setup
     blend: StepBlend
     landings: Landings
-    arrays: SegmentArrays
-    """Segments and their seams on the device."""
-    feet: ContactFeet
-    detours: FloatArray
-    """Offsets of each contact's swing [m], shape (C, K, 3)."""
+    planting: Planting
 
 
 def prepare_library(library: ClipLibrary, options: EngineOptions) -> PreparedLibrary:
@@ -105,17 +94,48 @@ def prepare_library(library: ClipLibrary, options: EngineOptions) -> PreparedLib
     )
 
 
-def animate_crowd(crowd: Crowd, *, options: EngineOptions | None = None) -> tuple[list[Motion], list[Problem]]:
-    """Motions of all agents that could be animated, in the crowd's order, and what was wrong with the others."""
+class PreparedLibraries:
+    """The clip libraries of a crowd, each prepared when it is first asked for.
+
+    Args:
+        options: Of the engine.
+    """
+
+    def __init__(self, options: EngineOptions) -> None:
+        self._options = options
+        self._prepared: dict[int, PreparedLibrary] = {}
+
+    def prepared(self, crowd: Crowd, index: int) -> PreparedLibrary:
+        """The crowd's library at an index, which must mean the same library in every crowd asked about.
+
+        Raises:
+            UsdfootError: If it cannot be used.
+        """
+        if index not in self._prepared:
+            self._prepared[index] = prepare_library(crowd.libraries[index], self._options)
+        return self._prepared[index]
+
+
+def animate_crowd(
+    crowd: Crowd, *, options: EngineOptions | None = None, libraries: PreparedLibraries | None = None
+) -> tuple[list[Motion], list[Problem]]:
+    """Motions of all agents that could be animated, in the crowd's order, and what was wrong with the others.
+
+    Args:
+        crowd: Agents and what they need.
+        options: Of the engine.
+        libraries: Those of an earlier call on other agents of the same scene.
+    """
     options = options or EngineOptions()
+    libraries = libraries or PreparedLibraries(options)
     motions: dict[str, Motion] = {}
     problems = [problem for agent in crowd.agents for problem in _not_from_clips(agent)]
-    for index, library in enumerate(crowd.libraries):
+    for index in range(len(crowd.libraries)):
         agents = [agent for agent in crowd.agents if agent.library == index and agent.motion != "physics"]
         if not agents:
             continue
         try:
-            prepared = prepare_library(library, options)
+            prepared = libraries.prepared(crowd, index)
         except UsdfootError as error:
             problems += [Problem(severity="error", where=agent.source, message=str(error)) for agent in agents]
             continue
@@ -153,16 +173,10 @@ def animate_agents(
 ) -> list[Motion]:
     """Motions of agents that share one library, all steps and frames at once."""
     steps = prepare_steps(library, agents, crowd, options=options)
-    frames = lay_frames(steps.setup.contacts, steps.setup.segments, crowd.frame_times)
-    poses = plant_frames(steps, frames)
-    feet = pose_feet(library.rig, poses)
-    drifting = drifting_frames(steps.setup, steps.feet, frames, poses, feet, tolerance=options.subframe_slide)
-    if drifting.any():
-        added, frames, order = insert_frames(steps.setup, frames, drifting)
-        poses = merge_poses(poses, plant_frames(steps, added), order)
-        feet = pose_feet(library.rig, poses)
-    results = measure_steps(steps.setup, steps.blend, steps.landings, steps.feet, frames, feet, list(agents))
-    return _motions(steps.setup, steps.feet, frames, poses, results, agents)
+    planted = plant_samples(steps.planting, crowd.frame_times)
+    figures = measure_contacts(steps.setup, steps.planting.feet, planted.frames, planted.feet, agents)
+    results = measure_steps(steps.setup, steps.blend, steps.landings, figures, agents)
+    return cut_motions(steps.planting, planted, results, agents)
 
 
 def prepare_steps(
@@ -175,6 +189,7 @@ def prepare_steps(
     segments = cut_segments(contacts, options)
     setup = Setup(
         skeleton=library.source.skeleton,
+        pelvis=library.source.biped.pelvis,
         examples=library.examples,
         rig=library.rig,
         library=library.device,
@@ -194,77 +209,5 @@ def prepare_steps(
         setup, contacts=contacts, path=lay_root(contacts, setup.segments, step_height_share=options.step_height_share)
     )
     arrays = device_segments(setup, blend, measure_seams(setup, blend) if options.seam != "none" else None)
-    feet = _prepare_feet(setup, blend, arrays, ground)
-    detours = plan_detours(setup, blend, arrays, feet, ground)
-    return PreparedSteps(setup=setup, blend=blend, landings=landings, arrays=arrays, feet=feet, detours=detours)
-
-
-def _prepare_feet(setup: Setup, blend: StepBlend, arrays: SegmentArrays, ground: Ground) -> ContactFeet:
-    """Prints, rolls and leads of all contacts, from the blended feet at their strikes and liftoffs."""
-    strikes = _feet_at(setup, blend, arrays, setup.contacts.strikes)
-    liftoffs = _feet_at(setup, blend, arrays, setup.contacts.liftoffs)
-    sides = setup.contacts.sides
-    own = np.arange(len(sides)), sides
-    feet = roll_contacts(setup, strikes.raises[own], ground)
-    feet = replace(feet, flat_pitches=_feet_at(setup, blend, arrays, feet.flats).raises[own])
-    return lead_swings(setup, feet, strikes, liftoffs)
-
-
-def _feet_at(setup: Setup, blend: StepBlend, arrays: SegmentArrays, times: FloatArray) -> Feet:
-    """Blended feet at one time for each contact [s], not before its agent's first strike."""
-    contacts, segments = setup.contacts, setup.segments
-    times = np.maximum(times, contacts.starts[contacts.agents])
-    rows = locate(segments.agents, segments.begins, contacts.starts, contacts.agents, times)
-    return pose_feet(setup.rig, pose_frames(setup, blend, arrays, rows, times, joints=setup.rig.leg_joints))
-
-
-def plant_frames(steps: PreparedSteps, frames: Frames) -> Poses:
-    """Frames blended, placed and planted."""
-    setup = steps.setup
-    joints = np.setdiff1d(np.arange(len(setup.skeleton.joints)), [setup.library.pelvis])
-    poses = pose_frames(setup, steps.blend, steps.arrays, frames.segments, frames.times, joints=joints)
-    clock = frames.times - setup.contacts.starts[frames.agents]
-    wp.launch(
-        plant_feet,
-        dim=len(frames.times),
-        inputs=[
-            setup.rig.arrays,
-            device_feet(setup, steps.feet, steps.detours),
-            wp.array(frames.contacts.astype(np.int32), dtype=wp.int32),
-            wp.array(clock.astype(np.float32), dtype=wp.float32),
-            poses.pelvis_positions,
-            poses.pelvis_rotations,
-            poses.rotations,
-        ],
-    )
-    return poses
-
-
-def _motions(
-    setup: Setup, feet: ContactFeet, frames: Frames, poses: Poses, results: list, agents: Sequence[Agent]
-) -> list[Motion]:
-    """Frames cut into one motion an agent, the pelvis relative to its root."""
-    root = root_at(setup.path, frames.segments, frames.times)
-    origins = setup.origins[frames.agents]
-    turn = quaternion.yaw_quaternion(-root[:, 3])
-    pelvis = quaternion.rotate(turn, poses.pelvis_positions.numpy() + (origins - root[:, :3]))
-    turned = quaternion.compose(turn, poses.pelvis_rotations.numpy())
-    rotations = poses.rotations.numpy()
-    rotations[:, setup.library.pelvis] = turned
-    motions = []
-    for index, agent in enumerate(agents):
-        own = slice(frames.first[index], frames.first[index + 1])
-        motions.append(
-            Motion(
-                name=agent.name,
-                times=frames.stamps[own],
-                root_positions=root[own, :3],
-                root_yaws=root[own, 3],
-                pelvis_positions=pelvis[own].astype(np.float32),
-                pelvis_rotations=turned[own].astype(np.float32),
-                rotations=rotations[own],
-                contacts=achieved_contacts(setup, feet, index),
-                results=results[index],
-            )
-        )
-    return motions
+    planting = prepare_planting(setup, ClipPoses(setup=setup, blend=blend, arrays=arrays), ground)
+    return PreparedSteps(setup=setup, blend=blend, landings=landings, planting=planting)

@@ -7,12 +7,11 @@ import warp as wp
 from scipy.interpolate import CubicSpline
 
 from usdfoot.engine.feet import ContactFeet, device_feet
-from usdfoot.engine.kernels import SegmentArrays
 from usdfoot.engine.legs import LegRig, leg_kinematics
 from usdfoot.engine.plant import FootArrays, swinging_foot
-from usdfoot.engine.poses import Poses, Setup, StepBlend, pose_frames
-from usdfoot.engine.segments import locate
+from usdfoot.engine.poses import Layout, PoseSource
 from usdfoot.maths import planar
+from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.ground import Ground
 
@@ -58,43 +57,41 @@ def swing_soles(
     heels[frame] = pose.ankle + wp.quat_rotate(pose.rotation, rig.heel_offsets[side])
 
 
-def plan_detours(
-    setup: Setup, blend: StepBlend, arrays: SegmentArrays, feet: ContactFeet, ground: Ground
-) -> FloatArray:
+def plan_detours(layout: Layout, source: PoseSource, feet: ContactFeet, ground: Ground) -> FloatArray:
     """What to add to each swing so that the sole clears the terrain and the foot passes beside the standing leg.
 
     Returns:
         Offsets at KNOTS instants of the swing after each contact [m], shape (C, KNOTS, 3).
     """
-    contacts = setup.contacts
+    contacts = layout.contacts
     rows = np.flatnonzero(contacts.has_swing)
     begins, ends = contacts.liftoffs[rows], contacts.strikes[rows + 2]
     times = begins[:, None] + (ends - begins)[:, None] * (PROBES / (FINE - 1))
-    soles = _soles(setup, blend, arrays, feet, np.repeat(rows, len(PROBES)), times.ravel())
+    soles = _soles(layout, source, feet, np.repeat(rows, len(PROBES)), times.ravel())
     balls, heels = (_refine(points.reshape(-1, len(PROBES), 3)) for points in soles)
-    beside = _beside_leg(setup, rows, balls[:, ::BETWEEN])
+    beside = _beside_leg(layout, rows, balls[:, ::BETWEEN])
     aside = _refine(beside, np.arange(0, FINE, BETWEEN))
     detours = np.zeros((len(contacts.sides), KNOTS, 3))
     detours[rows] = beside
-    detours[rows, :, 1] += _over_ground(setup, rows, balls + aside, heels + aside, ground)
+    detours[rows, :, 1] += _over_ground(layout, rows, balls + aside, heels + aside, ground)
     return detours
 
 
 def _soles(
-    setup: Setup, blend: StepBlend, arrays: SegmentArrays, feet: ContactFeet, rows: IntArray, times: FloatArray
+    layout: Layout, source: PoseSource, feet: ContactFeet, rows: IntArray, times: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Soles under ball and heel of the swings after contacts `rows` at `times` [s], world, shape (F, 3) each."""
-    contacts, segments = setup.contacts, setup.segments
+    contacts, segments = layout.contacts, layout.segments
     agents = contacts.agents[rows]
     frame_segments = locate(segments.agents, segments.begins, contacts.starts, agents, times)
-    poses: Poses = pose_frames(setup, blend, arrays, frame_segments, times, joints=setup.rig.leg_joints)
+    poses = source.pose(frame_segments, times, joints=layout.rig.leg_joints)
     balls, heels = wp.empty(len(rows), dtype=wp.vec3f), wp.empty(len(rows), dtype=wp.vec3f)
     wp.launch(
         swing_soles,
         dim=len(rows),
         inputs=[
-            setup.rig.arrays,
-            device_feet(setup, feet, np.zeros((len(contacts.sides), 2, 3))),
+            layout.rig.arrays,
+            device_feet(layout, feet, np.zeros((len(contacts.sides), 2, 3))),
             wp.array(rows.astype(np.int32), dtype=wp.int32),
             wp.array(contacts.sides[rows].astype(np.int32), dtype=wp.int32),
             wp.array((times - contacts.starts[agents]).astype(np.float32), dtype=wp.float32),
@@ -104,32 +101,32 @@ def _soles(
         ],
         outputs=[balls, heels],
     )
-    origins = setup.origins[agents]
+    origins = layout.origins[agents]
     return balls.numpy() + origins, heels.numpy() + origins
 
 
-def _beside_leg(setup: Setup, rows: IntArray, balls: FloatArray) -> FloatArray:
+def _beside_leg(layout: Layout, rows: IntArray, balls: FloatArray) -> FloatArray:
     """Sideways offsets (N, KNOTS, 3) that keep the swinging ball off the standing one while it passes."""
-    contacts = setup.contacts
+    contacts = layout.contacts
     heading = contacts.headings[rows + 1][:, None]
     apart = planar.rotate(-heading, (balls - contacts.positions[rows + 1][:, None])[..., [0, 2]])
     outward = np.where(contacts.sides[rows] == 0, 1.0, -1.0)[:, None]
     ahead = np.clip(1.0 - np.abs(apart[..., 1]) / 0.3, 0.0, 1.0)
-    wanted = setup.options.foot_spacing * ahead**2 * (3.0 - 2.0 * ahead) * (ahead > 0.0)
+    wanted = layout.options.foot_spacing * ahead**2 * (3.0 - 2.0 * ahead) * (ahead > 0.0)
     missing = np.where(ahead > 0.0, np.clip(wanted - outward * apart[..., 0], 0.0, 0.15), 0.0)
     push = _envelope(missing)
     offsets = planar.rotate(heading, np.stack([outward * push, np.zeros_like(push)], axis=-1))
     return np.stack([offsets[..., 0], np.zeros_like(push), offsets[..., 1]], axis=-1)
 
 
-def _over_ground(setup: Setup, rows: IntArray, balls: FloatArray, heels: FloatArray, ground: Ground) -> FloatArray:
+def _over_ground(layout: Layout, rows: IntArray, balls: FloatArray, heels: FloatArray, ground: Ground) -> FloatArray:
     """Lifts (N, KNOTS) [m] that bring ball and heel (N, FINE, 3) over the terrain with clearance in mid swing."""
     fractions = np.linspace(0.0, 1.0, FINE)
     middle = np.clip(np.minimum(fractions, 1.0 - fractions) / 0.18, 0.0, 1.0)
-    clearance = setup.options.clearance * middle**2 * (3.0 - 2.0 * middle)
-    highest = np.maximum(setup.contacts.positions[rows, 1], setup.contacts.positions[rows + 2, 1])
-    floors = np.minimum.reduceat(setup.contacts.positions[:, 1], setup.contacts.first[:-1])
-    lowest = np.repeat(floors[setup.contacts.agents[rows]], len(fractions))
+    clearance = layout.options.clearance * middle**2 * (3.0 - 2.0 * middle)
+    highest = np.maximum(layout.contacts.positions[rows, 1], layout.contacts.positions[rows + 2, 1])
+    floors = np.minimum.reduceat(layout.contacts.positions[:, 1], layout.contacts.first[:-1])
+    lowest = np.repeat(floors[layout.contacts.agents[rows]], len(fractions))
     missing: FloatArray = np.zeros((len(rows), len(fractions)))
     for path in (balls, heels):
         near = np.broadcast_to(highest[:, None], path.shape[:2])

@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import warp as wp
 
-from usdfoot.engine.contacts import ContactTable
 from usdfoot.engine.legs import LegRig
 from usdfoot.engine.plant import FootArrays, standing_foot
-from usdfoot.engine.poses import Feet, Setup
+from usdfoot.engine.poses import Feet, Layout
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.contact_table import ContactTable
 from usdfoot.model.ground import Ground
 
 __all__ = ["ContactFeet", "device_feet", "lay_prints", "lead_swings", "roll_contacts"]
@@ -52,7 +52,7 @@ class ContactFeet:
     """Whether there is walkable ground under the ball, shape (C,)."""
 
 
-def lay_prints(setup: Setup, ground: Ground) -> tuple[FloatArray, BoolArray]:
+def lay_prints(layout: Layout, ground: Ground) -> tuple[FloatArray, BoolArray]:
     """Frames of the prints: yaw from the plan, pitch and roll from the ground under ball and heel ([B] 4.5).
 
     A foot that leans sideways with the ground carries its ankle sideways, above the ball. The yaw is that of the line
@@ -61,32 +61,32 @@ def lay_prints(setup: Setup, ground: Ground) -> tuple[FloatArray, BoolArray]:
     Returns:
         Rotations print to world, shape (C, 4), and whether walkable ground is under the ball, shape (C,).
     """
-    yaws, raises = setup.contacts.yaws, np.zeros(len(setup.contacts.yaws))
-    frames, on_ground = _frames_on_ground(setup, ground, yaws, raises)
+    yaws, raises = layout.contacts.yaws, np.zeros(len(layout.contacts.yaws))
+    frames, on_ground = _frames_on_ground(layout, ground, yaws, raises)
     for _ in range(FACINGS if ground.has_terrain else 0):
-        yaws = yaws - _yaw_errors(setup, frames)
-        raises = raises + _heel_depths(setup, ground, frames)
-        frames, on_ground = _frames_on_ground(setup, ground, yaws, raises)
-    turns = quaternion.from_axis_angle(setup.contacts.normals, -_yaw_errors(setup, frames))
+        yaws = yaws - _yaw_errors(layout, frames)
+        raises = raises + _heel_depths(layout, ground, frames)
+        frames, on_ground = _frames_on_ground(layout, ground, yaws, raises)
+    turns = quaternion.from_axis_angle(layout.contacts.normals, -_yaw_errors(layout, frames))
     return quaternion.compose(turns, frames), on_ground
 
 
-def _heel_depths(setup: Setup, ground: Ground, frames: FloatArray) -> FloatArray:
+def _heel_depths(layout: Layout, ground: Ground, frames: FloatArray) -> FloatArray:
     """How far the heels of flat feet are in the ground where they are: not just behind the ball if it slopes [m]."""
-    contacts, feet = setup.contacts, setup.rig.feet
+    contacts, feet = layout.contacts, layout.rig.feet
     behind = np.array([quaternion.rotate(foot.flat_rotation, foot.heel_offset - foot.ball_offset) for foot in feet])
     heels = contacts.positions + quaternion.rotate(frames, behind[contacts.sides])
     up = quaternion.rotate(frames, np.array([0.0, 1.0, 0.0]))[:, 1]
-    heels[:, 1] += setup.rig.arrays.ball_heights.numpy()[contacts.sides] / up
+    heels[:, 1] += layout.rig.arrays.ball_heights.numpy()[contacts.sides] / up
     found = ground.heights(heels[:, [0, 2]], heels[:, 1], step_up=EDGE_HEIGHT)
     return np.where(found.hit, np.clip(found.heights - heels[:, 1], 0.0, EDGE_HEIGHT), 0.0)
 
 
-def _yaw_errors(setup: Setup, frames: FloatArray) -> FloatArray:
+def _yaw_errors(layout: Layout, frames: FloatArray) -> FloatArray:
     """Yaw from the plan's forward to the line from ankle to ball, about the plan's normals [rad], shape (C,)."""
-    across = np.array([quaternion.rotate(foot.flat_rotation, foot.ball_offset) for foot in setup.rig.feet])
-    seen = quaternion.rotate(frames, across[setup.contacts.sides])
-    normals, forward = setup.contacts.normals, _forward(setup.contacts)
+    across = np.array([quaternion.rotate(foot.flat_rotation, foot.ball_offset) for foot in layout.rig.feet])
+    seen = quaternion.rotate(frames, across[layout.contacts.sides])
+    normals, forward = layout.contacts.normals, _forward(layout.contacts)
     return np.arctan2(np.sum(np.cross(forward, seen) * normals, axis=1), np.sum(forward * seen, axis=1))
 
 
@@ -99,15 +99,15 @@ def _forward(contacts: ContactTable) -> FloatArray:
 
 
 def _frames_on_ground(
-    setup: Setup, ground: Ground, yaws: FloatArray, raises: FloatArray
+    layout: Layout, ground: Ground, yaws: FloatArray, raises: FloatArray
 ) -> tuple[FloatArray, BoolArray]:
     """Frames of prints with headings `yaws` [rad] and heels raised [m] (C,) each, as `lay_prints` gives them."""
-    contacts = setup.contacts
+    contacts = layout.contacts
     places = contacts.positions[:, [0, 2]]
     under = ground.heights(places, contacts.positions[:, 1], step_up=0.1)
     near = np.abs(under.heights - contacts.positions[:, 1]) < 0.05
     normals = np.where((ground.has_terrain & under.hit & near)[:, None], under.normals, contacts.normals)
-    lengths = np.array([_heel_distance(setup, side) for side in (0, 1)])[contacts.sides]
+    lengths = np.array([_heel_distance(layout, side) for side in (0, 1)])[contacts.sides]
     forward = planar.direction(yaws)
     behind = ground.heights(places - lengths[:, None] * forward, contacts.positions[:, 1], step_up=0.1)
     plane_drop = np.sum(normals[:, [0, 2]] * forward, axis=1) / normals[:, 1] * lengths
@@ -127,23 +127,23 @@ def _frames_on_ground(
     return frames, ~np.bool_(ground.has_terrain) | (under.hit & under.walkable & near)
 
 
-def _heel_distance(setup: Setup, side: int) -> float:
+def _heel_distance(layout: Layout, side: int) -> float:
     """Horizontal distance from ball to heel of the flat foot [m]."""
-    foot = setup.rig.feet[side]
+    foot = layout.rig.feet[side]
     return float(quaternion.rotate(foot.flat_rotation, foot.ball_offset - foot.heel_offset)[2])
 
 
-def roll_contacts(setup: Setup, raises: FloatArray, ground: Ground) -> ContactFeet:
+def roll_contacts(layout: Layout, raises: FloatArray, ground: Ground) -> ContactFeet:
     """How each contact rolls from heel to ball.
 
     Args:
-        setup: Contacts as executed.
+        layout: Contacts as executed.
         raises: Pitch of the blended foot at each contact's strike [rad], shape (C,).
         ground: For the prints.
     """
-    contacts = setup.contacts
-    frames, on_ground = lay_prints(setup, ground)
-    flat_feet = np.array([foot.flat_rotation for foot in setup.rig.feet])
+    contacts = layout.contacts
+    frames, on_ground = lay_prints(layout, ground)
+    flat_feet = np.array([foot.flat_rotation for foot in layout.rig.feet])
     durations = contacts.liftoffs - contacts.strikes
     heel_first = (raises < -0.01) & ~_from_standing(contacts)
     flats = contacts.strikes + np.where(heel_first, np.minimum(FLAT_TIME, FLAT_SHARE * durations), 0.0)
@@ -170,10 +170,10 @@ def _from_standing(contacts: ContactTable) -> BoolArray:
     return flags
 
 
-def device_feet(setup: Setup, feet: ContactFeet, detours: FloatArray) -> FootArrays:
+def device_feet(layout: Layout, feet: ContactFeet, detours: FloatArray) -> FootArrays:
     """Contacts as device arrays; `detours` [m] (C, K, 3) are added to the swings."""
-    contacts = setup.contacts
-    origins = setup.origins[contacts.agents]
+    contacts = layout.contacts
+    origins = layout.origins[contacts.agents]
     clock = contacts.starts[contacts.agents]
     liftoffs = np.where(contacts.has_swing, contacts.liftoffs, np.inf)
     arrays = FootArrays()
@@ -218,17 +218,17 @@ def pose_contacts(
 
 
 def _planted(
-    setup: Setup, arrays: FootArrays, rows: IntArray, times: FloatArray, blended: Feet
+    layout: Layout, arrays: FootArrays, rows: IntArray, times: FloatArray, blended: Feet
 ) -> tuple[FloatArray, FloatArray]:
     """Balls [m] (N, 3) and ankle rotations (N, 4) of contacts `rows` at `times` on the agents' clocks [s]."""
-    sides = setup.contacts.sides[rows]
+    sides = layout.contacts.sides[rows]
     balls = wp.empty(len(rows), dtype=wp.vec3f)
     rotations = wp.empty(len(rows), dtype=wp.quatf)
     wp.launch(
         pose_contacts,
         dim=len(rows),
         inputs=[
-            setup.rig.arrays,
+            layout.rig.arrays,
             arrays,
             wp.array(rows.astype(np.int32), dtype=wp.int32),
             wp.array(sides.astype(np.int32), dtype=wp.int32),
@@ -242,21 +242,21 @@ def _planted(
     return balls.numpy().astype(float), rotations.numpy().astype(float)
 
 
-def lead_swings(setup: Setup, feet: ContactFeet, strikes: Feet, liftoffs: Feet) -> ContactFeet:
+def lead_swings(layout: Layout, feet: ContactFeet, strikes: Feet, liftoffs: Feet) -> ContactFeet:
     """Offsets that lead each swing from the print it leaves to the one it lands on.
 
     Args:
-        setup: Contacts as executed.
+        layout: Contacts as executed.
         feet: Prints and rolls.
         strikes: Blended feet at each contact's strike, one frame a contact.
         liftoffs: Blended feet at each contact's liftoff, one frame a contact.
     """
-    contacts = setup.contacts
+    contacts = layout.contacts
     clock = contacts.starts[contacts.agents]
-    arrays = device_feet(setup, feet, np.zeros((len(contacts.sides), 2, 3)))
+    arrays = device_feet(layout, feet, np.zeros((len(contacts.sides), 2, 3)))
     rows = np.flatnonzero(contacts.has_swing)
-    leave = _differences(setup, arrays, rows, (contacts.liftoffs - clock)[rows], liftoffs)
-    land = _differences(setup, arrays, rows + 2, (contacts.strikes - clock)[rows + 2], strikes)
+    leave = _differences(layout, arrays, rows, (contacts.liftoffs - clock)[rows], liftoffs)
+    land = _differences(layout, arrays, rows + 2, (contacts.strikes - clock)[rows + 2], strikes)
     flying = contacts.liftoffs[rows] < contacts.starts[contacts.agents[rows]]  # left before the motion begins
     leave[0][flying] = 0.0
     leave[1][flying] = [0.0, 0.0, 0.0, 1.0]
@@ -274,10 +274,10 @@ def lead_swings(setup: Setup, feet: ContactFeet, strikes: Feet, liftoffs: Feet) 
 
 
 def _differences(
-    setup: Setup, arrays: FootArrays, rows: IntArray, times: FloatArray, blended: Feet
+    layout: Layout, arrays: FootArrays, rows: IntArray, times: FloatArray, blended: Feet
 ) -> tuple[FloatArray, FloatArray]:
     """Planted minus blended balls, planted times inverse blended rotations, of contacts `rows`."""
-    sides = setup.contacts.sides[rows]
-    balls, rotations = _planted(setup, arrays, rows, times, blended)
+    sides = layout.contacts.sides[rows]
+    balls, rotations = _planted(layout, arrays, rows, times, blended)
     turned = quaternion.compose(rotations, quaternion.inverse(blended.rotations[rows, sides]))
     return balls - blended.balls[rows, sides], quaternion.align_signs(turned, np.array([0.0, 0.0, 0.0, 1.0]))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from usdfoot.engine.contacts import ContactTable
 from usdfoot.engine.segments import Segments
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.contact_table import ContactTable
 from usdfoot.model.examples import Examples
 
 __all__ = ["GRAVITY", "flight_lifts", "natural_flights"]

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdfoot.engine.contacts import ContactTable
-from usdfoot.engine.segments import Segments, locate
+from usdfoot.engine.segments import Segments
+from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.contact_table import ContactTable
 
 __all__ = ["Frames", "frames_at", "lay_frames"]
 

@@ -19,7 +19,7 @@ class FootArrays:
 
     positions: wp.array(dtype=wp.vec3f)  # ground under the ball, agent's origin
     frames: wp.array(dtype=wp.quatf)  # print to world: +Z forward, +Y normal
-    pitch_axes: wp.array(dtype=wp.vec3f)  # a heel that rises about it keeps the foot's yaw, seen along the plan's normal
+    pitch_axes: wp.array(dtype=wp.vec3f)  # heels rise about it: the yaw, seen along the plan's normal, stays
     flat_rotations: wp.array(dtype=wp.quatf)  # ankle joint in the world, foot flat on the print
     strikes: wp.array(dtype=wp.float32)  # agent's clock [s]
     flats: wp.array(dtype=wp.float32)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import warp as wp
 
-from usdfoot.engine.contacts import ContactTable
 from usdfoot.engine.flight import flight_lifts, natural_flights
 from usdfoot.engine.kernels import LibraryArrays, SegmentArrays, blend_rotations, place_pelvis
 from usdfoot.engine.options import EngineOptions
@@ -17,11 +17,15 @@ from usdfoot.engine.root import RootPath, root_at
 from usdfoot.engine.segments import Segments, phases_at
 from usdfoot.engine.windows import seam_windows
 from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.contact_table import ContactTable
 from usdfoot.model.examples import LIFTOFF_PHASES, Examples
 from usdfoot.model.skeleton import Skeleton
 
 __all__ = [
+    "ClipPoses",
     "Feet",
+    "Layout",
+    "PoseSource",
     "Poses",
     "Seams",
     "Setup",
@@ -87,23 +91,53 @@ class Feet:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Setup:
-    """What does not change from frame to frame, for all agents of one library."""
+class Layout:
+    """Where and when the feet of all agents of one character stand, whatever moves the body."""
 
     skeleton: Skeleton
-    examples: Examples
+    pelvis: int
+    """Joint index of the pelvis."""
     rig: Rig
-    library: LibraryArrays
     contacts: ContactTable
     segments: Segments
     path: RootPath
     origins: FloatArray
     """Each agent's origin: its first contact [m], world, shape (A, 3)."""
+    options: EngineOptions
+
+
+class PoseSource(Protocol):
+    """What moves the body: poses for any instant, feet not yet planted."""
+
+    def pose(self, rows: IntArray, times: FloatArray, *, joints: IntArray) -> Poses:
+        """Poses of segments `rows` (F,) at `times` [s] (F,); other `joints` than those given may be left unset."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setup(Layout):
+    """What does not change from frame to frame, for all agents of one clip library."""
+
+    examples: Examples
+    library: LibraryArrays
     leg_length: float
     """From hip to ankle with the knee straight [m]."""
     style: str
     """Style of the steps."""
-    options: EngineOptions
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClipPoses:
+    """Poses blended from clips."""
+
+    setup: Setup
+    blend: StepBlend
+    arrays: SegmentArrays
+    """Segments and their seams on the device."""
+
+    def pose(self, rows: IntArray, times: FloatArray, *, joints: IntArray) -> Poses:
+        """Blended poses, see `pose_frames`."""
+        return pose_frames(self.setup, self.blend, self.arrays, rows, times, joints=joints)
 
 
 def device_library(skeleton: Skeleton, examples: Examples, rig: Rig, *, pelvis: int) -> LibraryArrays:

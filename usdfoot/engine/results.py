@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -10,55 +12,72 @@ import numpy as np
 from usdfoot.analysis.figures import FrameRanges, contact_figures
 from usdfoot.engine.feet import ContactFeet
 from usdfoot.engine.frames import Frames
-from usdfoot.engine.poses import Feet, Setup, StepBlend
+from usdfoot.engine.poses import Feet, Layout, Setup, StepBlend
 from usdfoot.engine.weights import Landings
-from usdfoot.maths.types import FloatArray
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.agent import Agent
 from usdfoot.model.contacts import Contacts, FootContacts
 from usdfoot.model.motion import StepResults
 
-__all__ = ["achieved_contacts", "measure_steps"]
+__all__ = ["PLACED", "ContactFigures", "achieved_contacts", "measure_contacts", "measure_steps", "step_ranges"]
 
 PLACED = 0.003
 """A step placed worse than this did not keep its promise [m]."""
 
 
-def measure_steps(
-    setup: Setup,
-    blend: StepBlend,
-    landings: Landings,
-    feet: ContactFeet,
-    frames: Frames,
-    measured: Feet,
-    agents: list[Agent],
-) -> list[StepResults]:
-    """Results of each agent's footsteps, in the order of its plan."""
-    contacts = setup.contacts
+@dataclass(frozen=True, kw_only=True)
+class ContactFigures:
+    """What the feet really do on all N footsteps of all agents, in the order of their plans; shape (N,) each."""
+
+    rows: IntArray
+    """Contact of each footstep."""
+    placement_error: FloatArray
+    slide: FloatArray
+    """[m]"""
+    yaw_error: FloatArray
+    """[rad]"""
+    on_ground: BoolArray
+    """Whether there is walkable ground under the ball."""
+
+
+def measure_contacts(
+    layout: Layout, feet: ContactFeet, frames: Frames, measured: Feet, agents: Sequence[Agent]
+) -> ContactFigures:
+    """Figures of the planted feet over the whole frames of each contact."""
+    contacts = layout.contacts
     real = np.flatnonzero(contacts.steps >= 0)
     targets = np.concatenate([agent.plan.positions for agent in agents])
     orientations = np.concatenate([agent.plan.orientations for agent in agents])
     placement, slide, yaw = (np.zeros(len(real)) for _ in range(3))
-    origins = setup.origins[frames.agents]
+    origins = layout.origins[frames.agents]
     for side in (0, 1):
         own = contacts.sides[real] == side
         rows = real[own]
         figures = contact_figures(
             measured.balls[:, side] + origins,
             measured.balls[:, side] - measured.ankles[:, side],
-            _planted(setup, feet, frames, rows),
+            _planted(layout, feet, frames, rows),
             targets=targets[own],
             orientations=orientations[own],
         )
         placement[own], slide[own], yaw[own] = figures.placement_error, figures.slide, figures.yaw_error
-    values = _by_landing(setup, blend, landings, real)
-    statuses = _statuses(feet.on_ground[real], values, placement)
-    firsts = np.concatenate([[0], np.cumsum([len(agent.plan) for agent in agents])])
+    return ContactFigures(
+        rows=real, placement_error=placement, slide=slide, yaw_error=yaw, on_ground=feet.on_ground[real]
+    )
+
+
+def measure_steps(
+    setup: Setup, blend: StepBlend, landings: Landings, figures: ContactFigures, agents: Sequence[Agent]
+) -> list[StepResults]:
+    """Results of each agent's footsteps blended from clips, in the order of its plan."""
+    values = _by_landing(setup, blend, landings, figures.rows)
+    statuses = _statuses(figures, values)
     return [
         StepResults(
             blend_error=values["blend_error"][a:b],
-            placement_error=placement[a:b],
-            slide=slide[a:b],
-            yaw_error=yaw[a:b],
+            placement_error=figures.placement_error[a:b],
+            slide=figures.slide[a:b],
+            yaw_error=figures.yaw_error[a:b],
             hull_distance=values["hull_distance"][a:b],
             time_warp=values["time_warp"][a:b],
             root_weight=values["root_weights"][a:b],
@@ -66,13 +85,18 @@ def measure_steps(
             status=tuple(statuses[a:b]),
             **_clips(setup, blend, values["segment"][a:b].astype(int)),
         )
-        for a, b in pairwise(firsts)
+        for a, b in pairwise(step_ranges(agents))
     ]
 
 
-def _planted(setup: Setup, feet: ContactFeet, frames: Frames, rows: np.ndarray) -> FrameRanges:
+def step_ranges(agents: Sequence[Agent]) -> IntArray:
+    """First footstep of each agent among those of all, and their number as the last entry, shape (A + 1,)."""
+    return np.concatenate([[0], np.cumsum([len(agent.plan) for agent in agents])])
+
+
+def _planted(layout: Layout, feet: ContactFeet, frames: Frames, rows: IntArray) -> FrameRanges:
     """Whole frames from flat to liftoff of contacts `rows`."""
-    contacts = setup.contacts
+    contacts = layout.contacts
     span = 1.0e5
     keys = frames.agents * span + (frames.stamps - contacts.starts[frames.agents])
     offsets = contacts.agents[rows] * span - contacts.starts[contacts.agents[rows]]
@@ -82,7 +106,7 @@ def _planted(setup: Setup, feet: ContactFeet, frames: Frames, rows: np.ndarray) 
     return FrameRanges(first=first, counts=np.maximum(stop - first, 0))
 
 
-def _by_landing(setup: Setup, blend: StepBlend, landings: Landings, real: np.ndarray) -> dict[str, FloatArray]:
+def _by_landing(setup: Setup, blend: StepBlend, landings: Landings, real: IntArray) -> dict[str, FloatArray]:
     """What is known of each footstep from the segment that leads to it; the first ones have none (segment -1)."""
     segments = setup.segments
     steps = np.flatnonzero(~segments.stands)
@@ -98,18 +122,18 @@ def _by_landing(setup: Setup, blend: StepBlend, landings: Landings, real: np.nda
     return values
 
 
-def _statuses(on_ground: np.ndarray, values: dict[str, FloatArray], placement: FloatArray) -> list[str]:
+def _statuses(figures: ContactFigures, values: dict[str, FloatArray]) -> list[str]:
     """Status of each step; the gravest that applies."""
-    statuses = np.full(len(placement), "ok", dtype=object)
+    statuses = np.full(len(figures.rows), "ok", dtype=object)
     statuses[values["hull_distance"] > 1e-4] = "outsideHull"
-    statuses[placement > PLACED] = "ikLimited"
+    statuses[figures.placement_error > PLACED] = "ikLimited"
     statuses[values["given_up"] > 0.0] = "rootWeighted"
     statuses[values["limited"] > 0.0] = "unreachable"
-    statuses[~on_ground] = "offTerrain"
+    statuses[~figures.on_ground] = "offTerrain"
     return [str(status) for status in statuses]
 
 
-def _clips(setup: Setup, blend: StepBlend, rows: np.ndarray) -> dict[str, Any]:
+def _clips(setup: Setup, blend: StepBlend, rows: IntArray) -> dict[str, Any]:
     """Clips of each step with their weights; a footstep that no segment leads to has none."""
     examples, names = setup.examples, setup.examples.clip_names
     weights = np.where(rows[:, None] >= 0, blend.weights[rows], 0.0)
@@ -128,9 +152,9 @@ def _clips(setup: Setup, blend: StepBlend, rows: np.ndarray) -> dict[str, Any]:
     return {"clip_counts": np.array(counts), "clips": tuple(listed), "clip_weights": np.array(kept)}
 
 
-def achieved_contacts(setup: Setup, feet: ContactFeet, agent: int) -> Contacts:
+def achieved_contacts(layout: Layout, feet: ContactFeet, agent: int) -> Contacts:
     """When and where an agent's feet stand, as executed; the ends of its interval cut the contacts."""
-    contacts = setup.contacts
+    contacts = layout.contacts
     rows = np.arange(contacts.first[agent], contacts.first[agent + 1])
     rows = rows[(contacts.liftoffs[rows] > contacts.starts[agent]) & (contacts.strikes[rows] < contacts.ends[agent])]
 

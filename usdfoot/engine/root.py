@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdfoot.engine.contacts import ContactTable
 from usdfoot.engine.segments import Segments
 from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.contact_table import ContactTable
 
 __all__ = ["RootPath", "lay_root", "root_at"]
 

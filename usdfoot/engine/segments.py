@@ -6,16 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdfoot.engine.contacts import ContactTable
 from usdfoot.engine.options import EngineOptions
 from usdfoot.maths.monotone import pchip_evaluate, pchip_slopes
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.contact_table import ContactTable
 from usdfoot.model.examples import LIFTOFF_PHASES, event_knots
 
-__all__ = ["Segments", "cut_segments", "locate", "phases_at"]
-
-AGENT_SPAN = 1.0e5
-"""Longest motion of one agent [s]; keeps the agents apart in one sorted key."""
+__all__ = ["Segments", "cut_segments", "phases_at"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,22 +102,3 @@ def phases_at(segments: Segments, rows: IntArray, times: FloatArray) -> FloatArr
     frames = np.arange(len(rows))
     start, end = knots[frames, piece], knots[frames, piece + 1]
     return phases[piece] + (phases[piece + 1] - phases[piece]) * np.clip((shares - start) / (end - start), 0.0, 1.0)
-
-
-def locate(
-    row_agents: IntArray, row_times: FloatArray, origins: FloatArray, agents: IntArray, times: FloatArray
-) -> IntArray:
-    """Last row of the same agent that has begun at each time, or its first; rows sorted by agent and time.
-
-    Args:
-        row_agents: Agent of each row, not decreasing, shape (M,).
-        row_times: Begin of each row [s], shape (M,).
-        origins: A time on each agent's clock that keeps keys small [s], shape (A,).
-        agents: Agent of each query, shape (F,).
-        times: [s], shape (F,).
-    """
-    keys = row_agents * AGENT_SPAN + (row_times - origins[row_agents])
-    queries = agents * AGENT_SPAN + (times - origins[agents])
-    rows = np.searchsorted(keys, queries, side="right") - 1
-    firsts = np.searchsorted(row_agents, agents)
-    return np.maximum(rows, firsts)

@@ -10,7 +10,7 @@ import warp as wp
 
 from usdfoot.engine.feet import ContactFeet
 from usdfoot.engine.frames import Frames, frames_at
-from usdfoot.engine.poses import Feet, Poses, Setup, pose_feet
+from usdfoot.engine.poses import Feet, Layout, Poses, pose_feet
 from usdfoot.maths.types import BoolArray, IntArray
 
 __all__ = ["drifting_frames", "insert_frames", "merge_poses"]
@@ -44,7 +44,7 @@ def mean_rotation(first: wp.quatf, second: wp.quatf) -> wp.quatf:
 
 
 def drifting_frames(
-    setup: Setup, feet: ContactFeet, frames: Frames, poses: Poses, measured: Feet, *, tolerance: float
+    layout: Layout, feet: ContactFeet, frames: Frames, poses: Poses, measured: Feet, *, tolerance: float
 ) -> BoolArray:
     """Whether a planted ball leaves its place by more than `tolerance` [m] before the next frame, shape (F,)."""
     count = len(frames.times) - 1
@@ -54,21 +54,21 @@ def drifting_frames(
     half = Poses(
         pelvis_positions=wp.empty(count, dtype=wp.vec3f),
         pelvis_rotations=wp.empty(count, dtype=wp.quatf),
-        rotations=wp.empty((count, len(setup.skeleton.joints)), dtype=wp.quatf),
+        rotations=wp.empty((count, len(layout.skeleton.joints)), dtype=wp.quatf),
     )
     wp.launch(
         halfway,
         dim=count,
         inputs=[
-            wp.array(setup.rig.leg_joints.astype(np.int32), dtype=wp.int32),
+            wp.array(layout.rig.leg_joints.astype(np.int32), dtype=wp.int32),
             poses.pelvis_positions,
             poses.pelvis_rotations,
             poses.rotations,
         ],
         outputs=[half.pelvis_positions, half.pelvis_rotations, half.rotations],
     )
-    balls = pose_feet(setup.rig, half).balls
-    liftoffs = setup.contacts.liftoffs
+    balls = pose_feet(layout.rig, half).balls
+    liftoffs = layout.contacts.liftoffs
     for side in (0, 1):
         contact = frames.contacts[:, side]
         held = (contact[:-1] == contact[1:]) & (frames.agents[:-1] == frames.agents[1:])
@@ -78,7 +78,7 @@ def drifting_frames(
     return drifting
 
 
-def insert_frames(setup: Setup, frames: Frames, rows: BoolArray) -> tuple[Frames, Frames, IntArray]:
+def insert_frames(layout: Layout, frames: Frames, rows: BoolArray) -> tuple[Frames, Frames, IntArray]:
     """Frames halfway after `rows` (F,).
 
     Returns:
@@ -87,10 +87,10 @@ def insert_frames(setup: Setup, frames: Frames, rows: BoolArray) -> tuple[Frames
     chosen = np.flatnonzero(rows)
     agents = frames.agents[chosen]
     stamps = 0.5 * (frames.stamps[chosen] + frames.stamps[chosen + 1])
-    added = frames_at(setup.contacts, setup.segments, agents, stamps)
+    added = frames_at(layout.contacts, layout.segments, agents, stamps)
     all_agents, all_stamps = np.append(frames.agents, agents), np.append(frames.stamps, stamps)
     order = np.lexsort((all_stamps, all_agents))
-    return added, frames_at(setup.contacts, setup.segments, all_agents[order], all_stamps[order]), order
+    return added, frames_at(layout.contacts, layout.segments, all_agents[order], all_stamps[order]), order
 
 
 def merge_poses(first: Poses, second: Poses, order: IntArray) -> Poses:

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from usdfoot.engine.contacts import ContactTable, with_headings
 from usdfoot.engine.corrections import correct_steps
 from usdfoot.engine.landings import GROUND_AXES, beyond_reach, stand_blend
 from usdfoot.engine.poses import Setup, StepBlend
@@ -16,6 +15,7 @@ from usdfoot.engine.root_weights import RootedSteps, weigh_rooted
 from usdfoot.engine.segments import cut_segments
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.contact_table import ContactTable, with_headings
 from usdfoot.model.examples import event_knots
 from usdfoot.spaces.library import FootstepSpaces
 

@@ -31,7 +31,7 @@ def analyze(
     clips_file: str | os.PathLike[str],
     *,
     output: str | os.PathLike[str] | None = None,
-    progress: Callable[[str], None] = lambda stage: None,
+    progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
 ) -> AnalyzeReport:
     """Find the contacts and steps of every clip of a stage; write the contacts over it if asked to.
 
@@ -39,17 +39,17 @@ def analyze(
         clips_file: USD file with SkelAnimations; never changed.
         output: Layer to write: it sublayers the clips' file and adds the events as UsdfootClipAPI attributes, and
             gives them back when it is read in the clips' place.
-        progress: Told which skeleton's clips begin.
+        progress: Told which skeleton's clips begin, how many are done, and of how many.
 
     Raises:
         SceneError: If the file cannot be opened or has no clips.
         OutputError: If the layer cannot be written or would replace the clips' file.
     """
-    progress("read")
+    progress("read", 0, 0)
     clips = read_libraries(clips_file)
     summaries: list[ClipSummary] = []
-    for library in clips.libraries:
-        progress(library.skeleton.name)
+    for done, library in enumerate(clips.libraries):
+        progress(library.skeleton.name, done, len(clips.libraries))
         summaries += summarise(library)
     unusable = [
         Problem(severity="error", where=summary.name, message="; ".join(summary.warnings))

@@ -3,20 +3,29 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
 from pathlib import Path
 
-from usdfoot.engine.animate import animate_crowd
+from usdfoot.batch.records import ChunkRecord, parse_record
+from usdfoot.batch.running import run_chunks
+from usdfoot.batch.tasks import ChunkTask, cut_chunks
+from usdfoot.batch.workshop import Workshop
+from usdfoot.bridge.scene import Scene
 from usdfoot.engine.options import EngineOptions
-from usdfoot.errors import OutputError
-from usdfoot.model.motion import Motion
+from usdfoot.errors import OutputError, SceneError
 from usdfoot.model.report import Problem
 from usdfoot.pipeline.report import AnimateReport, provenance_of, report_json
-from usdfoot.pipeline.sources import source_figures
-from usdfoot.readers.scene import read_scene
-from usdfoot.writers.crowd import check_output, write_crowd
+from usdfoot.readers.chunks import read_record
+from usdfoot.readers.scene import SceneReader
+from usdfoot.writers.characters import PlacedCharacter, place_characters
+from usdfoot.writers.crowd import check_output, crowd_format, write_crowd
 
-__all__ = ["animate"]
+__all__ = ["CHUNK_SIZE", "animate", "animate_chunk", "count_chunks"]
+
+CHUNK_SIZE = 100
+"""Agents a chunk unless told otherwise."""
 
 
 def animate(
@@ -27,11 +36,14 @@ def animate(
     frames: tuple[int, int] | None = None,
     options: EngineOptions | None = None,
     collect: bool = False,
-    progress: Callable[[str], None] = lambda stage: None,
+    chunk_size: int = CHUNK_SIZE,
+    executor: Executor | None = None,
+    progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
 ) -> AnimateReport:
     """Read a scene, animate its agents, write the crowd (design.md sections 2 and 3).
 
-    An agent that cannot be animated is reported and skipped; the crowd goes on.
+    An agent that cannot be animated is reported and skipped; the crowd goes on. Chunks of agents that an earlier run
+    made from the same scene, clips, characters and options are kept.
 
     Args:
         scene_file: The USD scene; never changed.
@@ -40,40 +52,149 @@ def animate(
         frames: First and last time code to write; None = all of the plans.
         options: Of the engine.
         collect: Copy the characters' files into the folder.
-        progress: Told what begins: "read", "animate", "measure clips", "write".
+        chunk_size: Agents a chunk; a worker has no more than one chunk in memory.
+        executor: Whose workers make the chunks, if there are several to make; None = this process does.
+        progress: Told what begins or goes on, how much of it is done, and of how much: "read", "animate", "write".
 
     Returns:
-        What was written and what was skipped.
+        What was written, what was kept and what was skipped.
 
     Raises:
         SceneError: If the scene cannot be opened or no agent can be used.
-        OutputError: If the folder cannot be written to, or the output would replace the input.
+        OutputError: If the folder cannot be written to, the output would replace the input, or a worker vanished.
     """
-    options = options or EngineOptions()
-    target = Path(os.path.realpath(folder))
-    progress("read")
-    scene = read_scene(scene_file, agents=agents, frames=frames)
-    check_output(scene, target)
-    progress("animate")
-    motions, faults = animate_crowd(scene.crowd, options=options)
-    problems = (*scene.crowd.problems, *faults)
-    _require_motions(scene_file, motions, problems)
-    progress("measure clips")
-    sources = source_figures(scene.crowd, motions)
-    progress("write")
-    report = report_json(scene, motions, options=options, problems=problems, sources=sources, folder=target)
-    provenance = provenance_of(scene, options, target)
-    crowd_file, report_file = write_crowd(scene, motions, target, provenance=provenance, report=report, collect=collect)
+    progress("read", 0, 0)
+    shot = _open_shot(scene_file, folder, agents, frames, options or EngineOptions(), collect, chunk_size)
+    records = _make_chunks(shot, executor, progress)
+    problems = _distinct((*shot.scene.crowd.problems, *(problem for record in records for problem in record.problems)))
+    _require_agents(scene_file, records, problems)
+    progress("write", 0, 0)
+    crowd_file, report_file = write_crowd(
+        shot.scene,
+        [agent["name"] for record in records for agent in record.agents],
+        shot.folder,
+        chunks=[task.files for task, record in zip(shot.tasks, records, strict=True) if record.agents],
+        characters=shot.characters,
+        provenance=provenance_of(shot.scene, shot.options, shot.folder),
+        report=report_json(shot.scene, records, options=shot.options, problems=problems, folder=shot.folder),
+    )
     return AnimateReport(
         crowd_file=crowd_file,
         report_file=report_file,
-        results={motion.name: motion.results for motion in motions},
+        results={name: results for record in records for name, results in record.results.items()},
         problems=problems,
+        chunks=len(records),
+        kept=sum(record.is_kept for record in records),
     )
 
 
-def _require_motions(scene_file: str | os.PathLike[str], motions: list[Motion], problems: tuple[Problem, ...]) -> None:
+def animate_chunk(
+    scene_file: str | os.PathLike[str],
+    folder: str | os.PathLike[str],
+    index: int,
+    *,
+    agents: str = "*",
+    frames: tuple[int, int] | None = None,
+    options: EngineOptions | None = None,
+    collect: bool = False,
+    chunk_size: int = CHUNK_SIZE,
+) -> ChunkRecord:
+    """One chunk of what `animate` with the same arguments makes, which then keeps it: the task of a render farm.
+
+    Args:
+        scene_file: The USD scene; never changed.
+        folder: Where crowd.usd will be.
+        index: Of the chunk.
+        agents: As of `animate`.
+        frames: As of `animate`.
+        options: As of `animate`.
+        collect: As of `animate`.
+        chunk_size: As of `animate`.
+
+    Raises:
+        SceneError: If the scene cannot be opened, no agent can be used, or there is no such chunk.
+        OutputError: If the folder cannot be written to or the output would replace the input.
+    """
+    shot = _open_shot(scene_file, folder, agents, frames, options or EngineOptions(), collect, chunk_size)
+    if not 0 <= index < len(shot.tasks):
+        raise SceneError(scene_file, f"has no chunk {index}", f"give one of 0 to {len(shot.tasks) - 1}")
+    task = shot.tasks[index]
+    kept = read_record(shot.folder, task.files, task.content_hash)
+    return parse_record(kept or Workshop(shot.reader, shot.options).make(task), is_kept=kept is not None)
+
+
+def count_chunks(
+    scene_file: str | os.PathLike[str],
+    *,
+    agents: str = "*",
+    frames: tuple[int, int] | None = None,
+    chunk_size: int = CHUNK_SIZE,
+) -> int:
+    """How many chunks `animate` with the same arguments makes.
+
+    Raises:
+        SceneError: If the scene cannot be opened or no agent can be used.
+    """
+    scene = SceneReader(scene_file, agents=agents, frames=frames).read()
+    return len(range(0, len(scene.crowd.agents), chunk_size))
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Shot:
+    """A scene as read, and the chunks to make of it."""
+
+    reader: SceneReader
+    scene: Scene
+    folder: Path
+    options: EngineOptions
+    characters: Sequence[PlacedCharacter]
+    tasks: Sequence[ChunkTask]
+
+
+def _open_shot(
+    scene_file: str | os.PathLike[str],
+    folder: str | os.PathLike[str],
+    agents: str,
+    frames: tuple[int, int] | None,
+    options: EngineOptions,
+    collect: bool,
+    chunk_size: int,
+) -> _Shot:
+    target = Path(os.path.realpath(folder))
+    reader = SceneReader(scene_file, agents=agents, frames=frames)
+    scene = reader.read()
+    check_output(scene, target)
+    characters = place_characters(scene.characters, target, layer_format=crowd_format(scene), collect=collect)
+    references = [(placed.reference.assetPath, str(placed.reference.primPath)) for placed in characters]
+    tasks = cut_chunks(scene, references, folder=target, options=options, size=chunk_size)
+    return _Shot(reader=reader, scene=scene, folder=target, options=options, characters=characters, tasks=tasks)
+
+
+def _make_chunks(
+    shot: _Shot, executor: Executor | None, progress: Callable[[str, int, int], None]
+) -> tuple[ChunkRecord, ...]:
+    """Records of all chunks, kept or made."""
+    tasks = shot.tasks
+    kept = [read_record(shot.folder, task.files, task.content_hash) for task in tasks]
+    records = [None if text is None else parse_record(text, is_kept=True) for text in kept]
+    pending = [index for index, record in enumerate(records) if record is None]
+    workers = executor if executor and len(pending) > 1 else Workshop(shot.reader, shot.options)
+    progress("animate", 0, len(pending))
+    for done, (index, text) in enumerate(run_chunks([tasks[index] for index in pending], workers)):
+        records[pending[index]] = parse_record(text, is_kept=False)
+        progress("animate", done + 1, len(pending))
+    return tuple(record for record in records if record is not None)
+
+
+def _distinct(problems: Iterable[Problem]) -> tuple[Problem, ...]:
+    """Problems in order, each once: chunks that share clips share their problems."""
+    return tuple(dict.fromkeys(problems))
+
+
+def _require_agents(
+    scene_file: str | os.PathLike[str], records: Sequence[ChunkRecord], problems: Sequence[Problem]
+) -> None:
     """Raises OutputError if there is nothing to write."""
-    if not motions:
+    if not any(record.agents for record in records):
         reasons = [problem.message for problem in problems if problem.severity == "error"]
         raise OutputError(scene_file, "nothing is written, as no agent could be animated", names=reasons)

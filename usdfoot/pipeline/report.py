@@ -9,15 +9,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from usdfoot import __version__
+from usdfoot.batch.records import ChunkRecord, problem_json
 from usdfoot.bridge.scene import Scene
 from usdfoot.bridge.versions import library_versions
 from usdfoot.engine.options import EngineOptions
-from usdfoot.maths.types import FloatArray
-from usdfoot.model.agent import Agent
-from usdfoot.model.motion import Motion, StepResults
+from usdfoot.model.motion import StepResults
 from usdfoot.model.report import Problem
 
 __all__ = ["AnimateReport", "provenance_of", "report_json"]
@@ -33,6 +30,10 @@ class AnimateReport:
     """Figures of every written agent's steps, by agent name."""
     problems: tuple[Problem, ...]
     """What was skipped (errors) and what was used all the same (warnings)."""
+    chunks: int
+    """Number of chunks of agents."""
+    kept: int
+    """How many of them were there from an earlier run, made from the same."""
 
     @property
     def skipped(self) -> tuple[Problem, ...]:
@@ -58,66 +59,29 @@ def provenance_of(scene: Scene, options: EngineOptions, folder: Path) -> dict[st
 
 def report_json(
     scene: Scene,
-    motions: Sequence[Motion],
+    records: Sequence[ChunkRecord],
     *,
     options: EngineOptions,
     problems: Sequence[Problem],
-    sources: Mapping[str, Mapping[str, float]],
     folder: Path,
 ) -> dict[str, Any]:
     """The content of report.json: no times, no absolute paths, distances in metres.
 
     Args:
         scene: What was read.
-        motions: What was made of it.
+        records: What was made of it, by chunk.
         options: Of the engine.
         problems: All of the run.
-        sources: Figures of the source clips by agent.
         folder: Where the crowd is written.
     """
-    by_name = {agent.name: agent for agent in scene.crowd.agents}
     return {
         "versions": {"usdfoot": __version__, **library_versions()},
         "options": asdict(options),
         "scene": _relative(scene.stage.identifier, folder),
         "inputs": _input_hashes(scene, folder),
-        "agents": [_agent_json(by_name[motion.name], motion, sources.get(motion.name, {})) for motion in motions],
-        "problems": [
-            {"severity": problem.severity, "where": problem.where, "message": problem.message} for problem in problems
-        ],
+        "agents": [agent for record in records for agent in record.agents],
+        "problems": [problem_json(problem) for problem in problems],
     }
-
-
-def _agent_json(agent: Agent, motion: Motion, source: Mapping[str, float]) -> dict[str, Any]:
-    results = motion.results
-    ends = np.cumsum(results.clip_counts)
-    clips = [
-        dict(zip(results.clips[end - count : end], _numbers(results.clip_weights[end - count : end]), strict=True))
-        for count, end in zip(results.clip_counts.tolist(), ends.tolist(), strict=True)
-    ]
-    return {
-        "name": motion.name,
-        "prim": agent.source,
-        "plan": agent.plan.name,
-        "source": dict(source),
-        "steps": {
-            "status": list(results.status),
-            "blendError": _numbers(results.blend_error),
-            "placementError": _numbers(results.placement_error),
-            "slide": _numbers(results.slide),
-            "yawError": _numbers(np.degrees(results.yaw_error)),
-            "hullDistance": _numbers(results.hull_distance),
-            "timeWarp": _numbers(results.time_warp),
-            "rootWeight": _numbers(results.root_weight),
-            "beta": _numbers(results.beta),
-            "clips": clips,
-        },
-    }
-
-
-def _numbers(values: FloatArray) -> list[float | None]:
-    """Seven significant digits; None for what is not finite, which JSON does not know."""
-    return [float(f"{value:.7g}") if np.isfinite(value) else None for value in np.asarray(values).tolist()]
 
 
 def _input_hashes(scene: Scene, folder: Path) -> dict[str, str]:

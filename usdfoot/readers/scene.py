@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 
 import numpy as np
 from pxr import Usd
@@ -23,7 +23,7 @@ from usdfoot.readers.plans import read_plan
 from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
 
-__all__ = ["read_scene"]
+__all__ = ["SceneReader", "read_scene"]
 
 _logger = logging.getLogger(__name__)
 
@@ -45,63 +45,118 @@ def read_scene(
     Raises:
         SceneError: If the stage cannot be opened or no agent at all can be used.
     """
-    stage = open_stage(scene)
-    info = read_stage_info(stage)
-    prims = collect_prims(stage)
-    everyone, agent_problems = list_agents(stage, prims)
-    chosen = select_agents(everyone, agents)
-    plans, plan_problems = _read_plans(chosen, info.units)
-    codes = _frame_codes(list(plans.values()), info.units, frames)
-    terrain, terrain_problems = read_terrain(stage, prims, info.units)
-    foreign = (*(source.plan for source in everyone), *(stage.GetPrimAtPath(path) for path in terrain.meshes))
-    casting = Casting(
-        prims=prims,
-        foreign=foreign,
-        units=info.units,
-        frame_codes=codes,
-        finder=ClipFinder(stage, prims),
-    )
-    cast = [agent for source in chosen if source.name in plans and (agent := casting.cast(source, plans[source.name]))]
-    problems = (*agent_problems, *plan_problems, *casting.problems, *casting.unfit_clips(), *terrain_problems)
-    _require_agents(info, everyone, cast, problems)
-    for problem in problems:
+    read = SceneReader(scene, agents=agents, frames=frames).read()
+    for problem in read.crowd.problems:
         _logger.log(logging.ERROR if problem.severity == "error" else logging.WARNING, "%s", problem.message)
-    crowd = Crowd(
-        agents=tuple(cast),
-        libraries=tuple(casting.libraries),
-        terrain=terrain,
-        frame_times=info.units.codes_to_times(codes),
-        frame_rate=info.units.time_codes_per_second,
-        problems=problems,
-    )
-    return Scene(stage=info, crowd=crowd, characters=tuple(casting.characters), frame_codes=codes)
+    return read
 
 
-def _read_plans(
-    sources: Sequence[AgentSource], units: StageUnits
-) -> tuple[dict[str, FootstepPlan], tuple[Problem, ...]]:
-    """Plans by agent name, and problems with them."""
-    plans: dict[str, FootstepPlan] = {}
-    problems: list[Problem] = []
-    for source in sources:
-        try:
-            plans[source.name], warnings = read_plan(source.plan, units)
-            problems.extend(warnings)
-        except UsdfootError as error:
-            problems.append(skipped(source, error))
-    return plans, tuple(problems)
+class SceneReader:
+    """A stage opened once, whose agents can be read a few at a time; the rest is read only once.
+
+    Args:
+        scene: File or open stage; never changed.
+        agents: Glob on the names or prim paths of the agents that can be read.
+        frames: First and last time code of the output; None = from the first strike to the last liftoff of all agents.
+        reload: Read the files again where this process has read them before.
+
+    Raises:
+        SceneError: If the stage cannot be opened, the glob matches nobody or the frames are none.
+    """
+
+    def __init__(
+        self,
+        scene: str | os.PathLike[str] | Usd.Stage,
+        *,
+        agents: str = "*",
+        frames: tuple[int, int] | None = None,
+        reload: bool = False,
+    ) -> None:
+        stage = open_stage(scene)
+        if reload:
+            stage.Reload()
+        prims = collect_prims(stage)
+        self.info = read_stage_info(stage)
+        self._everyone, self._agent_problems = list_agents(stage, prims)
+        self._chosen = select_agents(self._everyone, agents)
+        self._plans: dict[str, FootstepPlan | UsdfootError] = {}
+        self._plan_problems: list[Problem] = []
+        codes = _frame_codes(self._all_plans(), self.info.units, frames)
+        self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units)
+        foreign = (
+            *(source.plan for source in self._everyone),
+            *(stage.GetPrimAtPath(path) for path in self._terrain.meshes),
+        )
+        self._casting = Casting(
+            prims=prims, foreign=foreign, units=self.info.units, frame_codes=codes, finder=ClipFinder(stage, prims)
+        )
+        self._codes = codes
+
+    def read(self, *, names: Collection[str] | None = None) -> Scene:
+        """The agents with these names and all they need.
+
+        Args:
+            names: Of agents; None = all that the glob matches.
+
+        Raises:
+            SceneError: If none of them can be used.
+        """
+        casting = self._casting
+        cast = []
+        for source in self._chosen:
+            if names is not None and source.name not in names:
+                continue
+            plan = self._plan_of(source)
+            agent = casting.cast(source, plan) if isinstance(plan, FootstepPlan) else None
+            if agent is not None:
+                cast.append(agent)
+        problems = (
+            *self._agent_problems,
+            *self._plan_problems,
+            *casting.problems,
+            *casting.unfit_clips(),
+            *self._terrain_problems,
+        )
+        _require_agents(self.info, self._everyone, cast, problems)
+        crowd = Crowd(
+            agents=tuple(cast),
+            libraries=tuple(casting.libraries),
+            terrain=self._terrain,
+            frame_times=self.info.units.codes_to_times(self._codes),
+            frame_rate=self.info.units.time_codes_per_second,
+            problems=problems,
+        )
+        return Scene(stage=self.info, crowd=crowd, characters=tuple(casting.characters), frame_codes=self._codes)
+
+    def _all_plans(self) -> Iterator[FootstepPlan]:
+        """Every plan that can be read."""
+        for source in self._chosen:
+            plan = self._plan_of(source)
+            if isinstance(plan, FootstepPlan):
+                yield plan
+
+    def _plan_of(self, source: AgentSource) -> FootstepPlan | UsdfootError:
+        """An agent's plan or why there is none, read once."""
+        if source.name not in self._plans:
+            try:
+                self._plans[source.name], warnings = read_plan(source.plan, self.info.units)
+                self._plan_problems.extend(warnings)
+            except UsdfootError as error:
+                self._plans[source.name] = error
+                self._plan_problems.append(skipped(source, error))
+        return self._plans[source.name]
 
 
-def _frame_codes(plans: Sequence[FootstepPlan], units: StageUnits, frames: tuple[int, int] | None) -> FloatArray:
+def _frame_codes(plans: Iterable[FootstepPlan], units: StageUnits, frames: tuple[int, int] | None) -> FloatArray:
     """Whole time codes from before the first strike to after the last liftoff of all plans, shape (F,)."""
     if frames is not None:
         if frames[1] < frames[0]:
             raise SceneError("frames", f"{frames[0]}:{frames[1]} is empty", "give the first and the last time code")
         return np.arange(frames[0], frames[1] + 1, dtype=float)
-    if not plans:
+    ranges = np.array([(plan.strike_times[0], plan.liftoff_times.max()) for plan in plans])
+    if not len(ranges):
         return np.zeros(1)
-    start = min(float(units.times_to_codes(plan.strike_times[0])) for plan in plans)
-    end = max(float(units.times_to_codes(plan.liftoff_times.max())) for plan in plans)
+    start, end = units.times_to_codes(np.array([ranges[:, 0].min(), ranges[:, 1].max()]))
     return np.arange(np.floor(start + _ROUNDING), np.ceil(end - _ROUNDING) + 1.0)
 
 

@@ -1,4 +1,4 @@
-"""The footsteps' layer: every plan as executed, with what became of each footstep (design.md section 3)."""
+"""Footstep plans as PointInstancers: as planned, and as executed with what became of each footstep (design.md 2, 3)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from usdfoot.model.plan import FootstepPlan
 from usdfoot.writers.layers import apply_schemas, author, author_targets, define_prim, rounded_codes
 from usdfoot.writers.prints import PRINT_COLORS, print_extent, print_outline
 
-__all__ = ["write_executed_plan"]
+__all__ = ["author_plan", "write_executed_plan"]
 
 ValueTypes = Sdf.ValueTypeNames
 
@@ -33,10 +33,25 @@ def write_executed_plan(
         size: Of the prints: distance from ankle to ball [m].
         units: Of the written stage.
     """
-    path = f"{tokens.Prim.PLANS}/{name}"
-    prim = define_prim(layer, path, "PointInstancer")
+    prim = author_plan(layer, f"{tokens.Prim.PLANS}/{name}", plan, size=size, units=units)
     apply_schemas(prim, [tokens.Schema.PLAN, tokens.Schema.RESULT])
     author(prim, "purpose", ValueTypes.Token, "guide", uniform=True)
+    author(prim, tokens.Plan.ROOT_WEIGHTS, ValueTypes.FloatArray, _floats(plan.root_weights), uniform=True)
+    _write_results(prim, results, units)
+
+
+def author_plan(layer: Sdf.Layer, path: str, plan: FootstepPlan, *, size: float, units: StageUnits) -> Sdf.PrimSpec:
+    """Author a plan with its prints at `path` of a layer; gives back its prim.
+
+    Args:
+        layer: Layer to author in.
+        path: Of the prim.
+        plan: In the canonical world.
+        size: Of the prints: distance from ankle to ball [m].
+        units: Of the written stage.
+    """
+    prim = define_prim(layer, path, "PointInstancer")
+    apply_schemas(prim, [tokens.Schema.PLAN])
     author(prim, "protoIndices", ValueTypes.IntArray, Vt.IntArray.FromNumpy(plan.sides.astype(np.int32)))
     author(prim, "positions", ValueTypes.Point3fArray, _points(units.points_to_stage(plan.positions)))
     orientations = np.ascontiguousarray(units.rotations_to_stage(plan.orientations), dtype=np.float16)
@@ -49,9 +64,8 @@ def write_executed_plan(
     ):
         codes = Sdf.TimeCodeArray([Sdf.TimeCode(code) for code in rounded_codes(units.times_to_codes(times)).tolist()])
         author(prim, attribute, ValueTypes.TimeCodeArray, codes, uniform=True)
-    author(prim, tokens.Plan.ROOT_WEIGHTS, ValueTypes.FloatArray, _floats(plan.root_weights), uniform=True)
     author_targets(prim, "prototypes", [_write_print(layer, path, side, size, units) for side in (0, 1)])
-    _write_results(prim, results, units)
+    return prim
 
 
 def _write_print(layer: Sdf.Layer, plan_path: str, side: int, size: float, units: StageUnits) -> str:

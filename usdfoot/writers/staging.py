@@ -18,6 +18,9 @@ __all__ = ["StagedFiles", "staged_files"]
 
 _logger = logging.getLogger(__name__)
 
+_BLOCK = 1 << 20
+"""Bytes hashed at a time: a chunk need not fit into memory twice."""
+
 _EXPECTED_WARNING = "Upgrading crate file"
 """Time codes need a younger .usdc than USD starts with; it says so for every file."""
 
@@ -32,6 +35,7 @@ class StagedFiles:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self._temporary: dict[str, Path] = {}
+        self._adopted: dict[str, Path] = {}
 
     def add_layer(self, name: str, layer: Sdf.Layer) -> None:
         """Save a layer; the format of a file named .usd is usda."""
@@ -55,16 +59,22 @@ class StagedFiles:
         """Copy a file."""
         shutil.copyfile(source, self._reserve(name))
 
+    def adopt(self, name: str, source: Path) -> None:
+        """Take a file that is there already, under another name or its own; if all fails it stays where it is."""
+        self._adopted[name] = source
+
     def content_hashes(self) -> dict[str, str]:
         """SHA-256 of every file so far, by name."""
-        return {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in sorted(self._temporary.items())}
+        return {name: _sha256(path) for name, path in sorted({**self._adopted, **self._temporary}.items())}
 
     def commit(self) -> tuple[Path, ...]:
-        """Rename all files to their final names, the last one added last; gives back their paths."""
+        """Rename all files to their final names, adopted first, the last added last; gives back their paths."""
         finals = []
-        for name, path in self._temporary.items():
-            os.replace(path, self.folder / name)
+        for name, path in {**self._adopted, **self._temporary}.items():
+            if path != self.folder / name:
+                os.replace(path, self.folder / name)
             finals.append(self.folder / name)
+        self._adopted.clear()
         self._temporary.clear()
         return tuple(finals)
 
@@ -80,6 +90,14 @@ class StagedFiles:
         path = final.with_name(f".{os.getpid()}.{final.name}")
         self._temporary[name] = path
         return path
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        digest = hashlib.sha256()
+        while block := file.read(_BLOCK):
+            digest.update(block)
+    return digest.hexdigest()
 
 
 @contextmanager

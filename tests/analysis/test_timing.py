@@ -1,0 +1,73 @@
+"""Timing from footprints alone."""
+
+import numpy as np
+import pytest
+
+from usdfoot.analysis.timing import TimingRule, time_footsteps, time_steps
+from usdfoot.errors import PlanError
+
+
+def row_of_prints(distances):
+    positions = np.zeros((len(distances) + 1, 3))
+    positions[1:, 2] = np.cumsum(distances)
+    return positions
+
+
+def test_walking_steps_keep_the_walk_ratio():
+    lengths = np.linspace(0.55, 0.85, 7)
+    timing = time_steps(lengths, TimingRule())
+    cadences = 60.0 / timing.step_times
+    np.testing.assert_allclose(lengths / cadences, 0.006, rtol=1e-12)
+    assert not timing.flies.any()
+    assert (timing.overlaps > 0.0).all()
+
+
+def test_short_steps_last_no_longer_than_the_longest():
+    np.testing.assert_allclose(time_steps(np.array([0.0, 0.1, 0.3]), TimingRule()).step_times, 0.7)
+
+
+def test_steps_fly_from_froude_number_one_half_on():
+    rule = TimingRule()
+    lengths = np.linspace(0.5, 1.5, 401)
+    timing = time_steps(lengths, rule)
+    walked = ~timing.flies
+    fastest = (lengths[walked] / timing.step_times[walked]).max()
+    assert fastest**2 / (rule.gravity * rule.leg_length) == pytest.approx(0.5, abs=0.01)
+    assert (np.diff(timing.flies.astype(int)) >= 0).all()
+    given = time_steps(lengths, TimingRule(flight_distance=1.2))
+    np.testing.assert_array_equal(given.flies, lengths > 1.2)
+
+
+@pytest.mark.parametrize("scale", [0.25, 3.0])
+def test_legs_of_other_lengths_move_alike(scale):
+    lengths = np.linspace(0.2, 2.5, 24)
+    human = time_steps(lengths, TimingRule())
+    other = time_steps(scale * lengths, TimingRule(leg_length=scale * TimingRule().leg_length))
+    np.testing.assert_allclose(other.step_times, np.sqrt(scale) * human.step_times)
+    np.testing.assert_allclose(other.overlaps, np.sqrt(scale) * human.overlaps)
+
+
+def test_two_long_steps_among_short_ones_become_leaps():
+    lengths = np.array([0.6, 0.6, 1.1, 0.6, 0.6, 1.3, 0.6])
+    times = time_footsteps(row_of_prints(lengths), start_time=2.0)
+    flies = times.strike_times[1:] > times.liftoff_times[:-1]
+    np.testing.assert_array_equal(np.flatnonzero(flies), [2, 5])
+    assert times.strike_times[0] == 2.0
+
+
+@pytest.mark.parametrize("standing", [False, True])
+def test_contacts_of_one_foot_never_overlap(standing):
+    random = np.random.default_rng(7)
+    for _ in range(50):
+        positions = row_of_prints(random.uniform(0.0, 2.5, random.integers(1, 9)))
+        times = time_footsteps(positions, starts_standing=standing, ends_standing=standing)
+        assert (times.liftoff_times > times.strike_times).all()
+        assert (times.strike_times[2:] > times.liftoff_times[:-2]).all()
+        assert (np.diff(times.strike_times)[standing:] > 0.0).all()
+        assert (times.strike_times[1] == times.strike_times[0]) == standing
+        assert (times.liftoff_times[-1] == times.liftoff_times[-2]) == standing
+
+
+def test_one_print_is_no_plan():
+    with pytest.raises(PlanError, match=r"two or more"):
+        time_footsteps(np.zeros((1, 3)))

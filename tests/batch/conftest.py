@@ -1,0 +1,61 @@
+"""A crowd of people on the stepping stones, one after the other, and the crowd made of it in one process."""
+
+import hashlib
+from pathlib import Path
+
+import pytest
+from pxr import Gf, Sdf, Usd, UsdGeom
+
+from tests.few_clips import write_few_clips_scene
+from usdfoot.pipeline.animate import animate
+
+AGENTS = 3
+
+
+def digests(folder: Path) -> dict[str, str]:
+    """Content of every file of a folder, by path."""
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+
+
+def write_crowd_scene(stages: Path, folder: Path) -> Path:
+    """The stepping stones, walked by AGENTS people half a metre apart, on level ground."""
+    path = write_few_clips_scene(stages, folder)
+    stage = Usd.Stage.Open(str(path))
+    stage.GetPrimAtPath("/World/Terrain").SetActive(False)
+    walker = stage.GetPrimAtPath("/World/Walker")
+    cast = {name: walker.GetRelationship(f"usdfoot:agent:{name}").GetTargets() for name in ("character", "clips")}
+    walker.SetActive(False)
+    for number in range(AGENTS):
+        plan = stage.DefinePrim(f"/World/Crowd/Plan_{number}")
+        plan.GetReferences().AddInternalReference("/World/Plans/Stones")
+        UsdGeom.Xformable(plan).AddTranslateOp(opSuffix="row").Set(Gf.Vec3d(0.5 * number, 0.0, 0.0))
+        agent = UsdGeom.Xform.Define(stage, f"/World/Crowd/Agent_{number}").GetPrim()
+        agent.AddAppliedSchema("UsdfootAgentAPI")
+        for name, targets in (*cast.items(), ("plan", [plan.GetPath()])):
+            agent.CreateRelationship(f"usdfoot:agent:{name}", custom=False).SetTargets(targets)
+    stage.Save()
+    return path
+
+
+def delay_plan(scene: Path, number: int, codes: float) -> None:
+    """Retime one agent's plan, as an artist would: a stronger opinion on its times."""
+    stage = Usd.Stage.Open(str(scene))
+    stage.Reload()
+    plan = stage.GetPrimAtPath(f"/World/Crowd/Plan_{number}")
+    for name in ("strikeTimes", "liftoffTimes"):
+        attribute = plan.GetAttribute(f"usdfoot:plan:{name}")
+        attribute.Set(Sdf.TimeCodeArray([Sdf.TimeCode(float(code) + codes) for code in attribute.Get()]))
+    stage.Save()
+
+
+@pytest.fixture(scope="session")
+def crowd_scene(stages, tmp_path_factory):
+    """Not to be changed."""
+    return write_crowd_scene(stages, tmp_path_factory.mktemp("crowd"))
+
+
+@pytest.fixture(scope="session")
+def crowd(crowd_scene, tmp_path_factory):
+    """Report of the crowd, each agent a chunk, made in this process."""
+    return animate(crowd_scene, tmp_path_factory.mktemp("made") / "out", chunk_size=1)

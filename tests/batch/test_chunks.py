@@ -1,0 +1,157 @@
+"""A crowd in chunks: the same bytes whoever makes them, and only what changed is made again."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+
+import numpy as np
+import pytest
+from pxr import Sdf, Usd
+
+from tests.batch.conftest import AGENTS, delay_plan, digests, write_crowd_scene
+from usdfoot.bridge.tokens import File
+from usdfoot.errors import OutputError
+from usdfoot.pipeline.animate import animate
+from usdfoot.pipeline.validate import validate
+
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e-?\d+)?")
+
+
+def command(*arguments):
+    """The command line in a process of its own."""
+    return [sys.executable, "-m", "usdfoot.cli.main", *map(str, arguments)]
+
+
+def test_every_chunk_is_a_layer_and_the_crowd_is_whole(crowd):
+    folder = crowd.crowd_file.parent
+    stage = Usd.Stage.Open(str(crowd.crowd_file))
+    names = [f"Agent_{number}" for number in range(AGENTS)]
+    for number, name in enumerate(names):
+        layer = Sdf.Layer.FindOrOpen(str(folder / f"anims.{number:04d}.usdc"))
+        assert [prim.name for prim in layer.GetPrimAtPath("/Crowd/Anims").nameChildren] == [name]
+    for scope in ("Agents", "Anims", "Plans"):
+        assert sorted(prim.GetName() for prim in stage.GetPrimAtPath(f"/Crowd/{scope}").GetChildren()) == names
+    assert sorted(crowd.results) == names and crowd.chunks == AGENTS and crowd.kept == 0
+    assert not (folder / File.PENDING).exists()
+    report = json.loads(crowd.report_file.read_text())
+    assert {name for name in report["files"] if name.startswith("anims.0")} == {
+        f"anims.{number:04d}.usdc" for number in range(AGENTS)
+    }
+    assert validate(crowd.crowd_file).passed
+
+
+def test_one_chunk_has_the_agents_of_many(crowd, crowd_scene, tmp_path):
+    whole = animate(crowd_scene, tmp_path / "out")
+    opened = [Usd.Stage.Open(str(report.crowd_file)) for report in (crowd, whole)]
+    names = {path.name for path in (tmp_path / "out").glob("*.usdc")}
+    assert names == {"agents.usdc", "footsteps.usdc", "anims.0000.usdc"}
+    for scope in ("Agents", "Anims", "Plans"):
+        for name in crowd.results:
+            specs = []
+            for stage in opened:
+                prim = stage.GetPrimAtPath(f"/Crowd/{scope}/{name}")
+                layer = Sdf.Layer.CreateAnonymous(".usda")
+                source = next(spec for spec in prim.GetPrimStack() if spec.specifier == Sdf.SpecifierDef)
+                Sdf.CopySpec(source.layer, source.path, layer, "/Copy")
+                specs.append(layer.ExportToString())
+            assert NUMBER.split(specs[0]) == NUMBER.split(specs[1])
+            numbers = [[float(text) for text in NUMBER.findall(spec)] for spec in specs]
+            np.testing.assert_allclose(*numbers, rtol=1e-4, atol=1e-5)
+
+
+def test_processes_make_the_same_bytes(crowd, crowd_scene, tmp_path):
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as executor:
+        animate(crowd_scene, tmp_path / "out", chunk_size=1, executor=executor)
+    assert digests(tmp_path / "out") == digests(crowd.crowd_file.parent)
+
+
+def test_only_the_chunk_of_a_changed_plan_is_made_again(stages, tmp_path):
+    scene = write_crowd_scene(stages, tmp_path / "scene")
+    first = animate(scene, tmp_path / "out", chunk_size=1)
+    before = digests(tmp_path / "out")
+    assert animate(scene, tmp_path / "out", chunk_size=1).kept == AGENTS
+    assert digests(tmp_path / "out") == before
+    delay_plan(scene, 1, 3.0)
+    again = animate(scene, tmp_path / "out", chunk_size=1)
+    assert again.kept == AGENTS - 1 and sorted(again.results) == sorted(first.results)
+    changed = {name for name, digest in digests(tmp_path / "out").items() if digest != before[name]}
+    assert {name for name in changed if name.startswith("anims")} >= {"anims.0001.usdc"}
+    assert not changed & {"anims.0000.usdc", "anims.0002.usdc", "agents.0000.usdc"}
+    animate(scene, tmp_path / "fresh", chunk_size=1)
+    fresh, kept = digests(tmp_path / "fresh"), digests(tmp_path / "out")
+    assert {name for name in fresh if fresh[name] != kept[name]} <= {File.OVERRIDES}
+
+
+def test_other_options_make_every_chunk_again_and_a_smaller_crowd_leaves_no_chunks_behind(stages, crowd, tmp_path):
+    scene = write_crowd_scene(stages, tmp_path / "scene")
+    animate(scene, tmp_path / "out", chunk_size=1)
+    report = animate(scene, tmp_path / "out", chunk_size=2)
+    assert report.kept == 0 and report.chunks == 2
+    assert not (tmp_path / "out" / "anims.0002.usdc").exists()
+    report = animate(scene, tmp_path / "out", chunk_size=2, agents="Agent_[01]")
+    assert report.chunks == 1 and not list((tmp_path / "out").glob("*.0001.usdc"))
+
+
+def test_a_killed_run_leaves_the_old_crowd_and_the_next_goes_on(stages, crowd, tmp_path):
+    scene = write_crowd_scene(stages, tmp_path / "scene")
+    arguments = ("animate", scene, "-o", tmp_path / "out", "--workers", 1, "-q")
+    subprocess.run(command(*arguments, "--agents", "Agent_0"), check=True, capture_output=True)
+    before = digests(tmp_path / "out")
+    process = subprocess.Popen(command(*arguments, "--chunk-size", 1), stdout=subprocess.DEVNULL)
+    pending = tmp_path / "out" / File.PENDING
+    deadline = time.monotonic() + 120.0
+    while not list(pending.glob("anims.*.usdc")) and process.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.005)
+    process.kill()
+    process.wait()
+    assert process.returncode == -signal.SIGKILL
+    assert {n: d for n, d in digests(tmp_path / "out").items() if not n.startswith(File.PENDING)} == before
+    report = animate(scene, tmp_path / "out", chunk_size=1)
+    assert 1 <= report.kept < AGENTS
+    animate(scene, tmp_path / "fresh", chunk_size=1)
+    assert digests(tmp_path / "out") == digests(tmp_path / "fresh")
+
+
+def test_half_a_chunk_is_made_again(stages, tmp_path):
+    scene = write_crowd_scene(stages, tmp_path / "scene")
+    animate(scene, tmp_path / "out", chunk_size=1)
+    before = digests(tmp_path / "out")
+    broken = tmp_path / "out" / "anims.0001.usdc"
+    broken.write_bytes(broken.read_bytes()[:1000])
+    assert animate(scene, tmp_path / "out", chunk_size=1).kept == AGENTS - 1
+    assert digests(tmp_path / "out") == before
+
+
+def test_a_vanished_worker_is_reported_and_the_next_run_goes_on(crowd, crowd_scene, tmp_path):
+    with (
+        ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=os._exit, initargs=(3,)) as executor,
+        pytest.raises(OutputError, match=r"3 of 3 chunks were not made: .*its worker vanished.*run again"),
+    ):
+        animate(crowd_scene, tmp_path / "out", chunk_size=1, executor=executor)
+    animate(crowd_scene, tmp_path / "out", chunk_size=1)
+    assert digests(tmp_path / "out") == digests(crowd.crowd_file.parent)
+
+
+def test_a_full_disk_is_reported_and_the_next_run_goes_on(crowd, crowd_scene, tmp_path):
+    resource = pytest.importorskip("resource")
+
+    def little_space():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, 50_000))
+
+    done = subprocess.run(
+        command("animate", crowd_scene, "-o", tmp_path / "out", "--chunk-size", 1, "--workers", 1, "-q"),
+        capture_output=True,
+        text=True,
+        preexec_fn=little_space,
+    )
+    assert done.returncode == 2 and "cannot be written" in done.stderr, done.stderr
+    assert not list((tmp_path / "out").glob("*.usd*"))
+    animate(crowd_scene, tmp_path / "out", chunk_size=1)
+    assert digests(tmp_path / "out") == digests(crowd.crowd_file.parent)

@@ -1,0 +1,87 @@
+"""Clusters and farms make the same crowd as one process."""
+
+import os
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from tests.batch.conftest import AGENTS, digests
+from usdfoot.batch.job import job_template
+from usdfoot.cli.main import main
+from usdfoot.errors import SceneError
+from usdfoot.pipeline.animate import animate_chunk
+
+
+@contextmanager
+def cluster(folder):
+    """Address of a Dask scheduler with two workers, each in a process of its own."""
+    contact = folder / "scheduler.json"
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    options = ["--no-dashboard", "--scheduler-file", str(contact)]
+    dask = [sys.executable, "-m", "dask"]
+    scheduler = [*dask, "scheduler", "--host", "127.0.0.1", "--port", "0", *options]
+    worker = [*dask, "worker", "--nthreads", "1", "--local-directory", str(folder), *options]
+    processes = [subprocess.Popen(scheduler, **quiet)]
+    try:
+        deadline = time.monotonic() + 60.0
+        while not contact.exists() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        processes += [subprocess.Popen(worker, **quiet) for _ in range(2)]
+        from distributed import Client
+
+        with Client(scheduler_file=str(contact), timeout=60.0, set_as_default=False) as client:
+            client.wait_for_workers(2, timeout=60.0)
+            yield client.scheduler.address
+    finally:
+        for process in reversed(processes):
+            process.terminate()
+            process.wait(30.0)
+
+
+def test_a_dask_cluster_makes_the_same_bytes(crowd, crowd_scene, tmp_path):
+    pytest.importorskip("distributed", reason="the extra dask is not installed")
+    with cluster(tmp_path) as address:
+        arguments = ["animate", str(crowd_scene), "-o", str(tmp_path / "out"), "--chunk-size", "1", "-q"]
+        assert main([*arguments, "--scheduler", address]) == 0
+    assert digests(tmp_path / "out") == digests(crowd.crowd_file.parent)
+
+
+def test_a_scheduler_that_does_not_answer_is_named(crowd_scene, tmp_path, capsys, monkeypatch):
+    pytest.importorskip("distributed", reason="the extra dask is not installed")
+    monkeypatch.setattr("usdfoot.batch.executors.SCHEDULER_TIMEOUT", 0.5)
+    arguments = ["animate", str(crowd_scene), "-o", str(tmp_path / "out"), "-q", "--scheduler", "tcp://127.0.0.1:9"]
+    assert main(arguments) == 2
+    assert "tcp://127.0.0.1:9: no Dask scheduler answers" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_farm_runs_the_job_and_makes_the_same_bytes(crowd, crowd_scene, tmp_path, capsys):
+    pytest.importorskip("openjd.cli", reason="openjd-cli is not installed")
+    scripts = Path(sys.executable).parent
+    folder = tmp_path / "out"
+    assert main(["job", str(crowd_scene), "-o", str(folder), "-q", "--with=--chunk-size 1"]) == 0
+    job = tmp_path / "job.yaml"
+    job.write_text(capsys.readouterr().out)
+    environment = {**os.environ, "PATH": f"{scripts}{os.pathsep}{os.environ['PATH']}"}
+    openjd = [sys.executable, "-m", "openjd"]
+    subprocess.run([*openjd, "check", str(job)], check=True, capture_output=True, env=environment)
+    run = [*openjd, "run", str(job), "--step", "Crowd", "--run-dependencies"]
+    done = subprocess.run(run, capture_output=True, text=True, env=environment, cwd=tmp_path)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert f"kept {AGENTS} of {AGENTS} chunks" in done.stdout
+    assert digests(folder) == digests(crowd.crowd_file.parent)
+
+
+def test_a_job_names_what_it_is_given():
+    job = job_template("/shots/a b.usda", "/out", chunks=3, options=["--root-weight", "0.5"])
+    assert 'default: "/shots/a b.usda"' in job and 'range: "0-2"' in job
+    assert '"--root-weight", "0.5", "--chunk", "{{Task.Param.Chunk}}"' in job
+
+
+def test_a_chunk_that_is_not_there_is_named(crowd_scene, tmp_path):
+    with pytest.raises(SceneError, match=r"has no chunk 3\. give one of 0 to 2"):
+        animate_chunk(crowd_scene, tmp_path, 3, chunk_size=1)

@@ -1,0 +1,130 @@
+"""Timing from footprints alone: how long each step and each contact lasts, by how far the steps go ([P] 4.1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdfoot.errors import PlanError
+from usdfoot.maths.types import BoolArray, FloatArray
+
+__all__ = ["FootstepTimes", "StepTiming", "TimingRule", "time_footsteps", "time_steps"]
+
+HUMAN_LEG = 0.86
+"""Leg from hip to ankle of the people the rule was measured on [m]."""
+EARTH_GRAVITY = 9.81
+"""[m/s^2]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TimingRule:
+    """How people time their steps, for a leg of 0.86 m; other legs move alike (equal Froude numbers)."""
+
+    leg_length: float = HUMAN_LEG
+    """Hip to ankle with the knee straight [m]."""
+    gravity: float = EARTH_GRAVITY
+    """[m/s^2]."""
+    walk_ratio: float = 0.006
+    """Step length by cadence, constant in one person's walks [m per step/min] (Sekiya et al. 1996)."""
+    longest_step: float = 0.7
+    """A short step takes this long [s]."""
+    flight_distance: float = 0.0
+    """Steps longer than this have a flight [m]; 0 = where the walk would be faster than Froude number 0.5
+    (Kram et al. 1997)."""
+    run_step: float = 0.36
+    """A running step takes this long [s] (Cavagna et al. 1988) unless that is too fast."""
+    leap_speed: float = 4.0
+    """Fastest that a step with flight carries the body [m/s]; longer leaps take longer."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StepTiming:
+    """Times of S steps, footprint to footprint."""
+
+    step_times: FloatArray
+    """Strike to strike [s], shape (S,)."""
+    overlaps: FloatArray
+    """Double support after the strike that ends the step, negative: flight before it [s], shape (S,)."""
+
+    @property
+    def flies(self) -> BoolArray:
+        """Whether the step has a flight, shape (S,)."""
+        return self.overlaps < 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class FootstepTimes:
+    """Times of N footsteps."""
+
+    strike_times: FloatArray
+    """[s], shape (N,)."""
+    liftoff_times: FloatArray
+    """[s], shape (N,)."""
+
+
+def time_steps(distances: FloatArray, rule: TimingRule) -> StepTiming:
+    """Step time and double support, or flight, of steps by their distance ([P] Figure 12).
+
+    People keep the ratio of step length to cadence, so a walking step of L metres takes 0.36 / L seconds: longer steps
+    are quicker. The share of a stride that a foot stands falls with speed, from 0.67 in a slow walk to 0.55 in the
+    fastest (Grieve and Gear 1966), and in runs from 0.42 on (Minetti and Alexander 1997).
+
+    Args:
+        distances: From print to print [m], shape (S,).
+        rule: Proportions and constants.
+    """
+    size = rule.leg_length / HUMAN_LEG
+    clock = np.sqrt(size * EARTH_GRAVITY / rule.gravity)
+    lengths = np.asarray(distances, dtype=float) / size
+    froude_speed = np.sqrt(EARTH_GRAVITY * HUMAN_LEG)
+    walking = np.minimum(60.0 * rule.walk_ratio / np.maximum(lengths, 1e-9), rule.longest_step)
+    running = np.maximum(rule.run_step, lengths / rule.leap_speed)
+    threshold = rule.flight_distance / size or np.sqrt(60.0 * rule.walk_ratio * np.sqrt(0.5) * froude_speed)
+    flies = lengths > threshold
+    times = np.where(flies, running, walking)
+    speeds = lengths / times / froude_speed
+    stance = np.where(flies, np.clip(0.54 - 0.14 * speeds, 0.2, 0.45), np.clip(0.715 - 0.23 * speeds, 0.53, 0.7))
+    return StepTiming(step_times=clock * times, overlaps=clock * (2.0 * stance - 1.0) * times)
+
+
+def time_footsteps(
+    positions: FloatArray,
+    rule: TimingRule | None = None,
+    *,
+    start_time: float = 0.0,
+    starts_standing: bool = False,
+    ends_standing: bool = False,
+) -> FootstepTimes:
+    """Strikes and liftoffs of a row of footprints.
+
+    Args:
+        positions: Prints in order, left and right in turn [m], shape (N, 3).
+        rule: Proportions and constants.
+        start_time: Of the first strike [s].
+        starts_standing: Both first feet strike together.
+        ends_standing: Both last feet lift off together.
+
+    Raises:
+        PlanError: If there are fewer than two prints or their positions are not finite.
+    """
+    positions = np.asarray(positions, dtype=float)
+    if positions.ndim != 2 or positions.shape[1] != 3 or len(positions) < 2:
+        raise PlanError("footprints", f"have shape {positions.shape}", "timing needs two or more positions (N, 3)")
+    if not np.isfinite(positions).all():
+        raise PlanError("footprints", "have positions that are not finite", "author numbers")
+    steps = time_steps(np.linalg.norm(np.diff(positions, axis=0), axis=1), rule or TimingRule())
+    step_times = steps.step_times.copy()
+    overlaps = steps.overlaps.copy()
+    if starts_standing:
+        step_times[0] = 0.0
+        overlaps[0] = 0.5 * steps.step_times[0]
+    strikes = start_time + np.concatenate([[0.0], np.cumsum(step_times)])
+    after = np.concatenate([step_times[1:], [np.inf]])
+    liftoffs = strikes[1:] + np.minimum(overlaps, 0.5 * after)
+    liftoffs = np.maximum(liftoffs, strikes[:-1] + 0.25 * steps.step_times)
+    last = max(strikes[-1] + steps.step_times[-1], liftoffs[-1])
+    liftoffs = np.append(liftoffs, last)
+    if ends_standing:
+        liftoffs[-2] = last
+    return FootstepTimes(strike_times=strikes, liftoff_times=liftoffs)

@@ -1,0 +1,64 @@
+"""Executors: processes of this machine, or a Dask cluster."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
+
+from usdfoot.errors import UsdfootError
+
+__all__ = ["open_executor"]
+
+SCHEDULER_TIMEOUT = 30.0
+"""How long a scheduler may take to answer [s]."""
+
+
+@contextmanager
+def open_executor(*, workers: int | None = None, scheduler: str | None = None) -> Iterator[Executor | None]:
+    """An executor for as long as the block runs; None if one process is enough.
+
+    Processes are started when there is work for them.
+
+    Args:
+        workers: Number of processes; None = one a core.
+        scheduler: Address of a Dask scheduler, whose workers are used instead.
+
+    Raises:
+        UsdfootError: If Dask is not installed or the scheduler does not answer.
+    """
+    if scheduler is not None:
+        with _dask(scheduler) as executor:
+            yield executor
+        return
+    count = workers or _cores()
+    if count == 1:
+        yield None
+        return
+    # A fork would copy USD's and Warp's threads half alive.
+    with ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn")) as executor:
+        yield executor
+
+
+@contextmanager
+def _dask(scheduler: str) -> Iterator[Executor]:
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise UsdfootError(scheduler, "Dask is not installed", "pip install 'usdfoot[dask]'") from error
+    try:
+        client = Client(scheduler, timeout=SCHEDULER_TIMEOUT, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise UsdfootError(
+            scheduler, f"no Dask scheduler answers ({error})", "give its address, like tcp://host:8786"
+        ) from error
+    with client:
+        yield client.get_executor(pure=False)
+
+
+def _cores() -> int:
+    """Cores that this process may use."""
+    affinity = getattr(os, "sched_getaffinity", None)
+    return len(affinity(0)) if affinity else os.cpu_count() or 1

@@ -1,0 +1,63 @@
+"""Job: an Open Job Description template that animates a crowd's chunks as tasks of a render farm."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+
+__all__ = ["job_template"]
+
+
+def job_template(
+    scene: str | os.PathLike[str], folder: str | os.PathLike[str], *, chunks: int, options: Sequence[str] = ()
+) -> str:
+    """A job template (specification 2023-09, YAML) of two steps: every chunk a task, then the crowd around them.
+
+    The paths are parameters of type STRING: those of type PATH may not have absolute paths as defaults, and relative
+    ones would count from wherever the template is put.
+
+    Args:
+        scene: The scene's file, the default of the job's parameter Scene.
+        folder: The crowd's folder, the default of the job's parameter Output.
+        chunks: Number of chunks.
+        options: Of `usdfoot animate`, the same for every task.
+    """
+    common = ["animate", "{{Param.Scene}}", "-o", "{{Param.Output}}", *options]
+    chunk = [*common, "--chunk", "{{Task.Param.Chunk}}"]
+    return f"""\
+specificationVersion: jobtemplate-2023-09
+name: {_quoted(f"usdfoot {os.path.basename(scene)}")}
+parameterDefinitions:
+  - name: Scene
+    type: STRING
+    default: {_quoted(os.path.abspath(scene))}
+  - name: Output
+    type: STRING
+    default: {_quoted(os.path.abspath(folder))}
+steps:
+  - name: Chunks
+    parameterSpace:
+      taskParameterDefinitions:
+        - name: Chunk
+          type: INT
+          range: "0-{chunks - 1}"
+    script:
+      actions:
+        onRun:
+          command: usdfoot
+          args: {_quoted(chunk)}
+  - name: Crowd
+    dependencies:
+      - dependsOn: Chunks
+    script:
+      actions:
+        onRun:
+          command: usdfoot
+          args: {_quoted([*common, "--workers", "1"])}
+"""
+
+
+def _quoted(value: object) -> str:
+    """The value as JSON, which is YAML too."""
+    return json.dumps(value, ensure_ascii=False)

@@ -1,0 +1,129 @@
+"""Records: what the report says of a chunk, kept with the chunk so that a later run need not make it again."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from usdfoot.maths.types import FloatArray
+from usdfoot.model.agent import Agent
+from usdfoot.model.motion import Motion, StepResults
+from usdfoot.model.report import Problem
+
+__all__ = ["ChunkRecord", "parse_record", "problem_json", "record_of"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChunkRecord:
+    """What became of a chunk's agents."""
+
+    agents: tuple[dict[str, Any], ...]
+    """Entries of the report, one an agent that was written."""
+    problems: tuple[Problem, ...]
+    """Of the agents and the clips they use."""
+    is_kept: bool
+    """Whether an earlier run made the chunk."""
+
+    @property
+    def results(self) -> dict[str, StepResults]:
+        """Figures of every agent's steps, by agent name."""
+        return {agent["name"]: _step_results(agent["steps"]) for agent in self.agents}
+
+
+def record_of(
+    agents: Sequence[Agent],
+    motions: Sequence[Motion],
+    problems: Sequence[Problem],
+    sources: Mapping[str, Mapping[str, float]],
+) -> str:
+    """A chunk's record as JSON.
+
+    Args:
+        agents: Those of the motions, and perhaps others.
+        motions: As written.
+        problems: Of the chunk.
+        sources: Figures of the source clips by agent.
+    """
+    by_name = {agent.name: agent for agent in agents}
+    entries = [_agent_json(by_name[motion.name], motion, sources.get(motion.name, {})) for motion in motions]
+    record = {"agents": entries, "problems": [problem_json(problem) for problem in problems]}
+    return json.dumps(record, sort_keys=True, allow_nan=False)
+
+
+def parse_record(text: str, *, is_kept: bool) -> ChunkRecord:
+    """The record that `record_of` made.
+
+    Args:
+        text: JSON.
+        is_kept: Whether an earlier run made it.
+    """
+    record = json.loads(text)
+    problems = tuple(
+        Problem(severity=problem["severity"], where=problem["where"], message=problem["message"])
+        for problem in record["problems"]
+    )
+    return ChunkRecord(agents=tuple(record["agents"]), problems=problems, is_kept=is_kept)
+
+
+def problem_json(problem: Problem) -> dict[str, str]:
+    """A problem's entry in the report."""
+    return {"severity": problem.severity, "where": problem.where, "message": problem.message}
+
+
+def _agent_json(agent: Agent, motion: Motion, source: Mapping[str, float]) -> dict[str, Any]:
+    results = motion.results
+    ends = np.cumsum(results.clip_counts)
+    clips = [
+        dict(zip(results.clips[end - count : end], _numbers(results.clip_weights[end - count : end]), strict=True))
+        for count, end in zip(results.clip_counts.tolist(), ends.tolist(), strict=True)
+    ]
+    return {
+        "name": motion.name,
+        "prim": agent.source,
+        "plan": agent.plan.name,
+        "source": dict(source),
+        "steps": {
+            "status": list(results.status),
+            "blendError": _numbers(results.blend_error),
+            "placementError": _numbers(results.placement_error),
+            "slide": _numbers(results.slide),
+            "yawError": _numbers(np.degrees(results.yaw_error)),
+            "hullDistance": _numbers(results.hull_distance),
+            "timeWarp": _numbers(results.time_warp),
+            "rootWeight": _numbers(results.root_weight),
+            "beta": _numbers(results.beta),
+            "clips": clips,
+        },
+    }
+
+
+def _numbers(values: FloatArray) -> list[float | None]:
+    """Seven significant digits; None for what is not finite, which JSON does not know."""
+    return [float(f"{value:.7g}") if np.isfinite(value) else None for value in np.asarray(values).tolist()]
+
+
+def _step_results(steps: Mapping[str, Any]) -> StepResults:
+    """Figures as read from a record, which keeps seven digits of them."""
+    weights = [list(step.values()) for step in steps["clips"]]
+    return StepResults(
+        blend_error=_values(steps["blendError"]),
+        placement_error=_values(steps["placementError"]),
+        slide=_values(steps["slide"]),
+        yaw_error=np.radians(_values(steps["yawError"])),
+        hull_distance=_values(steps["hullDistance"]),
+        time_warp=_values(steps["timeWarp"]),
+        root_weight=_values(steps["rootWeight"]),
+        beta=_values(steps["beta"]),
+        status=tuple(steps["status"]),
+        clip_counts=np.array([len(step) for step in weights], dtype=np.intp),
+        clips=tuple(name for step in steps["clips"] for name in step),
+        clip_weights=np.array([weight for step in weights for weight in step], dtype=float),
+    )
+
+
+def _values(numbers: Sequence[float | None]) -> FloatArray:
+    return np.array([np.nan if number is None else number for number in numbers], dtype=float)

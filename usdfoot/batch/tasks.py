@@ -1,0 +1,111 @@
+"""Tasks: a crowd cut into chunks, each of which any worker can make from the scene's file alone."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from usdfoot import __version__
+from usdfoot.batch.hashing import content_hash
+from usdfoot.bridge.scene import Scene
+from usdfoot.bridge.tokens import ChunkFiles, chunk_files
+from usdfoot.bridge.versions import library_versions
+from usdfoot.engine.options import EngineOptions
+from usdfoot.model.agent import Agent
+
+__all__ = ["ChunkTask", "cut_chunks"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChunkTask:
+    """What a worker is told: names and numbers, never what was read of the scene."""
+
+    scene: str
+    """The scene's file."""
+    inputs: str
+    """Hash of the sizes and times of the scene's files: a worker that has read others must read again."""
+    frames: tuple[int, int]
+    """First and last time code of the crowd."""
+    options: EngineOptions
+    folder: str
+    files: ChunkFiles
+    agents: tuple[str, ...]
+    references: tuple[tuple[str, str], ...]
+    """Asset and prim path of each agent's character, as the layers refer to it."""
+    content_hash: str
+    """Of everything the chunk is made from."""
+
+
+def cut_chunks(
+    scene: Scene,
+    references: Sequence[tuple[str, str]],
+    *,
+    folder: Path,
+    options: EngineOptions,
+    size: int,
+) -> tuple[ChunkTask, ...]:
+    """The agents of a scene, in its order, `size` to a chunk.
+
+    Args:
+        scene: As read.
+        references: Asset and prim path of each character of the scene.
+        folder: Where the crowd goes.
+        options: Of the engine.
+        size: Agents a chunk.
+    """
+    agents = scene.crowd.agents
+    hashes = _Hashes(scene, references, options)
+    starts = range(0, len(agents), size)
+    return tuple(
+        ChunkTask(
+            scene=scene.stage.identifier,
+            inputs=_inputs(scene.stage.layers),
+            frames=(int(scene.frame_codes[0]), int(scene.frame_codes[-1])),
+            options=options,
+            folder=str(folder),
+            files=chunk_files(index, len(starts)),
+            agents=tuple(agent.name for agent in agents[start : start + size]),
+            references=tuple(references[agent.character] for agent in agents[start : start + size]),
+            content_hash=hashes.of(agents[start : start + size]),
+        )
+        for index, start in enumerate(starts)
+    )
+
+
+class _Hashes:
+    """Content hashes of chunks; what agents share is hashed once."""
+
+    def __init__(self, scene: Scene, references: Sequence[tuple[str, str]], options: EngineOptions) -> None:
+        stage, crowd = scene.stage, scene.crowd
+        versions = {"usdfoot": __version__, **library_versions()}
+        self._times = crowd.frame_times
+        self._common = content_hash(
+            versions, options, stage.units, stage.frames_per_second, crowd.terrain, crowd.frame_rate
+        )
+        self._libraries = [content_hash(library) for library in crowd.libraries]
+        self._characters = [
+            content_hash(character, reference, self._times if len(character.skeleton_to_agent) > 1 else None)
+            for character, reference in zip(scene.characters, references, strict=True)
+        ]
+
+    def of(self, agents: Sequence[Agent]) -> str:
+        """The hash of a chunk with these agents."""
+        return content_hash(self._common, [self._agent(agent) for agent in agents])
+
+    def _agent(self, agent: Agent) -> str:
+        """Frames count only as far as they lie within the agent's own interval: outside it has none."""
+        plan, last = agent.plan, len(self._times) - 1
+        begin = np.searchsorted(self._times, plan.strike_times[0], side="right") - 1
+        end = np.searchsorted(self._times, plan.liftoff_times.max())
+        frames = self._times[np.clip([begin, end], 0, last)]
+        return content_hash(agent, frames, self._libraries[agent.library], self._characters[agent.character])
+
+
+def _inputs(layers: Sequence[str]) -> str:
+    """Hash of the state of files; those in memory have none."""
+    found = [os.stat(layer) if os.path.isfile(layer) else None for layer in layers]
+    return content_hash(list(layers), [(status.st_size, status.st_mtime_ns) if status else None for status in found])

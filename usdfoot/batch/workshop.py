@@ -1,0 +1,68 @@
+"""Workshop: a scene opened once by a worker, who makes its chunks."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from usdfoot.batch.records import record_of
+from usdfoot.batch.sources import source_figures
+from usdfoot.batch.tasks import ChunkTask
+from usdfoot.engine.animate import PreparedLibraries, animate_crowd
+from usdfoot.engine.options import EngineOptions
+from usdfoot.readers.scene import SceneReader
+from usdfoot.writers.chunks import write_chunk
+
+__all__ = ["Workshop", "make_chunk"]
+
+
+class Workshop:
+    """Makes chunks of one scene; clips are read and analysed once for all of them.
+
+    Args:
+        reader: Of the scene.
+        options: Of the engine.
+    """
+
+    def __init__(self, reader: SceneReader, options: EngineOptions) -> None:
+        self._reader = reader
+        self._options = options
+        self._libraries = PreparedLibraries(options)
+
+    def make(self, task: ChunkTask) -> str:
+        """Animates and writes a chunk; gives back its record: what the report says of it, as JSON.
+
+        Without any agent that can be animated, nothing is written.
+
+        Raises:
+            SceneError: If none of the agents can be read.
+            OutputError: If the folder cannot be written to.
+        """
+        scene = self._reader.read(names=task.agents)
+        motions, problems = animate_crowd(scene.crowd, options=self._options, libraries=self._libraries)
+        record = record_of(scene.crowd.agents, motions, problems, source_figures(scene.crowd, motions))
+        if motions:
+            references = dict(zip(task.agents, task.references, strict=True))
+            write_chunk(
+                scene,
+                motions,
+                task.folder,
+                files=task.files,
+                references=[references[motion.name] for motion in motions],
+                content_hash=task.content_hash,
+                record=record,
+            )
+        return record
+
+
+def make_chunk(task: ChunkTask) -> str:
+    """Makes a chunk in any process; gives back its record.
+
+    The process keeps the scene open for the chunks to come, and only this scene.
+    """
+    return _workshop(task.scene, task.inputs, task.frames, task.options).make(task)
+
+
+@lru_cache(maxsize=1)
+def _workshop(scene: str, inputs: str, frames: tuple[int, int], options: EngineOptions) -> Workshop:
+    """The workshop of a scene in the state that `inputs` stands for."""
+    return Workshop(SceneReader(scene, frames=frames, reload=True), options)

@@ -1,0 +1,140 @@
+"""Planting: poses of any source, with the feet held on their footsteps, become samples and motions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import warp as wp
+
+from usdfoot.engine.detours import plan_detours
+from usdfoot.engine.feet import ContactFeet, device_feet, lead_swings, roll_contacts
+from usdfoot.engine.frames import Frames, lay_frames
+from usdfoot.engine.plant import plant_feet
+from usdfoot.engine.poses import Feet, Layout, Poses, PoseSource, pose_feet
+from usdfoot.engine.results import achieved_contacts
+from usdfoot.engine.root import root_at
+from usdfoot.engine.subframes import drifting_frames, insert_frames, merge_poses
+from usdfoot.maths import quaternion
+from usdfoot.maths.timeline import locate
+from usdfoot.maths.types import FloatArray
+from usdfoot.model.agent import Agent
+from usdfoot.model.ground import Ground
+from usdfoot.model.motion import Motion, StepResults
+
+__all__ = ["Planted", "Planting", "cut_motions", "plant_frames", "plant_samples", "prepare_planting"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Planting:
+    """What moves the bodies and what holds their feet: any frame can be computed from it on its own."""
+
+    layout: Layout
+    source: PoseSource
+    feet: ContactFeet
+    detours: FloatArray
+    """Offsets of each contact's swing [m], shape (C, K, 3)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Planted:
+    """Finished samples of all agents."""
+
+    frames: Frames
+    poses: Poses
+    feet: Feet
+    """Measured on the poses."""
+
+
+def prepare_planting(layout: Layout, source: PoseSource, ground: Ground) -> Planting:
+    """Prints, rolls, leads and detours of all contacts and swings for the poses of a source."""
+    feet = prepare_feet(layout, source, ground)
+    return Planting(layout=layout, source=source, feet=feet, detours=plan_detours(layout, source, feet, ground))
+
+
+def prepare_feet(layout: Layout, source: PoseSource, ground: Ground) -> ContactFeet:
+    """Prints, rolls and leads of all contacts, from the source's feet at their strikes and liftoffs."""
+    strikes = _feet_at(layout, source, layout.contacts.strikes)
+    liftoffs = _feet_at(layout, source, layout.contacts.liftoffs)
+    sides = layout.contacts.sides
+    own = np.arange(len(sides)), sides
+    feet = roll_contacts(layout, strikes.raises[own], ground)
+    feet = replace(feet, flat_pitches=_feet_at(layout, source, feet.flats).raises[own])
+    return lead_swings(layout, feet, strikes, liftoffs)
+
+
+def _feet_at(layout: Layout, source: PoseSource, times: FloatArray) -> Feet:
+    """Feet of the source at one time for each contact [s], not before its agent's first strike."""
+    contacts, segments = layout.contacts, layout.segments
+    times = np.maximum(times, contacts.starts[contacts.agents])
+    rows = locate(segments.agents, segments.begins, contacts.starts, contacts.agents, times)
+    return pose_feet(layout.rig, source.pose(rows, times, joints=layout.rig.leg_joints))
+
+
+def plant_samples(planting: Planting, sample_times: FloatArray) -> Planted:
+    """All agents' frames at `sample_times` [s] (S,), and samples between those that would let a planted ball drift."""
+    layout = planting.layout
+    frames = lay_frames(layout.contacts, layout.segments, sample_times)
+    poses = plant_frames(planting, frames)
+    feet = pose_feet(layout.rig, poses)
+    tolerance = layout.options.subframe_slide
+    drifting = drifting_frames(layout, planting.feet, frames, poses, feet, tolerance=tolerance)
+    if drifting.any():
+        added, frames, order = insert_frames(layout, frames, drifting)
+        poses = merge_poses(poses, plant_frames(planting, added), order)
+        feet = pose_feet(layout.rig, poses)
+    return Planted(frames=frames, poses=poses, feet=feet)
+
+
+def plant_frames(planting: Planting, frames: Frames) -> Poses:
+    """Frames posed and planted."""
+    layout = planting.layout
+    joints = np.setdiff1d(np.arange(len(layout.skeleton.joints)), [layout.pelvis])
+    poses = planting.source.pose(frames.segments, frames.times, joints=joints)
+    clock = frames.times - layout.contacts.starts[frames.agents]
+    wp.launch(
+        plant_feet,
+        dim=len(frames.times),
+        inputs=[
+            layout.rig.arrays,
+            device_feet(layout, planting.feet, planting.detours),
+            wp.array(frames.contacts.astype(np.int32), dtype=wp.int32),
+            wp.array(clock.astype(np.float32), dtype=wp.float32),
+            poses.pelvis_positions,
+            poses.pelvis_rotations,
+            poses.rotations,
+        ],
+    )
+    return poses
+
+
+def cut_motions(
+    planting: Planting, planted: Planted, results: Sequence[StepResults], agents: Sequence[Agent]
+) -> list[Motion]:
+    """Samples cut into one motion an agent, the pelvis relative to its root."""
+    layout, frames, poses = planting.layout, planted.frames, planted.poses
+    root = root_at(layout.path, frames.segments, frames.times)
+    origins = layout.origins[frames.agents]
+    turn = quaternion.yaw_quaternion(-root[:, 3])
+    pelvis = quaternion.rotate(turn, poses.pelvis_positions.numpy() + (origins - root[:, :3]))
+    turned = quaternion.compose(turn, poses.pelvis_rotations.numpy())
+    rotations = poses.rotations.numpy()
+    rotations[:, layout.pelvis] = turned
+    motions = []
+    for index, agent in enumerate(agents):
+        own = slice(frames.first[index], frames.first[index + 1])
+        motions.append(
+            Motion(
+                name=agent.name,
+                times=frames.stamps[own],
+                root_positions=root[own, :3],
+                root_yaws=root[own, 3],
+                pelvis_positions=pelvis[own].astype(np.float32),
+                pelvis_rotations=turned[own].astype(np.float32),
+                rotations=rotations[own],
+                contacts=achieved_contacts(layout, planting.feet, index),
+                results=results[index],
+            )
+        )
+    return motions

@@ -1,0 +1,137 @@
+"""The recipe: footstep plans in, the centre of mass of all agents out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdfoot.maths.timeline import locate
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.contact_table import ContactTable, lay_contacts
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.physics.biped import PhysicsBiped
+from usdfoot.physics.energy import segment_energies
+from usdfoot.physics.heading import FootHeadings, OrientationScript, body_orientations, lay_headings
+from usdfoot.physics.options import PhysicsOptions
+from usdfoot.physics.results import StepForces, measure_forces
+from usdfoot.physics.samples import lay_samples
+from usdfoot.physics.solve import controls_of, optimise_unknowns
+from usdfoot.physics.spline import ComSpline, Knots, lay_knots
+from usdfoot.physics.support import Stance, find_stance
+
+__all__ = ["ComMotion", "ComSample", "optimise_com", "optimise_contacts"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ComSample:
+    """The body at F times."""
+
+    positions: FloatArray
+    """Centre of mass [m], world, shape (F, 3)."""
+    velocities: FloatArray
+    """[m/s], shape (F, 3)."""
+    accelerations: FloatArray
+    """[m/s^2], shape (F, 3)."""
+    orientations: FloatArray
+    """Body frame to world, xyzw, shape (F, 4)."""
+    stance: Stance
+    """Both legs."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ComMotion:
+    """The optimised centre of mass of A agents with one biped."""
+
+    contacts: ContactTable
+    """Footsteps and, where a plan begins or ends in mid gait, the contacts around them."""
+    biped: PhysicsBiped
+    options: PhysicsOptions
+    spline: ComSpline
+    headings: FootHeadings
+    scripts: tuple[OrientationScript | None, ...]
+    energies: FloatArray
+    """[P]'s E of each agent, shape (A,)."""
+    steps: StepForces
+    """What each contact's motion violates."""
+
+    def evaluate(self, agents: IntArray, times: FloatArray) -> ComSample:
+        """The body of `agents` (F,) at `times` (F,) [s]."""
+        options = self.options
+        positions, velocities, accelerations = self.spline.evaluate(agents, times)
+        return ComSample(
+            positions=positions,
+            velocities=velocities,
+            accelerations=accelerations,
+            orientations=body_orientations(self.headings, self.scripts, agents, times, window=options.heading_window),
+            stance=find_stance(self.contacts, self.biped, agents, times, smooth=options.support == "smooth"),
+        )
+
+
+def optimise_com(
+    plans: Sequence[FootstepPlan],
+    biped: PhysicsBiped,
+    options: PhysicsOptions | None = None,
+    *,
+    scripts: Sequence[OrientationScript | None] = (),
+) -> ComMotion:
+    """Centre of mass over footstep plans ([P] 2).
+
+    Args:
+        plans: One an agent.
+        biped: The character of all agents.
+        options: How to optimise.
+        scripts: Body orientation of each agent that has one; empty = no agent has.
+    """
+    return optimise_contacts(lay_contacts(plans), biped, options, scripts=scripts)
+
+
+def optimise_contacts(
+    contacts: ContactTable,
+    biped: PhysicsBiped,
+    options: PhysicsOptions | None = None,
+    *,
+    scripts: Sequence[OrientationScript | None] = (),
+) -> ComMotion:
+    """Centre of mass over contacts, which may have been laid on the ground since they were planned."""
+    options = options or PhysicsOptions()
+    knots = lay_knots(contacts, longest_segment=options.longest_segment)
+    headings = lay_headings(contacts)
+    samples = lay_samples(contacts, knots, biped, headings, scripts, options)
+    start = start_unknowns(contacts, knots, biped)
+    unknowns = optimise_unknowns(samples, knots, start, options, fixed=fixed_unknowns(contacts, knots))
+    controls = controls_of(unknowns, knots)
+    energies = segment_energies(samples, controls, gravity=options.gravity, comfort=options.comfort)
+    return ComMotion(
+        contacts=contacts,
+        biped=biped,
+        options=options,
+        spline=ComSpline(knots=knots, positions=unknowns[:, :3], velocities=unknowns[:, 3:]),
+        headings=headings,
+        scripts=tuple(scripts),
+        energies=np.bincount(knots.agents[knots.begins], energies, len(contacts.starts)).astype(float),
+        steps=measure_forces(contacts, knots, biped, samples, controls, gravity=options.gravity),
+    )
+
+
+def start_unknowns(contacts: ContactTable, knots: Knots, biped: PhysicsBiped) -> FloatArray:
+    """[P]'s start: each knot above its footprint by the nominal leg length, tangents zero, shape (K, 6)."""
+    rows = locate(contacts.agents, contacts.strikes, contacts.starts, knots.agents, knots.times)
+    unknowns = np.zeros((len(knots.times), 6))
+    unknowns[:, :3] = contacts.positions[rows]
+    unknowns[:, 1] += biped.nominal_length + biped.ankles[:, 1].mean() - biped.hips[:, 1].mean()
+    return unknowns
+
+
+def fixed_unknowns(contacts: ContactTable, knots: Knots) -> BoolArray:
+    """Velocities at the begin and end of motions that begin or end standing, shape (K, 6)."""
+    fixed = np.zeros((len(knots.times), 6), dtype=bool)
+    firsts = np.searchsorted(knots.agents, np.arange(len(contacts.starts)))
+    lasts = np.append(firsts[1:], len(knots.times)) - 1
+    rows = contacts.first[:-1]
+    fixed[firsts[contacts.strikes[rows] == contacts.strikes[rows + 1]], 3:] = True
+    rows = contacts.first[1:] - 1
+    stands = (contacts.steps[rows] >= 0) & (contacts.liftoffs[rows] == contacts.liftoffs[rows - 1])
+    fixed[lasts[stands], 3:] = True
+    return fixed

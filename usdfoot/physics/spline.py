@@ -1,0 +1,130 @@
+"""The path of the centre of mass: cubic Hermite segments that share position and velocity in time ([P] 2.3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdfoot.maths.timeline import locate
+from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.contact_table import ContactTable
+
+__all__ = ["ComSpline", "Knots", "hermite_basis", "lay_knots"]
+
+SHORTEST_SEGMENT = 0.02
+"""Events closer than this share a knot [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Knots:
+    """Knots of A agents, K in all, in order of agent and time; S = K - A segments lie between them."""
+
+    agents: IntArray
+    """Agent of each knot, shape (K,)."""
+    times: FloatArray
+    """[s], shape (K,)."""
+    starts: FloatArray
+    """First knot of each agent [s], shape (A,)."""
+    begins: IntArray
+    """Knot at the begin of each segment; the next knot is its end, shape (S,)."""
+
+    @property
+    def durations(self) -> FloatArray:
+        """Of the segments [s], shape (S,)."""
+        return self.times[self.begins + 1] - self.times[self.begins]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ComSpline:
+    """[P]'s v: 6 (m + 1) values for m segments."""
+
+    knots: Knots
+    positions: FloatArray
+    """Centre of mass at the knots [m], shape (K, 3)."""
+    velocities: FloatArray
+    """Its velocity there, in time: C1 whatever the durations [m/s], shape (K, 3)."""
+
+    def evaluate(self, agents: IntArray, times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Position, velocity and acceleration [m, m/s, m/s^2] at F times, shape (F, 3) each.
+
+        Outside an agent's time it rests where it begins or ends.
+        """
+        knots = self.knots
+        rows = locate(knots.agents[knots.begins], knots.times[knots.begins], knots.starts, agents, times)
+        first = knots.begins[rows]
+        length = knots.times[first + 1] - knots.times[first]
+        share = (times - knots.times[first]) / length
+        outside = (share < 0.0) | (share > 1.0)
+        basis = hermite_basis(np.clip(share, 0.0, 1.0), length)  # (3, F, 4)
+        basis[1:, outside] = 0.0
+        controls = np.stack(
+            [self.positions[first], self.velocities[first], self.positions[first + 1], self.velocities[first + 1]],
+            axis=1,
+        )
+        values = np.einsum("dfc,fcx->dfx", basis, controls)
+        return values[0], values[1], values[2]
+
+
+def hermite_basis(shares: FloatArray, durations: FloatArray) -> FloatArray:
+    """Weights of begin position, begin velocity, end position and end velocity in a cubic and its derivatives.
+
+    Args:
+        shares: Part of the segment passed, 0 to 1, any shape.
+        durations: Of the segments [s], the same shape.
+
+    Returns:
+        For position, velocity [1/s] and acceleration [1/s^2], shape (3, ..., 4).
+    """
+    x, length = shares, durations
+    rest = 1.0 - x
+    one = np.ones_like(x)
+    position = [rest**2 * (1.0 + 2.0 * x), length * x * rest**2, x**2 * (3.0 - 2.0 * x), -length * x**2 * rest]
+    slope = 6.0 * x * rest / length
+    velocity = [-slope, one - 4.0 * x + 3.0 * x**2, slope, 3.0 * x**2 - 2.0 * x]
+    bend = (6.0 - 12.0 * x) / length**2
+    acceleration = [-bend, (6.0 * x - 4.0) / length, bend, (6.0 * x - 2.0) / length]
+    return np.stack([np.stack(row, axis=-1) for row in (position, velocity, acceleration)])
+
+
+def lay_knots(contacts: ContactTable, *, longest_segment: float) -> Knots:
+    """Knots at every strike, at the begin of every flight and at the end ([P] Figure 6).
+
+    A flight is the time before a strike in which neither foot stands. Events closer than 20 ms share a knot; segments
+    longer than `longest_segment` [s] are divided.
+    """
+    inner = contacts.has_previous
+    rows = np.flatnonzero(inner)
+    before = np.where(contacts.has_previous[rows - 1], rows - 2, rows - 1)
+    takeoffs = np.maximum(contacts.liftoffs[rows - 1], contacts.liftoffs[before])
+    flying = takeoffs < contacts.strikes[rows]
+    count = len(contacts.starts)
+    everyone = np.arange(count)
+    agents = np.concatenate([everyone, contacts.agents, contacts.agents[rows[flying]], everyone])
+    times = np.concatenate([contacts.starts, contacts.strikes, takeoffs[flying], contacts.ends])
+    ranks = np.repeat([0, 1, 2, 3], [count, len(contacts.agents), int(flying.sum()), count])
+    inside = (ranks % 3 == 0) | (
+        (times > contacts.starts[agents] + SHORTEST_SEGMENT) & (times < contacts.ends[agents] - SHORTEST_SEGMENT)
+    )
+    agents, times, ranks = agents[inside], times[inside], ranks[inside]
+    order = np.lexsort((ranks, times, agents))
+    agents, times, ranks = agents[order], times[order], ranks[order]
+    apart = np.diff(times, prepend=-np.inf) >= SHORTEST_SEGMENT
+    kept = apart | (ranks % 3 == 0)
+    return _divided(agents[kept], times[kept], contacts.starts, longest_segment)
+
+
+def _divided(agents: IntArray, times: FloatArray, starts: FloatArray, longest: float) -> Knots:
+    """Knots with equal parts between those that lie too far apart."""
+    lengths = np.append(np.diff(times), 0.0)
+    last = np.append(agents[1:] != agents[:-1], True)
+    parts = np.where(last, 1, np.maximum(np.ceil(lengths / longest - 1e-9), 1)).astype(int)
+    part = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
+    knot_times = np.repeat(times, parts) + part * np.repeat(lengths / parts, parts)
+    knot_agents = np.repeat(agents, parts)
+    return Knots(
+        agents=knot_agents,
+        times=knot_times,
+        starts=starts,
+        begins=np.flatnonzero(knot_agents[:-1] == knot_agents[1:]),
+    )

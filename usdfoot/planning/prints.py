@@ -1,0 +1,96 @@
+"""Prints on the ground: the level a way keeps to, and feet that take on the ground's height and slope ([P] 2.1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from usdfoot.maths import quaternion
+from usdfoot.maths.types import BoolArray, FloatArray
+from usdfoot.model.ground import Ground, GroundSample
+
+__all__ = ["Prints", "follow_ground", "lay_prints", "print_orientations"]
+
+STEP_UP = 0.5
+"""Ground this far above [m] is still the same level."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prints:
+    """Footprints as the ground takes them."""
+
+    positions: FloatArray
+    """Ground under the balls [m], shape (N, 3)."""
+    orientations: FloatArray
+    """Turns +Z into the foot's forward and +Y into the ground's normal, unit xyzw, shape (N, 4)."""
+    walkable: BoolArray
+    """Whether feet may stand there, shape (N,)."""
+
+
+def follow_ground(
+    ground: Ground, points: FloatArray, near: FloatArray, *, starts: BoolArray, step_up: float = STEP_UP
+) -> GroundSample:
+    """The ground along ways, each keeping to the level it begins on.
+
+    The level of a point is the highest at most `step_up` above the point before it, so a way goes up the spiral stairs
+    and over or under the bridge as a walker would. A drop or rise of more than `step_up` is a gap: behind it the level
+    before it is looked for again. The heights are the fixed point of that rule, found for all points at once; where
+    nothing is above anything else they are there after two rounds.
+
+    Args:
+        ground: The terrain.
+        points: Densely sampled ways one after the other, (x, z) [m], shape (M, 2).
+        near: Heights the ways are drawn at [m], shape (M,); those at the starts choose the level.
+        starts: Whether a way begins at the point, shape (M,).
+        step_up: Highest step along the way [m].
+    """
+    levels = np.array(near, dtype=float)
+    sample = ground.heights(points, levels, step_up=step_up)
+    while True:
+        same = sample.hit & (starts | (np.abs(sample.heights - levels) <= step_up))
+        kept = np.where(same, sample.heights, levels)
+        following = np.where(starts, near, np.concatenate([kept[:1], kept[:-1]]))
+        changed = np.flatnonzero(following != levels)
+        if not changed.size:
+            return sample
+        levels = following
+        sample = _with(sample, changed, ground.heights(points[changed], levels[changed], step_up=step_up))
+
+
+def lay_prints(
+    ground: Ground, points: FloatArray, yaws: FloatArray, near: FloatArray, *, step_up: float = STEP_UP
+) -> Prints:
+    """Prints that take on the height and slope of the ground ([P] 2.1).
+
+    Args:
+        ground: The terrain.
+        points: Under the balls, (x, z) [m], shape (N, 2).
+        yaws: Where the feet point [rad], shape (N,).
+        near: Height of the way there [m], shape (N,).
+        step_up: Ground is looked for up to this far above `near` [m].
+    """
+    sample = ground.heights(points, near, step_up=step_up)
+    return Prints(
+        positions=np.stack([points[:, 0], sample.heights, points[:, 1]], axis=-1),
+        orientations=print_orientations(yaws, sample.normals),
+        walkable=sample.walkable,
+    )
+
+
+def print_orientations(yaws: FloatArray, normals: FloatArray) -> FloatArray:
+    """Orientations of prints that point along yaws [rad] (N,) seen from above and lie on normals (N, 3), (N, 4)."""
+    sine, cosine = np.sin(yaws), np.cos(yaws)
+    rise = -(normals[:, 0] * sine + normals[:, 2] * cosine) / normals[:, 1]
+    forward = np.stack([sine, rise, cosine], axis=-1)
+    forward /= np.linalg.norm(forward, axis=-1, keepdims=True)
+    return quaternion.from_matrix(np.stack([np.cross(normals, forward), normals, forward], axis=-1))
+
+
+def _with(sample: GroundSample, rows: np.ndarray, part: GroundSample) -> GroundSample:
+    """The sample with some of its points replaced."""
+    columns = {}
+    for name in ("heights", "normals", "walkable", "hit"):
+        columns[name] = getattr(sample, name).copy()
+        columns[name][rows] = getattr(part, name)
+    return replace(sample, **columns)

@@ -1,0 +1,61 @@
+"""Proportions: what a planner must know of the body that will walk."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdfoot.model.biped import Biped
+from usdfoot.model.skeleton import Skeleton, forward_kinematics
+
+__all__ = ["Proportions", "proportions_of"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Proportions:
+    """Sizes of a character; the defaults are those of a person of 1.75 m."""
+
+    leg_length: float = 0.86
+    """Hip to ankle with the knee straight [m]."""
+    foot_length: float = 0.13
+    """Ankle to ball along the ground, foot flat [m]."""
+    hip_width: float = 0.18
+    """Between the hip joints [m]."""
+
+    @property
+    def heel(self) -> float:
+        """From the ball back to the heel [m]: 0.4 of the foot behind the ankle (design.md section 2)."""
+        return 1.4 * self.foot_length
+
+    @property
+    def toe(self) -> float:
+        """From the ball ahead to the toes [m]."""
+        return 0.7 * self.foot_length
+
+    @property
+    def half_width(self) -> float:
+        """From the foot's middle line to its edge [m]."""
+        return 0.4 * self.foot_length
+
+    @property
+    def step_width(self) -> float:
+        """Between the balls of the feet across the way, in an easy walk [m]."""
+        return 0.65 * self.hip_width
+
+    @property
+    def highest_step(self) -> float:
+        """Highest rise of one step [m]."""
+        return 0.58 * self.leg_length
+
+
+def proportions_of(skeleton: Skeleton, biped: Biped) -> Proportions:
+    """Proportions of a character, from its rest pose."""
+    positions, _ = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
+    feet = positions[list(biped.balls)] - positions[list(biped.ankles)]
+    hips = positions[biped.hips[0]] - positions[biped.hips[1]]
+    return Proportions(
+        leg_length=biped.maximal_leg_length,
+        foot_length=float(np.hypot(feet[:, 0], feet[:, 2]).mean()),
+        hip_width=float(np.linalg.norm(hips)),
+    )

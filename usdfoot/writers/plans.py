@@ -1,0 +1,99 @@
+"""A layer of footstep plans, to sublayer over the scene they were made for."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pxr import Sdf, Vt
+
+from usdfoot.bridge import tokens
+from usdfoot.bridge.units import StageUnits
+from usdfoot.errors import OutputError
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.writers.footsteps import author_plan
+from usdfoot.writers.layers import LayerFormat, author, author_targets, define_prim, new_layer
+from usdfoot.writers.staging import staged_files
+
+__all__ = ["PLANS_SCOPE", "PlannedAgent", "write_plans"]
+
+PLANS_SCOPE = "/Plans"
+"""Where the plans stand in the layer."""
+SUFFIXES = (".usd", ".usda", ".usdc")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlannedAgent:
+    """One plan to write."""
+
+    name: str
+    """Name of the plan's prim, unique."""
+    plan: FootstepPlan
+    size: float = 0.13
+    """Of the prints: distance from ankle to ball [m]."""
+    agent: str = ""
+    """Path of the agent prim that shall walk it; empty = none."""
+    style: str = ""
+    """Style to walk in; empty = the agent's own."""
+
+
+def write_plans(
+    file: str | os.PathLike[str],
+    plans: Sequence[PlannedAgent],
+    *,
+    units: StageUnits,
+    frames_per_second: float,
+    sources: Sequence[str] = (),
+    provenance: Mapping[str, Any] | None = None,
+) -> Path:
+    """Write /Plans/<name> for every plan, and an `over` of each agent that points its usdfoot:agent:plan there.
+
+    Args:
+        file: .usd, .usda or .usdc to write, replaced if it exists.
+        plans: At least one.
+        units: Of the scene the layer belongs to.
+        frames_per_second: Its playback rate.
+        sources: Layers of the scene, which must not be replaced.
+        provenance: For `customLayerData["usdfoot"]`.
+
+    Raises:
+        OutputError: If the file's name is no USD layer's, would replace the scene, or cannot be written.
+    """
+    target = Path(os.path.realpath(file))
+    if target.suffix not in SUFFIXES:
+        raise OutputError(file, "is no name of a USD layer", f"name a file that ends in {', '.join(SUFFIXES)}")
+    if target in {Path(os.path.realpath(source)) for source in sources}:
+        raise OutputError(file, "is a layer of the scene", "name another file")
+    if not plans:
+        raise OutputError(file, "there is no plan to write")
+    layer = _layer_of(plans, units, frames_per_second)
+    layer.customLayerData = {tokens.PROVENANCE: dict(provenance or {})}
+    with staged_files(target.parent) as files:
+        files.add_layer(target.name, layer)
+    return target
+
+
+def _layer_of(plans: Sequence[PlannedAgent], units: StageUnits, frames_per_second: float) -> Sdf.Layer:
+    """The layer in memory."""
+    codes = [units.times_to_codes(part.plan.strike_times[0]) for part in plans]
+    ends = [units.times_to_codes(part.plan.liftoff_times.max()) for part in plans]
+    layer_format = LayerFormat(
+        units=units, frames_per_second=frames_per_second, start_code=float(min(codes)), end_code=float(max(ends))
+    )
+    layer = new_layer(layer_format, text=True)
+    layer.defaultPrim = Sdf.Path(PLANS_SCOPE).name
+    with Sdf.ChangeBlock():
+        define_prim(layer, PLANS_SCOPE, "Scope")
+    for part in plans:
+        path = f"{PLANS_SCOPE}/{part.name}"
+        with Sdf.ChangeBlock():
+            prim = author_plan(layer, path, part.plan, size=part.size, units=units)
+            if part.style:
+                styles = Vt.TokenArray([part.style] * len(part.plan))
+                author(prim, tokens.Plan.STYLES, Sdf.ValueTypeNames.TokenArray, styles, uniform=True)
+            if part.agent:
+                author_targets(Sdf.CreatePrimInLayer(layer, part.agent), tokens.Agent.PLAN, [path])
+    return layer
