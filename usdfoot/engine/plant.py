@@ -11,6 +11,8 @@ __all__ = ["FootArrays", "measure_legs", "plant_feet"]
 
 MOST_RAISE = wp.constant(1.2)
 """Largest pitch of a foot on its ball [rad]."""
+PAST_UPRIGHT = wp.constant(0.3)
+"""How far the ankle of a foot that is raised to reach may pass its ball [rad], however deep the step."""
 
 
 @wp.struct
@@ -70,7 +72,7 @@ def longest_leg(rig: LegRig, leg: Leg) -> float:
 
 @wp.func
 def reaching_raise(ankle: wp.vec3f, ball: wp.vec3f, hip: wp.vec3f, lateral: wp.vec3f, longest: float) -> float:
-    """Pitch about the ball that brings the ankle of a flat foot within `longest` of the hip; at most MOST_RAISE.
+    """Pitch about the ball that brings the ankle of a flat foot within `longest` of the hip, as far as feet go.
 
     The ankle moves on a circle about the ball in the plane across `lateral`; the nearest pitch on it that reaches.
     """
@@ -83,7 +85,9 @@ def reaching_raise(ankle: wp.vec3f, ball: wp.vec3f, hip: wp.vec3f, lateral: wp.v
     lengths = wp.max(wp.length(foot) * wp.length(leg), 1.0e-6)
     apart = wp.acos(wp.clamp(square / (2.0 * lengths), -1.0, 1.0))
     now = wp.atan2(wp.dot(wp.cross(foot, leg), lateral), wp.dot(foot, leg))
-    return wp.min(now - apart, MOST_RAISE)
+    up = wp.vec3f(0.0, 1.0, 0.0) - lateral[1] * lateral
+    upright = wp.atan2(wp.dot(wp.cross(foot, up), lateral), wp.dot(foot, up))
+    return wp.min(now - apart, wp.min(MOST_RAISE, upright + PAST_UPRIGHT))
 
 
 @wp.func
