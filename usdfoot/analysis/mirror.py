@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from usdfoot.analysis.axes import best_turn
 from usdfoot.analysis.joint_pairs import joint_pairs
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray, IntArray
@@ -70,25 +71,12 @@ def _related(skeleton: Skeleton, partners: IntArray, *, square: bool) -> tuple[M
         children = np.flatnonzero(skeleton.parents == joint)
         offsets = skeleton.rest_translations[children]
         images = skeleton.rest_translations[partners[children]] * REFLECTION
-        relations[joint] = _best_turn(offsets, images, expected)
+        relations[joint] = best_turn(offsets, images, expected)
         between = quaternion.compose(quaternion.inverse(expected), relations[joint])
         contradiction = max(contradiction, float(np.linalg.norm(quaternion.to_rotation_vector(between))))
         if square:
             relations[joint] = _squared(offsets, images, relations[joint])
     return MirrorMap(partners=partners, relations=relations, parent_inverses=inverses), contradiction
-
-
-def _best_turn(offsets: FloatArray, images: FloatArray, expected: FloatArray) -> FloatArray:
-    """Rotation that turns offsets (K, 3) onto images (K, 3), as near to `expected` (4,) as they leave it free."""
-    size = float(np.sum(offsets**2))
-    if size < 1e-12:
-        return expected
-    moments = images.T @ offsets / size
-    for _ in range(4):
-        left, _, right = np.linalg.svd(moments + 1e-3 * quaternion.to_matrix(expected))
-        handed = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
-        expected = quaternion.from_matrix((left * handed) @ right)
-    return expected
 
 
 def _squared(offsets: FloatArray, images: FloatArray, relation: FloatArray) -> FloatArray:
@@ -103,7 +91,7 @@ def _squared(offsets: FloatArray, images: FloatArray, relation: FloatArray) -> F
     size = float(np.linalg.norm(offsets))
     if not is_rotation or np.linalg.norm(images - offsets @ axes.T) > SQUARE_MISFIT * size + 1e-9:
         return relation
-    turned = _best_turn(offsets, images, quaternion.from_matrix(axes))
+    turned = best_turn(offsets, images, quaternion.from_matrix(axes))
     same = np.linalg.norm(images - quaternion.rotate(turned, offsets)) <= SAME_SHAPE * size
     return turned if same else quaternion.from_matrix(axes)
 
