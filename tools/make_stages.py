@@ -1,4 +1,4 @@
-"""Makes `stages/`: the person, its clips, terrains and scenes. The same bytes on every run.
+"""Makes `stages/`: the person, its clips, a bird, a dinosaur, terrains and scenes. The same bytes on every run.
 
 Example: python tools/make_stages.py -o stages
 """
@@ -6,7 +6,10 @@ Example: python tools/make_stages.py -o stages
 import argparse
 from pathlib import Path
 
+from stagecraft.animal_stage import write_animal
+from stagecraft.bird import bird
 from stagecraft.clips_stage import make_clip, write_clips
+from stagecraft.dinosaur import dinosaur
 from stagecraft.figures import measure, table
 from stagecraft.gaits import all_clips
 from stagecraft.human_stage import write_human
@@ -21,6 +24,8 @@ def make_stages(folder: Path) -> list[Path]:
     rig, foot = human_rig(), human_foot()
     clips = [make_clip(plan, rig, foot) for plan in all_clips()]
     write_human(folder / "human.usdc", rig, foot)
+    write_animal(folder / "bird.usdc", bird())
+    write_animal(folder / "dinosaur.usdc", dinosaur())
     write_clips(folder / "clips.usdc", clips, rig, human="./human.usdc")
     write_terrains(folder)
     write_scenes(folder)

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from usdfoot.analysis.feet import heels_ahead
 from usdfoot.analysis.figures import (
     FrameRanges,
     contact_figures,
@@ -129,7 +130,7 @@ def test_heel_lies_behind_the_ankle_on_the_sole():
         name="feet",
         joints=("p", "p/la", "p/la/lb", "p/ra", "p/ra/rb"),
         parents=np.array([-1, 0, 1, 0, 3]),
-        rest_translations=np.array([[0, 1, 0], [0.1, -0.9, 0], [0, 0, 0.13], [-0.1, -0.9, 0], [0, -0.05, 0.12]], float),
+        rest_translations=np.array([[0, 1, 0], [0.1, -0.9, 0], [0, 0, 0.13], [-0.1, -0.9, 0], [0, 0.05, 0.12]], float),
         rest_rotations=np.array([[0, 0, 0, 1]] + [[0.38268343, 0, 0, 0.92387953], [0, 0, 0, 1]] * 2, float),
     )
     biped = Biped(
@@ -147,3 +148,8 @@ def test_heel_lies_behind_the_ankle_on_the_sole():
     pitched = quaternion.rotate(skeleton.rest_rotations[[1, 3]], offsets)
     np.testing.assert_allclose(pitched[0], [0.0, -0.13 * np.sqrt(0.5) - 0.03, -0.4 * 0.13], atol=1e-7)
     np.testing.assert_allclose(pitched[1, 2], -0.4 * np.hypot(0.05, 0.12), atol=1e-7)
+
+
+def test_a_foot_that_stands_on_its_toes_rests_on_the_pad_under_the_ball():
+    steep = heels_ahead(np.array([0.2, 0.135]), np.array([0.33, 0.056]), np.array([0.07, 0.034]))
+    np.testing.assert_allclose(steep, [0.2 - 0.07, -0.4 * np.hypot(0.135, 0.056)])

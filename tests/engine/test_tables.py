@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -128,13 +126,3 @@ def test_a_library_that_lacks_a_foot_is_a_problem_not_an_end():
     motions, problems = animate_crowd(crowd(library, [way(4)]))
     assert motions == []
     assert any(problem.severity == "error" and problem.where == "/World/agent0" for problem in problems)
-
-
-def test_agents_that_ask_for_physics_are_named(walker_library):
-    scene = crowd(walker_library.source, [way(4), way(4), way(4)])
-    wanted = ("clips", "physics", "hybrid")
-    agents = tuple(replace(agent, motion=motion) for agent, motion in zip(scene.agents, wanted, strict=True))
-    motions, problems = animate_crowd(replace(scene, agents=agents))
-    assert [motion.name for motion in motions] == ["agent0", "agent2"]
-    told = [(problem.severity, problem.where) for problem in problems if "usdfoot:agent:motion" in problem.message]
-    assert told == [("error", "/World/agent1"), ("warning", "/World/agent2")]

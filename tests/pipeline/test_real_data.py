@@ -1,5 +1,8 @@
 """Real clips on the way from footsteps to a measured crowd."""
 
+import json
+
+import numpy as np
 import pytest
 from pxr import Usd, UsdValidation
 
@@ -28,6 +31,19 @@ def test_scene_is_animated_within_its_targets(shared_data, tmp_path, name):
     files = {layer.realPath for layer in stage.GetUsedLayers() if layer.realPath}
     outside = [file for file in files if not file.startswith(str(tmp_path / "collected"))]
     assert not outside
+
+
+def test_tracked_people_are_followed(shared_data, tmp_path):
+    report = animate(shared_data / "scenes" / "crowd_zara.usda", tmp_path)
+    assert len(report.results) == 20 and not report.problems
+    assert {status for results in report.results.values() for status in results.status} <= {"ok", "outsideHull"}
+    agents = json.loads(report.report_file.read_text())["agents"]
+    assert all(agent["trajectory"]["rootDistanceMean"] < 0.06 for agent in agents)
+    assert all(np.mean(agent["trajectory"]["velocityError"]) < 0.1 for agent in agents)
+    again = animate(report.crowd_file, tmp_path / "again", agents="person_079")  # the footsteps are a plan like any
+    assert again.results["person_079"].status == report.results["person_079"].status
+    validation = validate(again.crowd_file)
+    assert not [figure for figure in validation.total.figures if figure.name in PLACED and not figure.passed]
 
 
 @pytest.mark.parametrize(

@@ -196,19 +196,17 @@ def test_a_plan_nobody_walks_is_a_warning():
     ]
 
 
-@pytest.mark.parametrize("word", ["path", "trajectory"])
-def test_agents_without_footsteps_are_named(tmp_path, word):
+def test_agents_whose_path_is_no_curve_are_named(tmp_path):
     stage = crowd_stage(tmp_path)
     prim = stage.GetPrimAtPath("/World/Group0/Walker")
     prim.RemoveProperty(Token.PLAN)
     UsdGeom.Xform.Define(stage, "/World/Way")
-    add_agent(stage, "/World/Group0/Walker", **{word: "/World/Way"})
+    add_agent(stage, "/World/Group0/Walker", path="/World/Way")
     scene = read_scene(stage)
     assert len(scene.crowd.agents) == 2
     (message,) = messages(scene)
-    assert message == (
-        f"/World/Group0/Walker: follows a {word} but has no footsteps. this needs a footstep plan for now: point "
-        "usdfoot:agent:plan at a PointInstancer with UsdfootPlanAPI"
+    assert message.startswith(
+        "/World/Group0/Walker: /World/Way: is Xform. a path is a BasisCurves or HermiteCurves prim"
     )
 
 
@@ -354,9 +352,10 @@ def test_the_real_scenes(shared_data, name, footsteps):
     assert sum(bed) == (1 if name == "stepping_stones" else 0)
 
 
-def test_the_trajectories_need_footsteps_for_now(shared_data):
-    with pytest.raises(SceneError, match="/World/Agents/person_075: follows a trajectory but has no footsteps"):
-        read_scene(shared_data / "scenes" / "crowd_zara.usda")
+def test_tracked_people_are_followers(shared_data):
+    crowd = read_scene(shared_data / "scenes" / "crowd_zara.usda").crowd
+    assert not crowd.agents and len(crowd.followers) == 20 and not crowd.problems
+    assert {follower.name for follower in crowd.followers} >= {"person_075", "person_097"}
 
 
 @pytest.mark.parametrize("name", ["pab/pab_walk.usdc", "knight/knight_Walking_A.usdc"])

@@ -57,7 +57,7 @@ def _trousers(rig: Rig) -> Part:
     )
     solid = cut(blend([seat, mirrored(cut(leg, (0, 0.078, 0), (0, -1, 0)))], 0.03), (0, 1.055, 0), (0, 1, 0))
     mesh = mesh_solid(solid, np.array([-0.22, 0.06, -0.17]), np.array([0.22, 1.08, 0.15]), 0.0155)
-    return _coloured("Trousers", mesh, TROUSERS, [(mesh.points[:, 1] > 1.03, BELT)])
+    return coloured("Trousers", mesh, TROUSERS, [(mesh.points[:, 1] > 1.03, BELT)])
 
 
 def _shirt(rig: Rig) -> Part:
@@ -80,7 +80,7 @@ def _shirt(rig: Rig) -> Part:
     )
     mesh = mesh_solid(solid, np.array([-0.42, 0.9, -0.17]), np.array([0.42, 1.53, 0.16]), 0.0155)
     collar = (mesh.points @ [0.0, 1.0, 0.45] > 1.478) & (np.abs(mesh.points[:, 0]) < 0.085)
-    return _coloured("Shirt", mesh, SHIRT, [(collar, COLLAR)])
+    return coloured("Shirt", mesh, SHIRT, [(collar, COLLAR)])
 
 
 def _skin(rig: Rig) -> Part:
@@ -107,7 +107,7 @@ def _skin(rig: Rig) -> Part:
     x, y, z = mesh.points.T
     lips = (np.abs(x) < 0.024) & (np.abs(y - 1.588) < 0.0085) & (z > 0.085)
     brows = (np.abs(np.abs(x) - 0.032) < 0.017) & (np.abs(y - 1.668) < 0.005) & (z > 0.06)
-    return _coloured("Skin", mesh, SKIN, [(lips, LIPS), (brows, HAIR)])
+    return coloured("Skin", mesh, SKIN, [(lips, LIPS), (brows, HAIR)])
 
 
 def _arm(rig: Rig) -> Solid:
@@ -147,7 +147,7 @@ def _eyes() -> Part:
         0.0035,
     )
     away = np.hypot(np.abs(mesh.points[:, 0]) - 0.031, mesh.points[:, 1] - 1.646)
-    return _coloured("Eyes", mesh, EYE_WHITE, [((away < 0.0062) & (mesh.points[:, 2] > 0.078), PUPIL)])
+    return coloured("Eyes", mesh, EYE_WHITE, [((away < 0.0062) & (mesh.points[:, 2] > 0.078), PUPIL)])
 
 
 def _hair() -> Part:
@@ -160,7 +160,7 @@ def _hair() -> Part:
     )
     hairline = cut(cut(cap, (0, 1.690, 0.052), (0.0, -0.42, 0.9), 0.02), (0, 1.560, 0), (0, -1, 0))
     mesh = mesh_solid(hairline, np.array([-0.1, 1.53, -0.12]), np.array([0.1, 1.77, 0.12]), 0.0095)
-    return _coloured("Hair", mesh, HAIR, [])
+    return coloured("Hair", mesh, HAIR, [])
 
 
 def _shoes(rig: Rig) -> Part:
@@ -177,20 +177,25 @@ def _shoes(rig: Rig) -> Part:
     )
     solid = cut(cut(shoe, (0, 0, 0), (0, -1, 0), 0.006), (0, 0.135, 0), (0, 1, 0))
     mesh = mesh_solid(mirrored(solid), np.array([-0.18, -0.02, -0.14]), np.array([0.18, 0.16, 0.2]), 0.0105)
+    level = on_ground(mesh)
+    return coloured("Shoes", level, SHOE, [(level.points[:, 1] < 0.024, SOLE)])
+
+
+def on_ground(mesh: QuadMesh) -> QuadMesh:
+    """The mesh with a level sole at y = 0 and nothing below it."""
     points = mesh.points.copy()
-    under = (mesh.normals[:, 1] < -0.8) & (points[:, 1] < 0.006)
-    points[under, 1] = 0.0
+    points[(mesh.normals[:, 1] < -0.8) & (points[:, 1] < 0.006), 1] = 0.0
     points[:, 1] = np.maximum(points[:, 1], 0.0)
-    level = QuadMesh(points=points, normals=mesh.normals, quads=mesh.quads)
-    return _coloured("Shoes", level, SHOE, [(points[:, 1] < 0.024, SOLE)])
+    return QuadMesh(points=points, normals=mesh.normals, quads=mesh.quads)
 
 
-def _coloured(
+def coloured(
     name: str,
     mesh: QuadMesh,
     base: tuple[float, float, float],
     patches: list[tuple[np.ndarray, tuple[float, float, float]]],
 ) -> Part:
+    """A part of one colour with patches of others; each patch is a mask of the vertices and its colour."""
     colours = np.tile(base, (len(mesh.points), 1))
     for where, colour in patches:
         colours[where] = colour

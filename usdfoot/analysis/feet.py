@@ -9,10 +9,27 @@ from usdfoot.analysis.sampling import samples_within
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
 
-__all__ = ["HEEL_REACH", "heel_offsets"]
+__all__ = ["HEEL_REACH", "heel_offsets", "heels_ahead"]
 
 HEEL_REACH = 0.4
 """How far the heel lies behind the ankle, as a fraction of the distance from ankle to ball (design.md section 2)."""
+
+STEEPEST_FOOT = np.radians(50.0)
+"""A flat foot whose ball lies more steeply below its ankle has no heel: high heels are below this, metatarsi above."""
+
+
+def heels_ahead(ahead: FloatArray, drop: FloatArray, ball_heights: FloatArray) -> FloatArray:
+    """How far each heel's point of the sole lies ahead of the ankle of a flat foot, negative behind it [m], any shape.
+
+    A foot steeper than `STEEPEST_FOOT` stands on its toes (birds, dinosaurs): its ankle is no heel. It rests on the pad
+    under the ball, which reaches as far back as the ball is high.
+
+    Args:
+        ahead: Ball ahead of the ankle [m].
+        drop: Ball below the ankle [m].
+        ball_heights: Ball above the sole [m].
+    """
+    return np.where(drop > np.tan(STEEPEST_FOOT) * ahead, ahead - ball_heights, -HEEL_REACH * np.hypot(ahead, drop))
 
 
 def heel_offsets(
@@ -43,9 +60,9 @@ def heel_offsets(
     ball = np.median(quaternion.rotate(inverses, balls - ankles), axis=0)
     drop = np.sum(ball * up, axis=-1, keepdims=True)
     forward = ball - drop * up
-    forward = forward / np.maximum(np.linalg.norm(forward, axis=-1, keepdims=True), 1e-9)
-    reach = HEEL_REACH * np.linalg.norm(ball, axis=-1, keepdims=True)
-    return (drop - ball_heights[:, None]) * up - reach * forward
+    ahead = np.linalg.norm(forward, axis=-1, keepdims=True)
+    forward = forward / np.maximum(ahead, 1e-9)
+    return (drop - ball_heights[:, None]) * up + heels_ahead(ahead, -drop, ball_heights[:, None]) * forward
 
 
 def _unrest(ankles: FloatArray, balls: FloatArray, ankle_rotations: FloatArray, rate: float) -> FloatArray:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdfoot.analysis.feet import HEEL_REACH
+from usdfoot.analysis.feet import heels_ahead
 from usdfoot.analysis.flat_feet import flat_turns
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
@@ -144,7 +144,8 @@ def sole_offsets(skeleton: Skeleton, biped: Biped, stances: Sequence[FloatArray]
     """Heel points of both soles in the frames of the ankle joints [m], shape (2, 3).
 
     The heel is the point of the sole under the ankle, moved back by 0.4 of the distance from ankle to ball
-    (design.md section 2), where the feet stand level: in the rest pose, or else in mid stance.
+    (design.md section 2), where the feet stand level: in the rest pose, or else in mid stance. Feet that stand on their
+    toes have none (`heels_ahead`).
 
     Args:
         skeleton: The character's.
@@ -158,8 +159,8 @@ def sole_offsets(skeleton: Skeleton, biped: Biped, stances: Sequence[FloatArray]
     flat = flat_turns(turns, stances, offsets) if stances is not None else None
     turns = turns if flat is None else flat
     across = quaternion.rotate(turns, offsets)  # (2, 3)
-    reach = HEEL_REACH * np.linalg.norm(across, axis=1)
-    back = planar.direction(planar.yaw_of(across[:, [0, 2]])) * -reach[:, None]
+    reach = heels_ahead(np.linalg.norm(across[:, [0, 2]], axis=1), -across[:, 1], biped.ball_heights)
+    back = planar.direction(planar.yaw_of(across[:, [0, 2]])) * reach[:, None]
     heels = np.stack([back[:, 0], across[:, 1] - biped.ball_heights, back[:, 1]], axis=1)
     return quaternion.rotate(quaternion.inverse(turns), heels)
 

@@ -123,8 +123,8 @@ def time_footsteps(
     after = np.concatenate([step_times[1:], [np.inf]])
     liftoffs = strikes[1:] + np.minimum(overlaps, 0.5 * after)
     liftoffs = np.maximum(liftoffs, strikes[:-1] + 0.25 * steps.step_times)
-    last = max(strikes[-1] + steps.step_times[-1], liftoffs[-1])
-    liftoffs = np.append(liftoffs, last)
+    last = strikes[-1] + steps.step_times[-1] + (0.0 if ends_standing else steps.overlaps[-1])
+    liftoffs = np.append(liftoffs, max(last, liftoffs[-1]))
     if ends_standing:
-        liftoffs[-2] = last
+        liftoffs[-2] = liftoffs[-1]
     return FootstepTimes(strike_times=strikes, liftoff_times=liftoffs)

@@ -11,8 +11,10 @@ import numpy as np
 
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.agent import Agent
-from usdfoot.model.motion import Motion, StepResults
+from usdfoot.model.motion import ForceResults, Motion, StepResults
 from usdfoot.model.report import Problem
+from usdfoot.planning.follow import Following
+from usdfoot.planning.followers import following_figures
 
 __all__ = ["ChunkRecord", "parse_record", "problem_json", "record_of"]
 
@@ -39,6 +41,8 @@ def record_of(
     motions: Sequence[Motion],
     problems: Sequence[Problem],
     sources: Mapping[str, Mapping[str, float]],
+    *,
+    followings: Mapping[str, Following],
 ) -> str:
     """A chunk's record as JSON.
 
@@ -47,9 +51,13 @@ def record_of(
         motions: As written.
         problems: Of the chunk.
         sources: Figures of the source clips by agent.
+        followings: How those that follow a trajectory were planned, by agent.
     """
     by_name = {agent.name: agent for agent in agents}
-    entries = [_agent_json(by_name[motion.name], motion, sources.get(motion.name, {})) for motion in motions]
+    entries = [
+        _agent_json(by_name[motion.name], motion, sources.get(motion.name, {}), followings.get(motion.name))
+        for motion in motions
+    ]
     record = {"agents": entries, "problems": [problem_json(problem) for problem in problems]}
     return json.dumps(record, sort_keys=True, allow_nan=False)
 
@@ -74,7 +82,9 @@ def problem_json(problem: Problem) -> dict[str, str]:
     return {"severity": problem.severity, "where": problem.where, "message": problem.message}
 
 
-def _agent_json(agent: Agent, motion: Motion, source: Mapping[str, float]) -> dict[str, Any]:
+def _agent_json(
+    agent: Agent, motion: Motion, source: Mapping[str, float], following: Following | None
+) -> dict[str, Any]:
     results = motion.results
     ends = np.cumsum(results.clip_counts)
     clips = [
@@ -86,6 +96,7 @@ def _agent_json(agent: Agent, motion: Motion, source: Mapping[str, float]) -> di
         "prim": agent.source,
         "plan": agent.plan.name,
         "source": dict(source),
+        "trajectory": following_figures(following, motion) if following else None,
         "steps": {
             "status": list(results.status),
             "blendError": _numbers(results.blend_error),
@@ -97,7 +108,19 @@ def _agent_json(agent: Agent, motion: Motion, source: Mapping[str, float]) -> di
             "rootWeight": _numbers(results.root_weight),
             "beta": _numbers(results.beta),
             "clips": clips,
+            **_forces_json(results.forces),
         },
+    }
+
+
+def _forces_json(forces: ForceResults | None) -> dict[str, list[float | None]]:
+    """Columns of motions that physics makes; none of others."""
+    if forces is None:
+        return {}
+    return {
+        "forceImbalance": _numbers(forces.force_imbalance),
+        "clampTime": _numbers(forces.clamp_time),
+        "jumpHeight": _numbers(forces.jump_height),
     }
 
 
@@ -122,6 +145,17 @@ def _step_results(steps: Mapping[str, Any]) -> StepResults:
         clip_counts=np.array([len(step) for step in weights], dtype=np.intp),
         clips=tuple(name for step in steps["clips"] for name in step),
         clip_weights=np.array([weight for step in weights for weight in step], dtype=float),
+        forces=_force_results(steps),
+    )
+
+
+def _force_results(steps: Mapping[str, Any]) -> ForceResults | None:
+    if "forceImbalance" not in steps:
+        return None
+    return ForceResults(
+        force_imbalance=_values(steps["forceImbalance"]),
+        clamp_time=_values(steps["clampTime"]),
+        jump_height=_values(steps["jumpHeight"]),
     )
 
 

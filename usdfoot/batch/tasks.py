@@ -12,10 +12,10 @@ import numpy as np
 from usdfoot import __version__
 from usdfoot.batch.hashing import content_hash
 from usdfoot.bridge.scene import Scene
-from usdfoot.bridge.tokens import ChunkFiles, chunk_files
+from usdfoot.bridge.tokens import ChunkFiles, File, chunk_files
 from usdfoot.bridge.versions import library_versions
-from usdfoot.engine.options import EngineOptions
-from usdfoot.model.agent import Agent
+from usdfoot.model.agent import Agent, Follower
+from usdfoot.physics.motion_options import MotionOptions
 
 __all__ = ["ChunkTask", "cut_chunks"]
 
@@ -24,13 +24,15 @@ __all__ = ["ChunkTask", "cut_chunks"]
 class ChunkTask:
     """What a worker is told: names and numbers, never what was read of the scene."""
 
+    index: int
+    """Of the chunk."""
     scene: str
     """The scene's file."""
     inputs: str
     """Hash of the sizes and times of the scene's files: a worker that has read others must read again."""
     frames: tuple[int, int]
     """First and last time code of the crowd."""
-    options: EngineOptions
+    options: MotionOptions
     folder: str
     files: ChunkFiles
     agents: tuple[str, ...]
@@ -44,45 +46,56 @@ def cut_chunks(
     scene: Scene,
     references: Sequence[tuple[str, str]],
     *,
+    names: Sequence[str],
     folder: Path,
-    options: EngineOptions,
+    options: MotionOptions,
     size: int,
 ) -> tuple[ChunkTask, ...]:
     """The agents of a scene, in its order, `size` to a chunk.
 
+    An agent that is muted or cannot be read keeps its place, so that the other chunks stay as they are without it.
+
     Args:
         scene: As read.
         references: Asset and prim path of each character of the scene.
+        names: Of all agents that were asked for.
         folder: Where the crowd goes.
-        options: Of the engine.
+        options: Of the sources of motion.
         size: Agents a chunk.
     """
-    agents = scene.crowd.agents
+    readable = {agent.name: agent for agent in scene.crowd.everyone}
     hashes = _Hashes(scene, references, options)
-    starts = range(0, len(agents), size)
+    inputs = _inputs((*scene.stage.layers, str(folder / File.OVERRIDES)))
+    parts = [
+        [readable[name] for name in names[start : start + size] if name in readable]
+        for start in range(0, len(names), size)
+    ]
     return tuple(
         ChunkTask(
+            index=index,
             scene=scene.stage.identifier,
-            inputs=_inputs(scene.stage.layers),
+            inputs=inputs,
             frames=(int(scene.frame_codes[0]), int(scene.frame_codes[-1])),
             options=options,
             folder=str(folder),
-            files=chunk_files(index, len(starts)),
-            agents=tuple(agent.name for agent in agents[start : start + size]),
-            references=tuple(references[agent.character] for agent in agents[start : start + size]),
-            content_hash=hashes.of(agents[start : start + size]),
+            files=chunk_files(index, len(parts)),
+            agents=tuple(agent.name for agent in part),
+            references=tuple(references[agent.character] for agent in part),
+            content_hash=hashes.of(part),
         )
-        for index, start in enumerate(starts)
+        for index, part in enumerate(parts)
+        if part
     )
 
 
 class _Hashes:
     """Content hashes of chunks; what agents share is hashed once."""
 
-    def __init__(self, scene: Scene, references: Sequence[tuple[str, str]], options: EngineOptions) -> None:
+    def __init__(self, scene: Scene, references: Sequence[tuple[str, str]], options: MotionOptions) -> None:
         stage, crowd = scene.stage, scene.crowd
         versions = {"usdfoot": __version__, **library_versions()}
         self._times = crowd.frame_times
+        self._frames = scene.plan_frames
         self._common = content_hash(
             versions, options, stage.units, stage.frames_per_second, crowd.terrain, crowd.frame_rate
         )
@@ -92,17 +105,18 @@ class _Hashes:
             for character, reference in zip(scene.characters, references, strict=True)
         ]
 
-    def of(self, agents: Sequence[Agent]) -> str:
+    def of(self, agents: Sequence[Agent | Follower]) -> str:
         """The hash of a chunk with these agents."""
         return content_hash(self._common, [self._agent(agent) for agent in agents])
 
-    def _agent(self, agent: Agent) -> str:
+    def _agent(self, agent: Agent | Follower) -> str:
         """Frames count only as far as they lie within the agent's own interval: outside it has none."""
-        plan, last = agent.plan, len(self._times) - 1
-        begin = np.searchsorted(self._times, plan.strike_times[0], side="right") - 1
-        end = np.searchsorted(self._times, plan.liftoff_times.max())
+        (start, stop), last = agent.interval, len(self._times) - 1
+        begin = np.searchsorted(self._times, start, side="right") - 1
+        end = np.searchsorted(self._times, stop)
         frames = self._times[np.clip([begin, end], 0, last)]
-        return content_hash(agent, frames, self._libraries[agent.library], self._characters[agent.character])
+        frame = self._frames.get(agent.name)
+        return content_hash(agent, frame, frames, self._libraries[agent.library], self._characters[agent.character])
 
 
 def _inputs(layers: Sequence[str]) -> str:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
+from pathlib import Path
 
 from usdfoot.batch.records import record_of
 from usdfoot.batch.sources import source_figures
 from usdfoot.batch.tasks import ChunkTask
-from usdfoot.engine.animate import PreparedLibraries, animate_crowd
-from usdfoot.engine.options import EngineOptions
+from usdfoot.engine.animate import PreparedLibraries
+from usdfoot.physics.animate import animate_all
+from usdfoot.physics.motion_options import MotionOptions
+from usdfoot.planning.followers import plan_followers
 from usdfoot.readers.scene import SceneReader
 from usdfoot.writers.chunks import write_chunk
 
@@ -20,10 +24,10 @@ class Workshop:
 
     Args:
         reader: Of the scene.
-        options: Of the engine.
+        options: Of the sources of motion.
     """
 
-    def __init__(self, reader: SceneReader, options: EngineOptions) -> None:
+    def __init__(self, reader: SceneReader, options: MotionOptions) -> None:
         self._reader = reader
         self._options = options
         self._libraries = PreparedLibraries(options)
@@ -38,8 +42,12 @@ class Workshop:
             OutputError: If the folder cannot be written to.
         """
         scene = self._reader.read(names=task.agents)
-        motions, problems = animate_crowd(scene.crowd, options=self._options, libraries=self._libraries)
-        record = record_of(scene.crowd.agents, motions, problems, source_figures(scene.crowd, motions))
+        crowd, followings, lost = plan_followers(scene.crowd, options=self._options, libraries=self._libraries)
+        scene = replace(scene, crowd=crowd)
+        motions, problems = animate_all(crowd, options=self._options, libraries=self._libraries)
+        record = record_of(
+            crowd.agents, motions, [*lost, *problems], source_figures(crowd, motions), followings=followings
+        )
         if motions:
             references = dict(zip(task.agents, task.references, strict=True))
             write_chunk(
@@ -59,10 +67,11 @@ def make_chunk(task: ChunkTask) -> str:
 
     The process keeps the scene open for the chunks to come, and only this scene.
     """
-    return _workshop(task.scene, task.inputs, task.frames, task.options).make(task)
+    return _workshop(task.scene, task.inputs, task.frames, task.options, task.folder).make(task)
 
 
 @lru_cache(maxsize=1)
-def _workshop(scene: str, inputs: str, frames: tuple[int, int], options: EngineOptions) -> Workshop:
+def _workshop(scene: str, inputs: str, frames: tuple[int, int], options: MotionOptions, folder: str) -> Workshop:
     """The workshop of a scene in the state that `inputs` stands for."""
-    return Workshop(SceneReader(scene, frames=frames, reload=True), options)
+    reader = SceneReader(scene, frames=frames, motion=options.motion, reload=True, crowd=Path(folder))
+    return Workshop(reader, options)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from usdfoot.bridge.similarity import Similarity
 from usdfoot.bridge.units import StageUnits
@@ -97,3 +98,6 @@ class Scene:
     """What `Agent.character` counts."""
     frame_codes: FloatArray
     """Time codes of the crowd's frames, whole numbers, shape (F,)."""
+    plan_frames: Mapping[str, FloatArray] = field(default_factory=dict)
+    """From the written plan prim to the world, of agents whose plan prim artists moved (row vectors, stage units),
+    by agent name, shape (4, 4)."""

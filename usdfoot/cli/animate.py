@@ -8,10 +8,11 @@ import re
 from typing import TYPE_CHECKING
 
 from usdfoot.cli.console import print_problems, results_console, shown_progress
+from usdfoot.cli.physics_flags import add_physics_flags, body_style, physics_options
 from usdfoot.cli.tables import step_table
 
 if TYPE_CHECKING:
-    from usdfoot.engine.options import EngineOptions
+    from usdfoot.physics.motion_options import MotionOptions
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
 
@@ -25,6 +26,7 @@ example:
   usdfoot animate scenes/walk_flat.usda -o build/walk
   usdfoot animate city.usd -o build/city --agents 'Extra_*' --frames 1:240
   usdfoot animate city.usd -o build/city --max-root-weight-within 0.02
+  usdfoot animate tracks.usd -o build/tracks --motion physics --crouch 0.1
   usdfoot animate city.usd -o build/city --scheduler tcp://farm:8786
 
 exit codes: 0 all written, 1 some agents or clips skipped (listed), 2 nothing written
@@ -73,6 +75,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=distance,
         help="give each step the largest root weight, X at most, that plants it this near its footstep",
     )
+    add_physics_flags(parser)
     parser.add_argument("--collect", action="store_true", help="copy the characters' files into DIR")
     parser.add_argument(
         "--workers",
@@ -183,11 +186,14 @@ def _run_chunk(arguments: argparse.Namespace) -> int:
     return 1 if any(problem.severity == "error" for problem in record.problems) else 0
 
 
-def _options(arguments: argparse.Namespace) -> EngineOptions:
-    """The engine's options as given."""
-    from usdfoot.engine.options import EngineOptions
+def _options(arguments: argparse.Namespace) -> MotionOptions:
+    """The options as given."""
+    from usdfoot.physics.motion_options import MotionOptions
 
-    return EngineOptions(
+    return MotionOptions(
+        motion=arguments.motion,
+        physics=physics_options(arguments),
+        body=body_style(arguments),
         correction=arguments.correction,
         seam=arguments.seam,
         space=arguments.space,

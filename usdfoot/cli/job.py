@@ -46,6 +46,12 @@ def run(arguments: argparse.Namespace) -> int:
     parser = argparse.ArgumentParser(prog="usdfoot animate")
     animate.add_arguments(parser)
     parsed = parser.parse_args([arguments.scene, "-o", arguments.output, *arguments.options])
-    chunks = count_chunks(arguments.scene, agents=parsed.agents, frames=parsed.frames, chunk_size=parsed.chunk_size)
+    chunks = count_chunks(
+        arguments.scene,
+        agents=parsed.agents,
+        frames=parsed.frames,
+        chunk_size=parsed.chunk_size,
+        motion=parsed.motion,
+    )
     print(job_template(arguments.scene, arguments.output, chunks=chunks, options=arguments.options), end="")
     return 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from types import ModuleType
 
+from usdfoot.cli import plan_path
 from usdfoot.cli.verbs import add_verb
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "PLANNERS", "add_arguments"]
@@ -19,7 +20,7 @@ example:
 
 each verb explains itself: usdfoot plan path --help
 """
-PLANNERS: tuple[ModuleType, ...] = ()
+PLANNERS: tuple[ModuleType, ...] = (plan_path,)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -11,9 +11,10 @@ from rich.table import Table
 if TYPE_CHECKING:
     from usdfoot.analysis.summary import ClipSummary
     from usdfoot.model.motion import StepResults
+    from usdfoot.model.plan import FootstepPlan
     from usdfoot.pipeline.validate import AgentFigures, Figure
 
-__all__ = ["clip_table", "figure_table", "step_table", "target_table", "unpromised_table"]
+__all__ = ["clip_table", "figure_table", "plan_table", "step_table", "target_table", "unpromised_table"]
 
 MOST_ROWS = 40
 """Agents listed at most; the total covers all."""
@@ -45,6 +46,31 @@ def clip_table(summaries: Sequence[ClipSummary]) -> Table:
             _number(100.0 * summary.duty_factor, 0) + (" %" if math.isfinite(summary.duty_factor) else ""),
             "\n".join(notes),
         )
+    return table
+
+
+def plan_table(plans: Mapping[str, FootstepPlan]) -> Table:
+    """How many footsteps the plans have, how long they take and how far they go."""
+    import numpy as np
+
+    table = Table(title="plans")
+    table.add_column("plan")
+    for heading in ("footsteps", "from s", "to s", "length m", "mean step m", "climb m"):
+        table.add_column(heading, justify="right")
+    for name, plan in list(plans.items())[:MOST_ROWS]:
+        strides = np.linalg.norm(np.diff(plan.positions[:, [0, 2]], axis=0), axis=1)
+        rises = np.diff(plan.positions[:, 1])
+        table.add_row(
+            name,
+            str(len(plan)),
+            f"{plan.strike_times[0]:.2f}",
+            f"{plan.liftoff_times.max():.2f}",
+            f"{strides.sum():.2f}",
+            f"{strides.mean():.2f}",
+            f"{rises[rises > 0.0].sum():.2f}",
+        )
+    if len(plans) > MOST_ROWS:
+        table.add_row(f"and {len(plans) - MOST_ROWS} more", *[""] * 6)
     return table
 
 

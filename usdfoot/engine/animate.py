@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -37,6 +38,7 @@ __all__ = [
     "PreparedLibrary",
     "PreparedSteps",
     "animate_agents",
+    "animate_apart",
     "animate_crowd",
     "prepare_library",
     "prepare_steps",
@@ -65,6 +67,7 @@ class PreparedSteps:
     setup: Setup
     blend: StepBlend
     landings: Landings
+    source: ClipPoses
     planting: Planting
 
 
@@ -129,9 +132,9 @@ def animate_crowd(
     options = options or EngineOptions()
     libraries = libraries or PreparedLibraries(options)
     motions: dict[str, Motion] = {}
-    problems = [problem for agent in crowd.agents for problem in _not_from_clips(agent)]
+    problems: list[Problem] = []
     for index in range(len(crowd.libraries)):
-        agents = [agent for agent in crowd.agents if agent.library == index and agent.motion != "physics"]
+        agents = [agent for agent in crowd.agents if agent.library == index]
         if not agents:
             continue
         try:
@@ -139,32 +142,23 @@ def animate_crowd(
         except UsdfootError as error:
             problems += [Problem(severity="error", where=agent.source, message=str(error)) for agent in agents]
             continue
-        found, faults = _animate_each(prepared, agents, crowd, options)
+        found, faults = animate_apart(partial(animate_agents, prepared, crowd=crowd, options=options), agents)
         problems += [*prepared.problems, *faults]
         motions.update({motion.name: motion for motion in found})
     return [motions[agent.name] for agent in crowd.agents if agent.name in motions], problems
 
 
-def _not_from_clips(agent: Agent) -> list[Problem]:
-    """What an agent asks for beyond clips, which is all there is so far."""
-    if agent.motion == "clips":
-        return []
-    severity, done = ("error", "it was skipped") if agent.motion == "physics" else ("warning", "clips alone were used")
-    message = f"{agent.source}: usdfoot:agent:motion is {agent.motion}, which cannot be made yet; {done}. Author clips"
-    return [Problem(severity=severity, where=agent.source, message=message)]
-
-
-def _animate_each(
-    prepared: PreparedLibrary, agents: list[Agent], crowd: Crowd, options: EngineOptions
+def animate_apart(
+    animate: Callable[[Sequence[Agent]], list[Motion]], agents: Sequence[Agent]
 ) -> tuple[list[Motion], list[Problem]]:
-    """Motions of agents of one library; if they fail together, of those that can be animated alone."""
+    """Motions of agents animated together; if they fail together, of those that can be animated alone."""
     try:
-        return animate_agents(prepared, agents, crowd, options=options), []
+        return animate(agents), []
     except UsdfootError as error:
         if len(agents) == 1:
             return [], [Problem(severity="error", where=agents[0].source, message=f"{agents[0].source}: {error}")]
     half = len(agents) // 2
-    parts = [_animate_each(prepared, part, crowd, options) for part in (agents[:half], agents[half:])]
+    parts = [animate_apart(animate, part) for part in (agents[:half], agents[half:])]
     return parts[0][0] + parts[1][0], parts[0][1] + parts[1][1]
 
 
@@ -208,5 +202,6 @@ def prepare_steps(
         setup, contacts=contacts, path=lay_root(contacts, setup.segments, step_height_share=options.step_height_share)
     )
     arrays = device_segments(setup, blend, measure_seams(setup, blend) if options.seam != "none" else None)
-    planting = prepare_planting(setup, ClipPoses(setup=setup, blend=blend, arrays=arrays), ground)
-    return PreparedSteps(setup=setup, blend=blend, landings=landings, planting=planting)
+    source = ClipPoses(setup=setup, blend=blend, arrays=arrays)
+    planting = prepare_planting(setup, source, ground)
+    return PreparedSteps(setup=setup, blend=blend, landings=landings, source=source, planting=planting)

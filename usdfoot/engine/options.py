@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from usdfoot.engine.follow_options import FollowOptions
 from usdfoot.errors import UsdfootError
 from usdfoot.spaces.root_weight import BEYONDS
 
@@ -60,6 +61,8 @@ class EngineOptions:
     beyond_beta: str = "segment"
     """Where a step lands whose lambda4 is beyond beta: segment = on the way from the footstep to the root's landing
     ([B]'s q'); closest = as near the footstep as weights without a negative one allow."""
+    follow: FollowOptions = field(default_factory=FollowOptions)
+    """How agents without footsteps walk their trajectories."""
     samples: int = 61
     """Samples of each example; 20 k + 1 puts the liftoffs' phases, where the pace may change, on samples."""
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
+from usdfoot.analysis.feet import heels_ahead
 from usdfoot.analysis.flat_feet import LEVEL, flat_turns
 from usdfoot.analysis.mirror import SAME_SHAPE, mirror_map
 from usdfoot.engine.legs import LegRig
@@ -16,12 +17,14 @@ from usdfoot.model.biped import Biped
 from usdfoot.model.examples import Examples
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
 
-__all__ = ["HEEL_LENGTH", "Foot", "Rig", "build_rig", "measure_feet"]
+__all__ = ["Foot", "Rig", "build_rest_rig", "build_rig", "measure_feet"]
 
-HEEL_LENGTH = 0.4
-"""Heel behind the ankle as a part of the distance from ankle to ball (design.md section 2)."""
 STANCE_PHASE = 0.35
 """Phase of a step at which the support foot is flat: the other foot has left the ground, the heel has not."""
+STRAIGHT_KNEE = np.radians(3.0)
+"""A knee of the rest pose bent by less does not tell which way it bends [rad]."""
+REST_REACH = 0.995
+"""Largest part of the straight leg to use where no clip tells."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,6 +41,8 @@ class Foot:
     """The heel's point of the sole in the ankle joint's frame [m], shape (3,)."""
     elevation: float
     """Of the direction from ankle to ball, negative down [rad]."""
+    heel_behind: float
+    """How far the heel lies behind the ankle [m]; negative: the foot has none and stands on its toes."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,13 +76,15 @@ def _foot(flat: FloatArray, toes: FloatArray, offset: FloatArray, ball_height: f
     """A foot from its joints' rotations (4,) when flat and the ball in the ankle's frame (3,)."""
     across = quaternion.rotate(flat, offset)
     length = float(np.linalg.norm(across))
-    heel = np.array([0.0, across[1] - ball_height, -HEEL_LENGTH * length])
+    behind = float(heels_ahead(across[2], -across[1], np.array(ball_height)))
+    heel = np.array([0.0, across[1] - ball_height, behind])
     return Foot(
         flat_rotation=flat,
         toe_rotation=toes,
         ball_offset=offset,
         heel_offset=quaternion.rotate(quaternion.inverse(flat), heel),
         elevation=float(np.arcsin(across[1] / length)),
+        heel_behind=-behind,
     )
 
 
@@ -163,13 +170,39 @@ def _pose_joint(
 
 def build_rig(skeleton: Skeleton, biped: Biped, examples: Examples) -> Rig:
     """Legs of a character, with what its examples tell of roll, hinges and reach."""
-    feet = _alike(skeleton, biped, _find_feet(skeleton, biped, examples))
+    axes, reach = _knees(skeleton, biped, examples)
+    return _rig(skeleton, biped, _find_feet(skeleton, biped, examples), axes, reach)
+
+
+def build_rest_rig(skeleton: Skeleton, biped: Biped) -> Rig:
+    """Legs of a character as its rest pose stands: feet flat and level, knees that bend the way they are bent.
+
+    Knees that are straight bend forward, the way the feet point.
+    """
+    feet = measure_feet(skeleton, biped, np.zeros(2))
+    places, turns = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
+    hips, knees, ankles, balls = (places[list(j)] for j in (biped.hips, biped.knees, biped.ankles, biped.balls))
+    thighs, shins = _unit(knees - hips), _unit(ankles - knees)
+    ahead = (balls - ankles) * np.array([1.0, 0.0, 1.0])
+    forward = np.cross(np.array([0.0, 1.0, 0.0]), _unit(ahead))
+    bends = np.cross(thighs, shins)
+    bent = np.linalg.norm(bends, axis=1, keepdims=True) > np.sin(STRAIGHT_KNEE)
+    axes = quaternion.rotate(quaternion.inverse(turns[list(biped.hips)]), np.where(bent, bends, forward))
+    return _rig(skeleton, biped, feet, _unit(axes), REST_REACH)
+
+
+def _unit(vectors: FloatArray) -> FloatArray:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
+
+
+def _rig(skeleton: Skeleton, biped: Biped, feet: tuple[Foot, Foot], axes: FloatArray, reach: float) -> Rig:
+    """The rig of known feet, hinges (2, 3) and reach."""
+    feet = _alike(skeleton, biped, feet)
     chains = [skeleton.chain(biped.pelvis, biped.balls[side])[1:] for side in (0, 1)]
     width = max(len(chain) for chain in chains)
     padded = np.full((2, width), -1, dtype=np.int32)
     for side in (0, 1):
         padded[side, : len(chains[side])] = chains[side]
-    axes, reach = _knees(skeleton, biped, examples)
     arrays = LegRig()
     arrays.translations = wp.array(skeleton.rest_translations.astype(np.float32), dtype=wp.vec3f)
     arrays.chains = wp.array(padded, dtype=wp.int32)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,19 +11,19 @@ from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
+from usdfoot.model.trajectory import RootTrajectory
 
-__all__ = ["Agent", "Crowd"]
+__all__ = ["Agent", "Crowd", "Follower", "Performer"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Agent:
-    """One character that walks one plan."""
+class Performer:
+    """One character with its clips and settings, whatever it walks."""
 
     name: str
     """Name of the agent prim, unique in the crowd."""
     source: str
     """Path of the agent prim in the scene."""
-    plan: FootstepPlan
     library: int
     """Index of the agent's clip library in the crowd."""
     character: int
@@ -37,11 +37,71 @@ class Agent:
     motion: str = "clips"
     """clips | physics | hybrid."""
 
+    def walking(self, plan: FootstepPlan, *, root_trajectory: RootTrajectory | None = None) -> Agent:
+        """The agent that walks a plan."""
+        return Agent(
+            name=self.name,
+            source=self.source,
+            plan=plan,
+            library=self.library,
+            character=self.character,
+            ik_reach=self.ik_reach,
+            root_weight=self.root_weight,
+            replace_distance=self.replace_distance,
+            motion=self.motion,
+            root_trajectory=root_trajectory,
+        )
+
+    def following(self, trajectory: RootTrajectory) -> Follower:
+        """The follower of a trajectory."""
+        return Follower(
+            name=self.name,
+            source=self.source,
+            trajectory=trajectory,
+            library=self.library,
+            character=self.character,
+            ik_reach=self.ik_reach,
+            root_weight=self.root_weight,
+            replace_distance=self.replace_distance,
+            motion=self.motion,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Agent(Performer):
+    """One character that walks one plan."""
+
+    plan: FootstepPlan
+    root_trajectory: RootTrajectory | None = None
+    """Where its root goes and faces; None = as the footsteps say ([B] 4.2)."""
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """First and last time of its motion [s]."""
+        return self.plan.start, self.plan.end
+
     @property
     def step_root_weights(self) -> FloatArray:
         """lambda4 of each step: the plan's where it has any above 0, else the agent's, shape (N,)."""
         own = self.plan.root_weights
         return own if own.any() else np.full(len(own), self.root_weight)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Follower(Performer):
+    """One that goes along a trajectory; its footsteps are yet to be planned."""
+
+    trajectory: RootTrajectory
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """First and last time of its motion [s]."""
+        return self.trajectory.start, self.trajectory.end
+
+    def walking(self, plan: FootstepPlan, *, root_trajectory: RootTrajectory | None = None) -> Agent:
+        """The agent that walks the footsteps planned for it."""
+        weights = np.full(len(plan), self.root_weight)
+        return super().walking(replace(plan, root_weights=weights), root_trajectory=root_trajectory)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,5 +115,12 @@ class Crowd:
     """Times of the output samples [s], whole time codes of the stage, shape (F,)."""
     frame_rate: float
     """Output samples a second [Hz]."""
+    followers: tuple[Follower, ...] = ()
+    """Those without footsteps."""
     problems: tuple[Problem, ...] = ()
     """Agents and clips that could not be used, and warnings."""
+
+    @property
+    def everyone(self) -> tuple[Agent | Follower, ...]:
+        """Agents and followers."""
+        return (*self.agents, *self.followers)

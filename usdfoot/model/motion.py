@@ -7,9 +7,21 @@ from dataclasses import dataclass
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.contacts import Contacts
 
-__all__ = ["STATUSES", "Motion", "StepResults"]
+__all__ = ["STATUSES", "ForceResults", "Motion", "StepResults"]
 
 STATUSES = ("ok", "outsideHull", "rootWeighted", "ikLimited", "unreachable", "offTerrain")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForceResults:
+    """What each step of a motion asks of physics ([P] 2.4.1), from its strike to the next, shape (N,) each."""
+
+    force_imbalance: FloatArray
+    """External force per unit mass that the motion needs, mean [m/s^2]."""
+    clamp_time: FloatArray
+    """Time in which standing legs would have to pull [s]."""
+    jump_height: FloatArray
+    """How far the centre of mass rises in the step's flight [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,6 +52,8 @@ class StepResults:
     """Names of the clips blended, steps concatenated."""
     clip_weights: FloatArray
     """Their weights, shape (sum of clip_counts,)."""
+    forces: ForceResults | None = None
+    """Of motions that physics makes or carries."""
 
 
 @dataclass(frozen=True, kw_only=True)

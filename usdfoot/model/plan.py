@@ -127,6 +127,16 @@ class FootstepPlan:
         return quaternion.rotate(self.orientations, np.array([0.0, 1.0, 0.0]))
 
     @property
+    def start(self) -> float:
+        """First strike [s]."""
+        return float(self.strike_times[0])
+
+    @property
+    def end(self) -> float:
+        """Last liftoff [s]."""
+        return float(self.liftoff_times.max())
+
+    @property
     def starts_standing(self) -> bool:
         """Whether the first two footsteps strike together."""
         return bool(self.strike_times[0] == self.strike_times[1])

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from usdfoot.analysis.feet import HEEL_REACH
+from usdfoot.analysis.feet import heels_ahead
 from usdfoot.errors import BipedError
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import FloatArray
@@ -89,7 +89,7 @@ def measure_biped(skeleton: Skeleton, biped: Biped) -> PhysicsBiped:
         nominal_length=biped.nominal_leg_length,
         maximal_length=biped.maximal_leg_length,
         ankles=soles,
-        heel=-float(np.mean(ahead + HEEL_REACH * lengths)),
+        heel=float(np.mean(heels_ahead(ahead, -feet[:, 1], biped.ball_heights) - ahead)),
         toe=TOE_REACH * float(lengths.mean()),
     )
 

@@ -9,43 +9,46 @@ import numpy as np
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.physics.samples import Samples
 
-__all__ = ["FLIGHT", "PLANE", "Forces", "leg_forces", "segment_energies", "spline_samples"]
+__all__ = ["Forces", "cross", "leg_forces", "sample_costs", "segment_energies", "spline_samples"]
 
-FLIGHT, LEFT_RAY, RIGHT_RAY, PLANE = 0, 1, 2, 3
-"""What the legs' force lies on: nothing, the line of one leg, the plane of both."""
-TINY = 1e-9
+NARROW = 1e-12
+"""Two legs whose directions differ by a smaller squared sine press along one line."""
+NEAREST = 1e-9
+"""Smallest distance of the centre of mass from a support [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Forces:
-    """Forces per unit mass at samples of any shape (...)."""
+    """Forces per unit mass at M instants."""
 
-    residuals: FloatArray
-    """What the legs cannot give of a - g: [P]'s external force [m/s^2], shape (..., 3)."""
     wanted: FloatArray
-    """a - g [m/s^2], shape (..., 3)."""
-    faces: IntArray
-    """One of FLIGHT, LEFT_RAY, RIGHT_RAY, PLANE, shape (...)."""
-    directions: FloatArray
-    """Unit vectors from the points of support to the centre of mass, shape (..., 2, 3)."""
+    """a - g: what the legs would have to give [m/s^2], shape (M, 3)."""
+    residuals: FloatArray
+    """What they cannot give of it: [P]'s external force [m/s^2], shape (M, 3)."""
+    rays: FloatArray
+    """Unit vector from the support of the leg that pushes most to the centre of mass, shape (M, 3)."""
     distances: FloatArray
-    """Their lengths [m], shape (..., 2)."""
+    """Its length [m], shape (M,)."""
+    pushes: FloatArray
+    """[P]'s F': its force, 0 if no leg pushes [m/s^2], shape (M,)."""
+    planes: IntArray
+    """Instants at which both legs push: the residual stands on the plane of both, shape (P,)."""
     normals: FloatArray
-    """Unit normal of the plane of both, shape (..., 3)."""
+    """Unit normals of these planes, shape (P, 3)."""
     areas: FloatArray
-    """Length of the cross product of both legs' vectors [m^2], shape (...)."""
+    """Length of the cross product of both legs' vectors [m^2], shape (P,)."""
 
 
 def spline_samples(samples: Samples, controls: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Centre of mass and its acceleration at the samples [m, m/s^2], shape (S, N, 3) each.
+    """Centre of mass and its acceleration at the samples [m, m/s^2], shape (S N, 3) each.
 
     Args:
         samples: N instants of S segments.
         controls: Begin position, begin velocity, end position, end velocity of the segments, shape (S, 4, 3).
     """
-    values = samples.basis.reshape(len(controls), -1, 4) @ controls  # (S, 2 N, 3)
-    values = values.reshape(len(controls), -1, 2, 3)
-    return values[:, :, 0], values[:, :, 1]
+    instants = samples.times.shape[1]
+    values = samples.basis @ controls  # (S, 2 N, 3)
+    return values[:, :instants].reshape(-1, 3), values[:, instants:].reshape(-1, 3)
 
 
 def leg_forces(
@@ -54,73 +57,62 @@ def leg_forces(
     """The part of a - g that legs which only push cannot give.
 
     What they can give is a cone: nothing in flight, the ray K from the support to the centre of mass in single stance,
-    in double stance the plane sector between both rays. The residual is the distance to the cone: [P]'s F' with its
-    constraint F' > 0, and in double stance [P]'s component out of the plane and beyond the triangle.
+    in double stance the plane sector between both rays. The residual leads from the nearest point of the cone: [P]'s
+    F' with its constraint F' > 0, and in double stance the component out of the plane and beyond the triangle.
 
     Args:
-        supports: Points of support [m], shape (..., 2, 3).
-        standing: Which feet stand, shape (..., 2).
-        positions: Centre of mass [m], shape (..., 3).
-        accelerations: [m/s^2], shape (..., 3).
+        supports: Points of support [m], shape (M, 2, 3).
+        standing: Which feet stand, shape (M, 2).
+        positions: Centre of mass [m], shape (M, 3).
+        accelerations: [m/s^2], shape (M, 3).
         gravity: [m/s^2].
     """
     wanted = accelerations + np.array([0.0, gravity, 0.0])
-    across = positions[..., None, :] - supports
-    distances = np.sqrt(np.einsum("...i,...i->...", across, across)) + TINY
+    across = positions[:, None] - supports
+    distances = np.sqrt(np.einsum("mli,mli->ml", across, across)) + NEAREST
     directions = across / distances[..., None]
-    first, second = across[..., 0, :], across[..., 1, :]
-    cross = _cross(first, second)
-    areas = np.sqrt(np.einsum("...i,...i->...", cross, cross))
-    spread = areas > 1e-6 * distances[..., 0] * distances[..., 1]
-    normals = cross / np.where(spread, areas, 1.0)[..., None]
-    push = np.einsum("...si,...i->...s", directions, wanted)
-    faces = _faces(push, standing, np.einsum("...i,...i->...", directions[..., 0, :], directions[..., 1, :]), spread)
-    leg = np.where(faces == RIGHT_RAY, 1, 0)
-    ray = np.where(leg[..., None] == 1, directions[..., 1, :], directions[..., 0, :])
-    along = np.where(leg == 1, push[..., 1], push[..., 0])
-    on_ray = (faces == LEFT_RAY) | (faces == RIGHT_RAY)
-    out = np.einsum("...i,...i->...", normals, wanted)
-    residuals = np.where(
-        (faces == PLANE)[..., None], out[..., None] * normals, wanted - np.where(on_ray, along, 0.0)[..., None] * ray
-    )
+    pushes = np.einsum("mli,mi->ml", directions, wanted)
+    cosines = np.einsum("mi,mi->m", directions[:, 0], directions[:, 1])
+    shares = pushes - cosines[:, None] * pushes[:, ::-1]  # both legs' parts of the force in their plane, times sin^2
+    both = standing.all(axis=1) & (shares > 0.0).all(axis=1) & (cosines**2 < 1.0 - NARROW)
+    planes = np.flatnonzero(both)
+    pushes = np.where(standing, np.maximum(pushes, 0.0), 0.0)
+    leg = pushes[:, 1] > pushes[:, 0]
+    rays = np.where(leg[:, None], directions[:, 1], directions[:, 0])
+    push = np.maximum(pushes[:, 0], pushes[:, 1])
+    residuals = wanted - push[:, None] * rays
+    normals = cross(across[planes, 0], across[planes, 1])
+    areas = np.sqrt(np.einsum("mi,mi->m", normals, normals))
+    normals = normals / areas[:, None]
+    residuals[planes] = np.einsum("mi,mi->m", normals, wanted[planes])[:, None] * normals
     return Forces(
-        residuals=residuals,
         wanted=wanted,
-        faces=faces,
-        directions=directions,
-        distances=distances,
+        residuals=residuals,
+        rays=rays,
+        distances=np.where(leg, distances[:, 1], distances[:, 0]),
+        pushes=push,
+        planes=planes,
         normals=normals,
         areas=areas,
     )
 
 
-def _faces(push: FloatArray, standing: BoolArray, cosine: FloatArray, spread: BoolArray) -> IntArray:
-    """The face of the cone nearest to the force wanted, shape (...)."""
-    pushes = standing & (push > 0.0)
-    left, right = push[..., 0], push[..., 1]
-    inside = (left > cosine * right) & (right > cosine * left)  # both legs' shares are positive
-    rays = np.where(left >= right, LEFT_RAY, RIGHT_RAY)
-    rays = np.where(pushes[..., 0] & pushes[..., 1], rays, pushes[..., 0] + 2 * pushes[..., 1])
-    return np.where(standing.all(axis=-1) & inside & spread, PLANE, rays)
+def sample_costs(samples: Samples, controls: FloatArray, *, gravity: float, comfort: float) -> FloatArray:
+    """[P]'s integrand |residual| + k (l - l_nom)^2 [m/s^2], the comfort term as the mean of the standing legs, (M,)."""
+    positions, accelerations = spline_samples(samples, controls)
+    forces = leg_forces(samples.supports, samples.standing, positions, accelerations, gravity)
+    stretches = np.linalg.norm(positions[:, None] - samples.anchors, axis=-1) - samples.nominal_lengths
+    return np.linalg.norm(forces.residuals, axis=1) + comfort * np.sum(samples.leg_shares * stretches**2, axis=1)
 
 
 def segment_energies(samples: Samples, controls: FloatArray, *, gravity: float, comfort: float) -> FloatArray:
-    """[P]'s E of each segment, shape (S,).
-
-    E = sum of (|residual| + k (l - l_nom)^2) dt, the comfort term as the mean of the legs that stand.
-    """
-    positions, accelerations = spline_samples(samples, controls)
-    forces = leg_forces(samples.supports, samples.standing, positions, accelerations, gravity)
-    physics = np.linalg.norm(forces.residuals, axis=-1)
-    across = positions[..., None, :] - samples.anchors
-    stretch = np.linalg.norm(across, axis=-1) - samples.nominal_lengths
-    legs = np.maximum(samples.standing.sum(axis=-1), 1)
-    discomfort = comfort * np.sum(np.where(samples.standing, stretch**2, 0.0), axis=-1) / legs
-    return samples.intervals * (physics + discomfort).sum(axis=-1)
+    """[P]'s E of each segment: its integrand summed over the instants, shape (S,)."""
+    costs = sample_costs(samples, controls, gravity=gravity, comfort=comfort)
+    return samples.intervals * costs.reshape(samples.times.shape).sum(axis=1)
 
 
-def _cross(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Cross products, much quicker than numpy's for few vectors, shape (..., 3)."""
-    ax, ay, az = first[..., 0], first[..., 1], first[..., 2]
-    bx, by, bz = second[..., 0], second[..., 1], second[..., 2]
-    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
+def cross(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Cross products (M, 3), much quicker than numpy's for few vectors."""
+    ax, ay, az = first.T
+    bx, by, bz = second.T
+    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=1)

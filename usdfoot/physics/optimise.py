@@ -8,17 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdfoot.maths.timeline import locate
-from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable, lay_contacts
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.physics.biped import PhysicsBiped
-from usdfoot.physics.energy import segment_energies
+from usdfoot.physics.greedy import search_unknowns
 from usdfoot.physics.heading import FootHeadings, OrientationScript, body_orientations, lay_headings
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.results import StepForces, measure_forces
+from usdfoot.physics.run_up import extend_contacts
 from usdfoot.physics.samples import lay_samples
-from usdfoot.physics.solve import controls_of, optimise_unknowns
-from usdfoot.physics.spline import ComSpline, Knots, lay_knots
+from usdfoot.physics.solve import optimise_unknowns
+from usdfoot.physics.spline import ComSpline, Knots, controls_of, lay_knots
 from usdfoot.physics.support import Stance, find_stance
 
 __all__ = ["ComMotion", "ComSample", "optimise_com", "optimise_contacts"]
@@ -65,7 +66,7 @@ class ComMotion:
             velocities=velocities,
             accelerations=accelerations,
             orientations=body_orientations(self.headings, self.scripts, agents, times, window=options.heading_window),
-            stance=find_stance(self.contacts, self.biped, agents, times, smooth=options.support == "smooth"),
+            stance=find_stance(self.contacts, self.biped, agents, times, options),
         )
 
 
@@ -96,13 +97,14 @@ def optimise_contacts(
 ) -> ComMotion:
     """Centre of mass over contacts, which may have been laid on the ground since they were planned."""
     options = options or PhysicsOptions()
-    knots = lay_knots(contacts, longest_segment=options.longest_segment)
-    headings = lay_headings(contacts)
-    samples = lay_samples(contacts, knots, biped, headings, scripts, options)
-    start = start_unknowns(contacts, knots, biped)
-    unknowns = optimise_unknowns(samples, knots, start, options, fixed=fixed_unknowns(contacts, knots))
-    controls = controls_of(unknowns, knots)
-    energies = segment_energies(samples, controls, gravity=options.gravity, comfort=options.comfort)
+    extended = extend_contacts(contacts, strides=options.run_up)
+    knots = lay_knots(extended, parts=options.parts, longest_segment=options.longest_segment)
+    headings = lay_headings(extended)
+    samples = lay_samples(extended, knots, biped, headings, scripts, options)
+    start = start_unknowns(extended, knots, biped)
+    solve = search_unknowns if options.solver == "greedy" else optimise_unknowns
+    unknowns = solve(samples, knots, start, options)
+    energies, steps = measure_forces(contacts, knots, biped, samples, controls_of(unknowns, knots.begins), options)
     return ComMotion(
         contacts=contacts,
         biped=biped,
@@ -110,8 +112,8 @@ def optimise_contacts(
         spline=ComSpline(knots=knots, positions=unknowns[:, :3], velocities=unknowns[:, 3:]),
         headings=headings,
         scripts=tuple(scripts),
-        energies=np.bincount(knots.agents[knots.begins], energies, len(contacts.starts)).astype(float),
-        steps=measure_forces(contacts, knots, biped, samples, controls, gravity=options.gravity),
+        energies=energies,
+        steps=steps,
     )
 
 
@@ -122,16 +124,3 @@ def start_unknowns(contacts: ContactTable, knots: Knots, biped: PhysicsBiped) ->
     unknowns[:, :3] = contacts.positions[rows]
     unknowns[:, 1] += biped.nominal_length + biped.ankles[:, 1].mean() - biped.hips[:, 1].mean()
     return unknowns
-
-
-def fixed_unknowns(contacts: ContactTable, knots: Knots) -> BoolArray:
-    """Velocities at the begin and end of motions that begin or end standing, shape (K, 6)."""
-    fixed = np.zeros((len(knots.times), 6), dtype=bool)
-    firsts = np.searchsorted(knots.agents, np.arange(len(contacts.starts)))
-    lasts = np.append(firsts[1:], len(knots.times)) - 1
-    rows = contacts.first[:-1]
-    fixed[firsts[contacts.strikes[rows] == contacts.strikes[rows + 1]], 3:] = True
-    rows = contacts.first[1:] - 1
-    stands = (contacts.steps[rows] >= 0) & (contacts.liftoffs[rows] == contacts.liftoffs[rows - 1])
-    fixed[lasts[stands], 3:] = True
-    return fixed

@@ -10,9 +10,11 @@ from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.contact_table import ContactTable
 from usdfoot.physics.biped import PhysicsBiped
-from usdfoot.physics.energy import FLIGHT, leg_forces, spline_samples
+from usdfoot.physics.energy import leg_forces, sample_costs, spline_samples
+from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.samples import Samples
 from usdfoot.physics.spline import Knots
+from usdfoot.physics.support import find_stance
 
 __all__ = ["StepForces", "measure_forces"]
 
@@ -32,28 +34,45 @@ class StepForces:
 
 
 def measure_forces(
-    contacts: ContactTable, knots: Knots, biped: PhysicsBiped, samples: Samples, controls: FloatArray, *, gravity: float
-) -> StepForces:
-    """Figures of all contacts from the samples of the optimised spline, controls (S, 4, 3)."""
+    contacts: ContactTable,
+    knots: Knots,
+    biped: PhysicsBiped,
+    samples: Samples,
+    controls: FloatArray,
+    options: PhysicsOptions,
+) -> tuple[FloatArray, StepForces]:
+    """[P]'s E of each agent over its own time (A,), and the figures of all contacts.
+
+    Args:
+        contacts: Of the motion, without its run-up.
+        knots: Of the spline.
+        biped: The character.
+        samples: Of the spline.
+        controls: The optimised spline, shape (S, 4, 3).
+        options: Gravity and comfort.
+    """
     positions, accelerations = spline_samples(samples, controls)
-    forces = leg_forces(samples.supports, samples.standing, positions, accelerations, gravity)
-    count, shape = len(contacts.sides), samples.times.shape
-    agents = np.repeat(knots.agents[knots.begins], shape[1])
-    rows = locate(contacts.agents, contacts.strikes, contacts.starts, agents, samples.times.ravel())
-    lasting = np.broadcast_to(samples.intervals[:, None], shape)
-    imbalance = lasting * np.linalg.norm(forces.residuals, axis=-1)
-    stands = samples.standing.any(axis=-1)
-    clamped = np.where(stands & (forces.faces == FLIGHT), lasting, 0.0)
-    time = np.bincount(rows, lasting.ravel(), count)
-    rise = np.where(stands, 0.0, positions[..., 1] - controls[:, 0, 1][:, None])
+    forces = leg_forces(samples.supports, samples.standing, positions, accelerations, options.gravity)
+    count, instants = len(contacts.sides), samples.times.shape[1]
+    agents, times = np.repeat(knots.agents[knots.begins], instants), samples.times.ravel()
+    inside = (times >= contacts.starts[agents]) & (times <= contacts.ends[agents])
+    lasting = np.where(inside, np.repeat(samples.intervals, instants), 0.0)
+    costs = sample_costs(samples, controls, gravity=options.gravity, comfort=options.comfort)
+    rows = locate(contacts.agents, contacts.strikes, contacts.starts, agents, times)
+    imbalance = np.bincount(rows, lasting * np.linalg.norm(forces.residuals, axis=1), count)
+    stands = samples.standing.any(axis=1)
+    pushing = forces.pushes > 0.0
+    pushing[forces.planes] = True
+    rises = positions[:, 1] - np.repeat(controls[:, 0, 1], instants)
+    stretches = np.linalg.norm(positions[:, None] - samples.anchors, axis=-1) - biped.maximal_length
     jump, overstretch = np.zeros(count), np.zeros(count)
-    np.maximum.at(jump, rows, rise.ravel())
-    lengths = np.linalg.norm(positions[..., None, :] - samples.anchors, axis=-1)
-    excess = np.where(samples.standing, lengths - biped.maximal_length, 0.0)
-    np.maximum.at(overstretch, samples.contacts.reshape(-1, 2), excess.reshape(-1, 2))
-    return StepForces(
-        force_imbalance=np.bincount(rows, imbalance.ravel(), count) / np.maximum(time, 1e-9),
-        clamp_time=np.bincount(rows, clamped.ravel(), count).astype(float),
+    np.maximum.at(jump, rows, np.where(inside & ~stands, rises, 0.0))
+    feet = find_stance(contacts, biped, agents, times, options).contacts
+    np.maximum.at(overstretch, feet, np.where(inside[:, None] & samples.standing, stretches, 0.0))
+    steps = StepForces(
+        force_imbalance=imbalance / np.maximum(np.bincount(rows, lasting, count), 1e-9),
+        clamp_time=np.bincount(rows, np.where(stands & ~pushing, lasting, 0.0), count).astype(float),
         jump_height=jump,
         overstretch=overstretch,
     )
+    return np.bincount(agents, lasting * costs, len(contacts.starts)).astype(float), steps

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.spline import Knots, hermite_basis
 from usdfoot.physics.support import find_stance
 
-__all__ = ["SAMPLES", "Samples", "lay_samples"]
+__all__ = ["SAMPLES", "Samples", "lay_samples", "take_segments"]
 
 SAMPLES = 10
 """Instants a segment, in the middle of equal parts."""
@@ -24,26 +24,28 @@ SAMPLES = 10
 
 @dataclass(frozen=True, kw_only=True)
 class Samples:
-    """What E depends on beside the spline: N instants of each of S segments. Leg axes are (left, right)."""
+    """What E depends on beside the spline: N instants of each of S segments, M = S N. Legs are (left, right)."""
 
     times: FloatArray
     """[s], shape (S, N)."""
     intervals: FloatArray
     """Time each instant stands for [s], shape (S,)."""
     basis: FloatArray
-    """Position and acceleration from the segment's begin position, begin velocity, end position, end velocity,
-    shape (S, N, 2, 4)."""
+    """Positions, then accelerations from the segment's begin position, begin velocity, end position, end velocity,
+    shape (S, 2 N, 4)."""
     contacts: IntArray
-    """Contact that each foot stands in, or stood in last, shape (S, N, 2)."""
+    """Contact that each foot stands in, or stood in last, shape (M, 2)."""
     standing: BoolArray
-    """Whether the foot is on the ground, shape (S, N, 2)."""
+    """Whether the foot is on the ground, shape (M, 2)."""
+    leg_shares: FloatArray
+    """Weight of each leg's comfort: 1 over the number that stand, 0 in the air, shape (M, 2)."""
     supports: FloatArray
-    """Points of support [m], world, shape (S, N, 2, 3)."""
+    """Points of support [m], world, shape (M, 2, 3)."""
     anchors: FloatArray
-    """Ankle minus the hip's place relative to the centre of mass: the virtual leg ends there and at the centre of mass
-    [m], world, shape (S, N, 2, 3)."""
+    """Ankle minus the hip's place relative to the centre of mass: the virtual leg leads from there to the centre of
+    mass [m], world, shape (M, 2, 3)."""
     nominal_lengths: FloatArray
-    """Comfortable lengths of the virtual legs [m], shape (S, N, 2)."""
+    """Comfortable lengths of the virtual legs [m], shape (M, 2)."""
 
 
 def lay_samples(
@@ -55,24 +57,30 @@ def lay_samples(
     options: PhysicsOptions,
 ) -> Samples:
     """Samples of all segments."""
-    segments = len(knots.begins)
     shares = (np.arange(SAMPLES) + 0.5) / SAMPLES
     durations = knots.durations[:, None]
     times = knots.times[knots.begins][:, None] + durations * shares
     basis = hermite_basis(np.broadcast_to(shares, times.shape), np.broadcast_to(durations, times.shape))[[0, 2]]
     agents = np.repeat(knots.agents[knots.begins], SAMPLES)
     flat = times.ravel()
-    stance = find_stance(contacts, biped, agents, flat, smooth=options.support == "smooth")
+    stance = find_stance(contacts, biped, agents, flat, options)
     body = body_orientations(headings, scripts, agents, flat, window=options.heading_window)
-    hips = quaternion.rotate(body[:, None], biped.hips)
-    shape = (segments, SAMPLES, 2)
     return Samples(
         times=times,
         intervals=durations[:, 0] / SAMPLES,
-        basis=np.ascontiguousarray(np.moveaxis(basis, 0, 2)),
-        contacts=stance.contacts.reshape(shape),
-        standing=stance.standing.reshape(shape),
-        supports=stance.supports.reshape(*shape, 3),
-        anchors=(stance.ankles - hips).reshape(*shape, 3),
-        nominal_lengths=np.full(shape, biped.nominal_length),
+        basis=np.concatenate([basis[0], basis[1]], axis=1),
+        contacts=stance.contacts,
+        standing=stance.standing,
+        leg_shares=stance.standing / np.maximum(stance.standing.sum(axis=1, keepdims=True), 1),
+        supports=stance.supports,
+        anchors=stance.ankles - quaternion.rotate(body[:, None], biped.hips),
+        nominal_lengths=stance.nominal_lengths,
     )
+
+
+def take_segments(samples: Samples, segments: IntArray) -> Samples:
+    """The samples of some segments (T,), in their order."""
+    count, instants = samples.times.shape
+    rows = (segments[:, None] * instants + np.arange(instants)).ravel()
+    values = {field.name: getattr(samples, field.name) for field in fields(Samples)}
+    return Samples(**{name: value[segments if len(value) == count else rows] for name, value in values.items()})

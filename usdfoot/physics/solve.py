@@ -3,77 +3,68 @@
 from __future__ import annotations
 
 import numpy as np
+import warp as wp
 
-from usdfoot.maths.types import BoolArray, FloatArray
-from usdfoot.physics.linear import Residuals, linearise, measure, solve_banded
+from usdfoot.maths.types import FloatArray
+from usdfoot.model.device import start_warp
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.samples import Samples
+from usdfoot.physics.solve_kernel import ProblemArrays, minimise
 from usdfoot.physics.spline import Knots
 
-__all__ = ["controls_of", "optimise_unknowns"]
+__all__ = ["device_problem", "first_segments", "optimise_unknowns"]
 
-SOFTNESSES = (1.0, 0.3, 0.1, 0.03, 0.01)
+SOFTNESSES = (0.1, 0.01)
 """The norm of the force is rounded off below these, one after the other [m/s^2]."""
-ITERATIONS = 12
+TOLERANCES = (1e-3, 1e-5)
+"""Relative decrease of E in a step at which an agent has converged."""
+ITERATIONS = 60
 """Most steps for each softness."""
-TOLERANCE = 1e-5
-"""Relative decrease of E at which an agent has converged."""
 
 
-def optimise_unknowns(
-    samples: Samples, knots: Knots, unknowns: FloatArray, options: PhysicsOptions, *, fixed: BoolArray
-) -> FloatArray:
-    """Unknowns (K, 6) that minimise E, from `unknowns`; all agents at once, each with its own damping.
-
-    Args:
-        samples: Of all segments.
-        knots: Of all agents.
-        unknowns: Position and velocity of each knot, shape (K, 6).
-        options: Gravity and comfort.
-        fixed: Unknowns that stay, shape (K, 6).
-    """
-    for softness in SOFTNESSES:
-        unknowns = _converge(samples, knots, unknowns, options, fixed, softness)
-    return unknowns
-
-
-def _converge(
-    samples: Samples, knots: Knots, unknowns: FloatArray, options: PhysicsOptions, fixed: BoolArray, softness: float
-) -> FloatArray:
-    agents = len(knots.starts)
-    owners = knots.agents[knots.begins]
-    damping = np.full(agents, 1e-3)
-    active = np.ones(agents, dtype=bool)
-
-    def terms(values: FloatArray) -> Residuals:
-        return measure(
-            samples, controls_of(values, knots), gravity=options.gravity, comfort=options.comfort, softness=softness
+def optimise_unknowns(samples: Samples, knots: Knots, unknowns: FloatArray, options: PhysicsOptions) -> FloatArray:
+    """Unknowns (K, 6) that minimise E, from `unknowns`; agents are independent of each other."""
+    problem = device_problem(samples, knots, options)
+    count = len(knots.times)
+    best = np.ascontiguousarray(unknowns, dtype=float).reshape(count, 2, 3).copy()
+    values = wp.from_numpy(best, dtype=wp.vec3d, device="cpu")
+    work = [
+        wp.empty((count, 2), dtype=wp.vec3d, device="cpu"),
+        wp.empty((6 * count, 12), dtype=wp.float64, device="cpu"),
+        wp.empty(6 * count, dtype=wp.float64, device="cpu"),
+        wp.zeros(len(knots.starts), dtype=wp.int32, device="cpu"),
+    ]
+    segments = first_segments(knots)
+    for softness, tolerance in zip(SOFTNESSES, TOLERANCES, strict=True):
+        wp.launch(
+            minimise,
+            dim=len(knots.starts),
+            inputs=[problem, segments, softness, tolerance, ITERATIONS, values, *work],
+            device="cpu",
         )
-
-    current = terms(unknowns)
-    energies = np.bincount(owners, current.energies, agents)
-    for _ in range(ITERATIONS):
-        equations = linearise(samples, current, comfort=options.comfort, curvature=0.0)
-        step = solve_banded(equations, knots, fixed=fixed, damping=damping)
-        trial_unknowns = unknowns + step * active[knots.agents][:, None]
-        trial = terms(trial_unknowns)
-        trial_energies = np.bincount(owners, trial.energies, agents)
-        better = trial_energies < energies
-        decrease = energies - trial_energies
-        active &= ~(better & (decrease < TOLERANCE * energies)) & (damping < 1e6)
-        damping = np.where(better, np.maximum(0.2 * damping, 1e-9), 8.0 * damping)
-        unknowns = np.where(better[knots.agents][:, None], trial_unknowns, unknowns)
-        if better.all():
-            current, energies = trial, trial_energies
-        else:
-            current = terms(unknowns)
-            energies = np.bincount(owners, current.energies, agents)
-        if not active.any():
-            break
-    return unknowns
+    return values.numpy().reshape(count, 6)
 
 
-def controls_of(unknowns: FloatArray, knots: Knots) -> FloatArray:
-    """Begin position, begin velocity, end position, end velocity of each segment, shape (S, 4, 3)."""
-    pairs = unknowns.reshape(-1, 2, 3)
-    return np.concatenate([pairs[knots.begins], pairs[knots.begins + 1]], axis=1)
+def device_problem(samples: Samples, knots: Knots, options: PhysicsOptions) -> ProblemArrays:
+    """The problem's arrays for the kernels."""
+    start_warp()
+    problem = ProblemArrays()
+    problem.durations = _array(knots.durations, wp.float64)
+    problem.standing = _array(samples.standing, wp.bool)
+    problem.supports = _array(samples.supports, wp.vec3d)
+    problem.anchors = _array(samples.anchors, wp.vec3d)
+    problem.nominal_lengths = _array(samples.nominal_lengths, wp.float64)
+    problem.fixed = _array(knots.fixed, wp.bool)
+    problem.gravity = options.gravity
+    problem.comfort = options.comfort
+    return problem
+
+
+def first_segments(knots: Knots) -> wp.array:
+    """Index of each agent's first segment, and their number, on the device, shape (A + 1,)."""
+    owners = knots.agents[knots.begins]
+    return _array(np.searchsorted(owners, np.arange(len(knots.starts) + 1)).astype(np.int32), wp.int32)
+
+
+def _array(values: np.ndarray, kind: object) -> wp.array:
+    return wp.from_numpy(np.ascontiguousarray(values), dtype=kind, device="cpu")

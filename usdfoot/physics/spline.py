@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdfoot.maths.timeline import locate
-from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable
 
-__all__ = ["ComSpline", "Knots", "hermite_basis", "lay_knots"]
+__all__ = ["ComSpline", "Knots", "controls_of", "hermite_basis", "lay_knots"]
 
 SHORTEST_SEGMENT = 0.02
 """Events closer than this share a knot [s]."""
@@ -26,6 +26,9 @@ class Knots:
     """[s], shape (K,)."""
     starts: FloatArray
     """First knot of each agent [s], shape (A,)."""
+    fixed: BoolArray
+    """Whether the knot keeps its position and its velocity, shape (K, 2): motions that begin or end standing begin or
+    end at rest."""
     begins: IntArray
     """Knot at the begin of each segment; the next knot is its end, shape (S,)."""
 
@@ -87,11 +90,26 @@ def hermite_basis(shares: FloatArray, durations: FloatArray) -> FloatArray:
     return np.stack([np.stack(row, axis=-1) for row in (position, velocity, acceleration)])
 
 
-def lay_knots(contacts: ContactTable, *, longest_segment: float) -> Knots:
+def controls_of(unknowns: FloatArray, begins: IntArray) -> FloatArray:
+    """Begin position, begin velocity, end position, end velocity of segments, shape (S, 4, 3).
+
+    Args:
+        unknowns: Position and velocity of each knot, shape (K, 6).
+        begins: Knot at the begin of each segment, shape (S,).
+    """
+    pairs = unknowns.reshape(-1, 2, 3)
+    return np.concatenate([pairs[begins], pairs[begins + 1]], axis=1)
+
+
+def lay_knots(contacts: ContactTable, *, parts: int = 1, longest_segment: float = 1.0) -> Knots:
     """Knots at every strike, at the begin of every flight and at the end ([P] Figure 6).
 
-    A flight is the time before a strike in which neither foot stands. Events closer than 20 ms share a knot; segments
-    longer than `longest_segment` [s] are divided.
+    A flight is the time before a strike in which neither foot stands. Events closer than 20 ms share a knot.
+
+    Args:
+        contacts: Of all agents.
+        parts: Segments a step on the ground; 1 as in [P].
+        longest_segment: Longer ones are divided [s].
     """
     inner = contacts.has_previous
     rows = np.flatnonzero(inner)
@@ -111,20 +129,32 @@ def lay_knots(contacts: ContactTable, *, longest_segment: float) -> Knots:
     agents, times, ranks = agents[order], times[order], ranks[order]
     apart = np.diff(times, prepend=-np.inf) >= SHORTEST_SEGMENT
     kept = apart | (ranks % 3 == 0)
-    return _divided(agents[kept], times[kept], contacts.starts, longest_segment)
+    agents, times = _divided(agents[kept], times[kept], np.where(ranks[kept] == 2, 1, parts), longest_segment)
+    return Knots(
+        agents=agents,
+        times=times,
+        starts=contacts.starts,
+        fixed=_rests(contacts, agents),
+        begins=np.flatnonzero(agents[:-1] == agents[1:]),
+    )
 
 
-def _divided(agents: IntArray, times: FloatArray, starts: FloatArray, longest: float) -> Knots:
-    """Knots with equal parts between those that lie too far apart."""
+def _rests(contacts: ContactTable, agents: IntArray) -> BoolArray:
+    """Fixed velocities at the begin and end of motions that begin or end standing, shape (K, 2)."""
+    fixed = np.zeros((len(agents), 2), dtype=bool)
+    first, last = contacts.first[:-1], contacts.first[1:] - 1
+    starts = contacts.strikes[first] == contacts.strikes[first + 1]
+    ends = (contacts.steps[last] >= 0) & (contacts.liftoffs[last] == contacts.liftoffs[last - 1])
+    fixed[np.searchsorted(agents, np.flatnonzero(starts)), 1] = True
+    fixed[np.searchsorted(agents, np.flatnonzero(ends), side="right") - 1, 1] = True
+    return fixed
+
+
+def _divided(agents: IntArray, times: FloatArray, least: IntArray, longest: float) -> tuple[IntArray, FloatArray]:
+    """Agents and times of knots with at least `least` equal parts after each, more where they lie too far apart."""
     lengths = np.append(np.diff(times), 0.0)
     last = np.append(agents[1:] != agents[:-1], True)
-    parts = np.where(last, 1, np.maximum(np.ceil(lengths / longest - 1e-9), 1)).astype(int)
+    possible = np.maximum((lengths / SHORTEST_SEGMENT).astype(int), 1)
+    parts = np.where(last, 1, np.maximum(np.ceil(lengths / longest - 1e-9), np.minimum(least, possible))).astype(int)
     part = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
-    knot_times = np.repeat(times, parts) + part * np.repeat(lengths / parts, parts)
-    knot_agents = np.repeat(agents, parts)
-    return Knots(
-        agents=knot_agents,
-        times=knot_times,
-        starts=starts,
-        begins=np.flatnonzero(knot_agents[:-1] == knot_agents[1:]),
-    )
+    return np.repeat(agents, parts), np.repeat(times, parts) + part * np.repeat(lengths / parts, parts)

@@ -13,9 +13,9 @@ from usdfoot.batch.running import run_chunks
 from usdfoot.batch.tasks import ChunkTask, cut_chunks
 from usdfoot.batch.workshop import Workshop
 from usdfoot.bridge.scene import Scene
-from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import OutputError, SceneError
 from usdfoot.model.report import Problem
+from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.report import AnimateReport, provenance_of, report_json
 from usdfoot.readers.chunks import read_record
 from usdfoot.readers.scene import SceneReader
@@ -34,7 +34,7 @@ def animate(
     *,
     agents: str = "*",
     frames: tuple[int, int] | None = None,
-    options: EngineOptions | None = None,
+    options: MotionOptions | None = None,
     collect: bool = False,
     chunk_size: int = CHUNK_SIZE,
     executor: Executor | None = None,
@@ -50,7 +50,7 @@ def animate(
         folder: Where crowd.usd and its layers go.
         agents: Glob on agents' names or paths.
         frames: First and last time code to write; None = all of the plans.
-        options: Of the engine.
+        options: Of the sources of motion.
         collect: Copy the characters' files into the folder.
         chunk_size: Agents a chunk; a worker has no more than one chunk in memory.
         executor: Whose workers make the chunks, if there are several to make; None = this process does.
@@ -64,7 +64,7 @@ def animate(
         OutputError: If the folder cannot be written to, the output would replace the input, or a worker vanished.
     """
     progress("read", 0, 0)
-    shot = _open_shot(scene_file, folder, agents, frames, options or EngineOptions(), collect, chunk_size)
+    shot = _open_shot(scene_file, folder, agents, frames, options or MotionOptions(), collect, chunk_size)
     records = _make_chunks(shot, executor, progress)
     problems = _distinct((*shot.scene.crowd.problems, *(problem for record in records for problem in record.problems)))
     _require_agents(scene_file, records, problems)
@@ -95,7 +95,7 @@ def animate_chunk(
     *,
     agents: str = "*",
     frames: tuple[int, int] | None = None,
-    options: EngineOptions | None = None,
+    options: MotionOptions | None = None,
     collect: bool = False,
     chunk_size: int = CHUNK_SIZE,
 ) -> ChunkRecord:
@@ -115,10 +115,13 @@ def animate_chunk(
         SceneError: If the scene cannot be opened, no agent can be used, or there is no such chunk.
         OutputError: If the folder cannot be written to or the output would replace the input.
     """
-    shot = _open_shot(scene_file, folder, agents, frames, options or EngineOptions(), collect, chunk_size)
-    if not 0 <= index < len(shot.tasks):
-        raise SceneError(scene_file, f"has no chunk {index}", f"give one of 0 to {len(shot.tasks) - 1}")
-    task = shot.tasks[index]
+    shot = _open_shot(scene_file, folder, agents, frames, options or MotionOptions(), collect, chunk_size)
+    count = len(range(0, len(shot.reader.names), chunk_size))
+    if not 0 <= index < count:
+        raise SceneError(scene_file, f"has no chunk {index}", f"give one of 0 to {count - 1}")
+    task = next((task for task in shot.tasks if task.index == index), None)
+    if task is None:
+        return ChunkRecord(agents=(), problems=(), is_kept=False)
     kept = read_record(shot.folder, task.files, task.content_hash)
     return parse_record(kept or Workshop(shot.reader, shot.options).make(task), is_kept=kept is not None)
 
@@ -129,14 +132,15 @@ def count_chunks(
     agents: str = "*",
     frames: tuple[int, int] | None = None,
     chunk_size: int = CHUNK_SIZE,
+    motion: str | None = None,
 ) -> int:
     """How many chunks `animate` with the same arguments makes.
 
     Raises:
-        SceneError: If the scene cannot be opened or no agent can be used.
+        SceneError: If the scene cannot be opened or the glob matches nobody.
     """
-    scene = SceneReader(scene_file, agents=agents, frames=frames).read()
-    return len(range(0, len(scene.crowd.agents), chunk_size))
+    reader = SceneReader(scene_file, agents=agents, frames=frames, motion=motion)
+    return len(range(0, len(reader.names), chunk_size))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -146,7 +150,7 @@ class _Shot:
     reader: SceneReader
     scene: Scene
     folder: Path
-    options: EngineOptions
+    options: MotionOptions
     characters: Sequence[PlacedCharacter]
     tasks: Sequence[ChunkTask]
 
@@ -156,17 +160,17 @@ def _open_shot(
     folder: str | os.PathLike[str],
     agents: str,
     frames: tuple[int, int] | None,
-    options: EngineOptions,
+    options: MotionOptions,
     collect: bool,
     chunk_size: int,
 ) -> _Shot:
     target = Path(os.path.realpath(folder))
-    reader = SceneReader(scene_file, agents=agents, frames=frames)
+    reader = SceneReader(scene_file, agents=agents, frames=frames, motion=options.motion, crowd=target)
     scene = reader.read()
     check_output(scene, target)
     characters = place_characters(scene.characters, target, layer_format=crowd_format(scene), collect=collect)
     references = [(placed.reference.assetPath, str(placed.reference.primPath)) for placed in characters]
-    tasks = cut_chunks(scene, references, folder=target, options=options, size=chunk_size)
+    tasks = cut_chunks(scene, references, names=reader.names, folder=target, options=options, size=chunk_size)
     return _Shot(reader=reader, scene=scene, folder=target, options=options, characters=characters, tasks=tasks)
 
 

@@ -13,9 +13,9 @@ from usdfoot import __version__
 from usdfoot.batch.records import ChunkRecord, problem_json
 from usdfoot.bridge.scene import Scene
 from usdfoot.bridge.versions import library_versions
-from usdfoot.engine.options import EngineOptions
 from usdfoot.model.motion import StepResults
 from usdfoot.model.report import Problem
+from usdfoot.physics.motion_options import MotionOptions
 
 __all__ = ["AnimateReport", "provenance_of", "report_json"]
 
@@ -41,7 +41,7 @@ class AnimateReport:
         return tuple(problem for problem in self.problems if problem.severity == "error")
 
 
-def provenance_of(scene: Scene, options: EngineOptions, folder: Path) -> dict[str, Any]:
+def provenance_of(scene: Scene, options: MotionOptions, folder: Path) -> dict[str, Any]:
     """What crowd.usd says about its making: program, options, scene, and a hash of everything that was read.
 
     The scene's path is relative to the folder. It is a string, not an asset: the crowd does not depend on the scene,
@@ -53,7 +53,16 @@ def provenance_of(scene: Scene, options: EngineOptions, folder: Path) -> dict[st
         "version": __version__,
         "scene": _relative(scene.stage.identifier, folder),
         "contentHash": combined.hexdigest(),
-        "options": {key: value for key, value in asdict(options).items()},
+        "options": _given(asdict(options)),
+    }
+
+
+def _given(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Options without those that are None, which USD's dictionaries cannot say."""
+    return {
+        key: _given(value) if isinstance(value, Mapping) else value
+        for key, value in options.items()
+        if value is not None
     }
 
 
@@ -61,7 +70,7 @@ def report_json(
     scene: Scene,
     records: Sequence[ChunkRecord],
     *,
-    options: EngineOptions,
+    options: MotionOptions,
     problems: Sequence[Problem],
     folder: Path,
 ) -> dict[str, Any]:
@@ -70,7 +79,7 @@ def report_json(
     Args:
         scene: What was read.
         records: What was made of it, by chunk.
-        options: Of the engine.
+        options: Of the sources of motion.
         problems: All of the run.
         folder: Where the crowd is written.
     """

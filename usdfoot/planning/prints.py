@@ -44,6 +44,9 @@ def follow_ground(
         near: Heights the ways are drawn at [m], shape (M,); those at the starts choose the level.
         starts: Whether a way begins at the point, shape (M,).
         step_up: Highest step along the way [m].
+
+    Returns:
+        The ground; where a way has left the terrain, at the height it had before.
     """
     levels = np.array(near, dtype=float)
     sample = ground.heights(points, levels, step_up=step_up)
@@ -53,7 +56,7 @@ def follow_ground(
         following = np.where(starts, near, np.concatenate([kept[:1], kept[:-1]]))
         changed = np.flatnonzero(following != levels)
         if not changed.size:
-            return sample
+            return replace(sample, heights=np.where(sample.hit, sample.heights, levels))
         levels = following
         sample = _with(sample, changed, ground.heights(points[changed], levels[changed], step_up=step_up))
 
@@ -67,12 +70,12 @@ def lay_prints(
         ground: The terrain.
         points: Under the balls, (x, z) [m], shape (N, 2).
         yaws: Where the feet point [rad], shape (N,).
-        near: Height of the way there [m], shape (N,).
+        near: Height of the way there [m], shape (N,); off the terrain it is the print's.
         step_up: Ground is looked for up to this far above `near` [m].
     """
     sample = ground.heights(points, near, step_up=step_up)
     return Prints(
-        positions=np.stack([points[:, 0], sample.heights, points[:, 1]], axis=-1),
+        positions=np.stack([points[:, 0], np.where(sample.hit, sample.heights, near), points[:, 1]], axis=-1),
         orientations=print_orientations(yaws, sample.normals),
         walkable=sample.walkable,
     )

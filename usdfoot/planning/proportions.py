@@ -20,13 +20,10 @@ class Proportions:
     """Hip to ankle with the knee straight [m]."""
     foot_length: float = 0.13
     """Ankle to ball along the ground, foot flat [m]."""
+    heel: float = 0.19
+    """From the ball back to the heel [m]: 0.4 of the distance from ankle to ball behind the ankle (design.md 2)."""
     hip_width: float = 0.18
     """Between the hip joints [m]."""
-
-    @property
-    def heel(self) -> float:
-        """From the ball back to the heel [m]: 0.4 of the foot behind the ankle (design.md section 2)."""
-        return 1.4 * self.foot_length
 
     @property
     def toe(self) -> float:
@@ -54,8 +51,10 @@ def proportions_of(skeleton: Skeleton, biped: Biped) -> Proportions:
     positions, _ = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
     feet = positions[list(biped.balls)] - positions[list(biped.ankles)]
     hips = positions[biped.hips[0]] - positions[biped.hips[1]]
+    level = float(np.hypot(feet[:, 0], feet[:, 2]).mean())
     return Proportions(
         leg_length=biped.maximal_leg_length,
-        foot_length=float(np.hypot(feet[:, 0], feet[:, 2]).mean()),
+        foot_length=level,
+        heel=level + 0.4 * float(np.linalg.norm(feet, axis=1).mean()),
         hip_width=float(np.linalg.norm(hips)),
     )

@@ -32,12 +32,19 @@ class AgentSource:
     prim: Usd.Prim
     """The agent prim; without UsdfootAgentAPI on the stage, the plan."""
     plan: Usd.Prim
+    """The plan's prim; of an agent that has none but follows a path or a trajectory, that prim."""
     character: Usd.Prim | None
     """Prim that holds the character; None = the agent prim, or the only character of the stage."""
     clips: tuple[Sdf.Path, ...]
     """Scopes of clips; empty = every clip that fits."""
     is_authored: bool
     """Whether the prim has UsdfootAgentAPI."""
+    path: Usd.Prim | None = None
+    """The curve that an agent without a plan follows."""
+    trajectory: Usd.Prim | None = None
+    """What an agent without plan and path follows."""
+    number: int | None = None
+    """Which of the points of a trajectory is the agent's."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,30 +125,30 @@ def read_agent_options(source: AgentSource, units: StageUnits) -> AgentOptions:
 
 def _source(stage: Usd.Stage, prim: Usd.Prim, name: str, default_plan: Usd.Prim | None) -> AgentSource:
     """Raises PlanError or SceneError if a relationship is missing or points nowhere."""
+    plan = _target(stage, prim, Token.PLAN)
+    path = _target(stage, prim, Token.PATH) if plan is None else None
+    trajectory = _target(stage, prim, Token.TRAJECTORY) if plan is None and path is None else None
+    number = authored(prim, Token.ID)
     return AgentSource(
         name=name,
         prim=prim,
-        plan=_plan_of(stage, prim, default_plan),
+        plan=plan or path or trajectory or _default_plan(prim, default_plan),
+        path=path,
         character=_target(stage, prim, Token.CHARACTER),
         clips=tuple(_existing(stage, prim, Token.CLIPS)),
         is_authored=True,
+        trajectory=trajectory,
+        number=None if number is None else int(number),
     )
 
 
-def _plan_of(stage: Usd.Stage, prim: Usd.Prim, default: Usd.Prim | None) -> Usd.Prim:
-    plan = _target(stage, prim, Token.PLAN)
-    if plan is not None:
-        return plan
-    for name, what in ((Token.PATH, "a path"), (Token.TRAJECTORY, "a trajectory")):
-        if targets(prim, name):
-            raise PlanError(
-                prim.GetPath(),
-                f"follows {what} but has no footsteps",
-                f"this needs a footstep plan for now: point {Token.PLAN} at a PointInstancer with UsdfootPlanAPI",
-            )
+def _default_plan(prim: Usd.Prim, default: Usd.Prim | None) -> Usd.Prim:
     if default is None:
         raise PlanError(
-            prim.GetPath(), "has no footstep plan", f"point {Token.PLAN} at a PointInstancer with UsdfootPlanAPI"
+            prim.GetPath(),
+            "has no footstep plan",
+            f"point {Token.PLAN} at a PointInstancer with UsdfootPlanAPI, {Token.PATH} at BasisCurves, or "
+            f"{Token.TRAJECTORY} at an animated Xform",
         )
     return default
 

@@ -13,10 +13,11 @@ from usdfoot.bridge.tokens import Motion, Plan
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import ClipError, UsdfootError
 from usdfoot.maths.types import FloatArray
-from usdfoot.model.agent import Agent
+from usdfoot.model.agent import Agent, Follower, Performer
 from usdfoot.model.clip import Clip, ClipLibrary
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
+from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.readers.agents import AgentSource, read_agent_options
 from usdfoot.readers.characters import character_key, find_skeleton, only_character, read_character
 from usdfoot.readers.clip_sources import ClipFinder
@@ -36,6 +37,8 @@ class Casting:
     units: StageUnits
     frame_codes: FloatArray
     finder: ClipFinder
+    motion: str | None = None
+    """Of all agents; None = what each says."""
     characters: list[Character] = field(default_factory=list)
     libraries: list[ClipLibrary] = field(default_factory=list)
     problems: list[Problem] = field(default_factory=list)
@@ -44,29 +47,51 @@ class Casting:
     _character_of: dict[object, int | UsdfootError] = field(default_factory=dict)
     _library_of: dict[object, int | UsdfootError] = field(default_factory=dict)
 
-    def cast(self, source: AgentSource, plan: FootstepPlan) -> Agent | None:
-        """The agent; None, and a problem noted, if it cannot be used."""
+    def cast(
+        self, source: AgentSource, plan: FootstepPlan, root_trajectory: RootTrajectory | None = None
+    ) -> Agent | None:
+        """The agent that walks a plan; None, and a problem noted, if it cannot be used."""
+        performer = self._performer(source)
+        if performer is None:
+            return None
+        if authored(source.plan, Plan.ROOT_WEIGHTS) is not None:
+            performer = replace(performer, root_weight=0.0)
+        else:
+            plan = replace(plan, root_weights=np.full(len(plan), performer.root_weight))
+        return performer.walking(plan, root_trajectory=root_trajectory)
+
+    def cast_follower(self, source: AgentSource, trajectory: RootTrajectory) -> Follower | None:
+        """The agent that goes along a trajectory; None, and a problem noted, if it cannot be used."""
+        performer = self._performer(source)
+        return None if performer is None else performer.following(trajectory)
+
+    def _performer(self, source: AgentSource) -> Performer | None:
         try:
             options = read_agent_options(source, self.units)
+            motion = self.motion or options.motion
             character, prim = self._character(source)
-            library = self._library(source, character, prim, required=options.motion != Motion.PHYSICS)
+            library = self._library(source, character, prim, required=motion != Motion.PHYSICS)
         except UsdfootError as error:
             self.problems.append(skipped(source, error))
             return None
-        weighed = authored(source.plan, Plan.ROOT_WEIGHTS) is not None
-        if not weighed:
-            plan = replace(plan, root_weights=np.full(len(plan), options.root_weight))
-        return Agent(
+        return Performer(
             name=source.name,
             source=str(source.prim.GetPath()),
-            plan=plan,
             library=library,
             character=character,
             ik_reach=options.ik_reach,
-            root_weight=0.0 if weighed else options.root_weight,
+            root_weight=options.root_weight,
             replace_distance=options.replace_distance,
-            motion=options.motion,
+            motion=motion,
         )
+
+    def character_of(self, source: AgentSource) -> Character:
+        """The character of an agent.
+
+        Raises:
+            UsdfootError: If it has none that can be used.
+        """
+        return self.characters[self._character(source)[0]]
 
     def _character(self, source: AgentSource) -> tuple[int, Usd.Prim]:
         """Index of the agent's character, and its prim."""

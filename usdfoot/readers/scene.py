@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Collection, Iterable, Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 from pxr import Usd
@@ -13,15 +14,19 @@ from usdfoot.bridge.scene import Scene, StageInfo
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.maths.types import FloatArray
-from usdfoot.model.agent import Agent, Crowd
+from usdfoot.model.agent import Crowd
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
+from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.readers.agents import AgentSource, list_agents, select_agents
 from usdfoot.readers.casting import Casting, skipped
 from usdfoot.readers.clip_sources import ClipFinder
+from usdfoot.readers.overrides import read_overrides
 from usdfoot.readers.plans import read_plan
-from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
+from usdfoot.readers.stage import StagePrims, collect_prims, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
+from usdfoot.readers.trajectories import TrajectoryReader
+from usdfoot.readers.walkers import plan_walkers, read_walkers
 
 __all__ = ["SceneReader", "read_scene"]
 
@@ -31,7 +36,11 @@ _ROUNDING = 1e-6
 
 
 def read_scene(
-    scene: str | os.PathLike[str] | Usd.Stage, *, agents: str = "*", frames: tuple[int, int] | None = None
+    scene: str | os.PathLike[str] | Usd.Stage,
+    *,
+    agents: str = "*",
+    frames: tuple[int, int] | None = None,
+    motion: str | None = None,
 ) -> Scene:
     """Everything usdfoot needs of a stage, in canonical space; the stage is not changed.
 
@@ -41,11 +50,12 @@ def read_scene(
         scene: File or open stage.
         agents: Glob on the names or prim paths of the agents to read.
         frames: First and last time code of the output; None = from the first strike to the last liftoff of all agents.
+        motion: Of all agents; None = what each says. Agents that physics moves need no clips.
 
     Raises:
         SceneError: If the stage cannot be opened or no agent at all can be used.
     """
-    read = SceneReader(scene, agents=agents, frames=frames).read()
+    read = SceneReader(scene, agents=agents, frames=frames, motion=motion).read()
     for problem in read.crowd.problems:
         _logger.log(logging.ERROR if problem.severity == "error" else logging.WARNING, "%s", problem.message)
     return read
@@ -58,7 +68,9 @@ class SceneReader:
         scene: File or open stage; never changed.
         agents: Glob on the names or prim paths of the agents that can be read.
         frames: First and last time code of the output; None = from the first strike to the last liftoff of all agents.
+        motion: Of all agents; None = what each says. Agents that physics moves need no clips.
         reload: Read the files again where this process has read them before.
+        crowd: Folder of the crowd, whose overrides.usda mutes agents and changes plans.
 
     Raises:
         SceneError: If the stage cannot be opened, the glob matches nobody or the frames are none.
@@ -70,7 +82,9 @@ class SceneReader:
         *,
         agents: str = "*",
         frames: tuple[int, int] | None = None,
+        motion: str | None = None,
         reload: bool = False,
+        crowd: Path | None = None,
     ) -> None:
         stage = open_stage(scene)
         if reload:
@@ -78,17 +92,29 @@ class SceneReader:
         prims = collect_prims(stage)
         self.info = read_stage_info(stage)
         self._everyone, self._agent_problems = list_agents(stage, prims)
-        self._chosen = select_agents(self._everyone, agents)
-        self._plans: dict[str, FootstepPlan | UsdfootError] = {}
-        self._plan_problems: list[Problem] = []
-        codes = _frame_codes(self._all_plans(), self.info.units, frames)
+        self._overrides = read_overrides(crowd, self.info.units)
+        chosen = select_agents(self._everyone, agents)
+        self.names = tuple(source.name for source in chosen)
+        self._chosen = tuple(source for source in chosen if not self._overrides.is_muted(source.name))
+        self._walks: dict[str, FootstepPlan | RootTrajectory | UsdfootError] = {}
+        self._walk_problems: list[Problem] = []
+        self._roots: dict[str, RootTrajectory] = {}
+        self._trajectories = TrajectoryReader(units=self.info.units)
+        self._frames: dict[str, FloatArray] = {}
         self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units)
+        self._planned = self._plan_paths(stage, prims)
+        codes = _frame_codes(self._all_walks(), self.info.units, frames)
         foreign = (
             *(source.plan for source in self._everyone),
             *(stage.GetPrimAtPath(path) for path in self._terrain.meshes),
         )
         self._casting = Casting(
-            prims=prims, foreign=foreign, units=self.info.units, frame_codes=codes, finder=ClipFinder(stage, prims)
+            prims=prims,
+            foreign=foreign,
+            units=self.info.units,
+            frame_codes=codes,
+            finder=ClipFinder(stage, prims),
+            motion=motion,
         )
         self._codes = codes
 
@@ -102,69 +128,120 @@ class SceneReader:
             SceneError: If none of them can be used.
         """
         casting = self._casting
-        cast = []
+        cast, followers = [], []
         for source in self._chosen:
             if names is not None and source.name not in names:
                 continue
-            plan = self._plan_of(source)
-            agent = casting.cast(source, plan) if isinstance(plan, FootstepPlan) else None
-            if agent is not None:
-                cast.append(agent)
+            walk = self._walk_of(source)
+            if isinstance(walk, RootTrajectory):
+                follower = casting.cast_follower(source, walk)
+                followers += [follower] if follower else []
+            elif isinstance(walk, FootstepPlan):
+                agent = casting.cast(source, walk, self._roots.get(source.name))
+                cast += [agent] if agent else []
         problems = (
             *self._agent_problems,
-            *self._plan_problems,
+            *self._walk_problems,
             *casting.problems,
             *casting.unfit_clips(),
             *self._terrain_problems,
         )
-        _require_agents(self.info, self._everyone, cast, problems)
+        _require_agents(self.info, self._everyone, len(cast) + len(followers), problems)
         crowd = Crowd(
             agents=tuple(cast),
             libraries=tuple(casting.libraries),
             terrain=self._terrain,
             frame_times=self.info.units.codes_to_times(self._codes),
             frame_rate=self.info.units.time_codes_per_second,
+            followers=tuple(followers),
             problems=problems,
         )
-        return Scene(stage=self.info, crowd=crowd, characters=tuple(casting.characters), frame_codes=self._codes)
+        return Scene(
+            stage=self.info,
+            crowd=crowd,
+            characters=tuple(casting.characters),
+            frame_codes=self._codes,
+            plan_frames={agent.name: self._frames[agent.name] for agent in cast if agent.name in self._frames},
+        )
 
-    def _all_plans(self) -> Iterator[FootstepPlan]:
-        """Every plan that can be read."""
+    def _plan_paths(self, stage: Usd.Stage, prims: StagePrims) -> dict[str, FootstepPlan | UsdfootError]:
+        """Plans of all agents that follow a path, or why there is none, by agent name."""
+        walkers, errors = read_walkers(stage, prims, self.info.units, sources=self._chosen)
+        return {**plan_walkers(walkers, self._terrain), **errors}
+
+    def _all_walks(self) -> Iterator[FootstepPlan | RootTrajectory]:
+        """Every plan and trajectory that can be read."""
         for source in self._chosen:
-            plan = self._plan_of(source)
-            if isinstance(plan, FootstepPlan):
-                yield plan
+            walk = self._walk_of(source)
+            if not isinstance(walk, UsdfootError):
+                yield walk
 
-    def _plan_of(self, source: AgentSource) -> FootstepPlan | UsdfootError:
-        """An agent's plan or why there is none, read once."""
-        if source.name not in self._plans:
+    def _walk_of(self, source: AgentSource) -> FootstepPlan | RootTrajectory | UsdfootError:
+        """An agent's plan, or trajectory, or why there is none; read once."""
+        if source.name not in self._walks:
             try:
-                self._plans[source.name], warnings = read_plan(source.plan, self.info.units)
-                self._plan_problems.extend(warnings)
+                changed = self._overrides.plan(source.name, self._plan_of_name)
+                if changed is not None:
+                    self._walks[source.name], warnings = changed.plan, changed.problems
+                    self._frames[source.name] = changed.frame
+                elif source.trajectory is not None:
+                    self._walks[source.name] = self._trajectories.read(source.trajectory, source.number)
+                    warnings = ()
+                else:
+                    plan, warnings = self._scene_plan(source)
+                    self._walks[source.name] = plan
+                    warnings += self._read_root(source, plan)
+                self._walk_problems.extend(warnings)
             except UsdfootError as error:
-                self._plans[source.name] = error
-                self._plan_problems.append(skipped(source, error))
-        return self._plans[source.name]
+                self._walks[source.name] = error
+                self._walk_problems.append(skipped(source, error))
+        return self._walks[source.name]
+
+    def _read_root(self, source: AgentSource, plan: FootstepPlan) -> tuple[Problem, ...]:
+        """Reads the root trajectory given with a plan, if there is one; one that cannot be used is a warning."""
+        try:
+            root = self._trajectories.read_for_plan(source.plan, plan, source.number)
+        except UsdfootError as error:
+            message = f"{error}. The root goes along the footsteps instead"
+            return (Problem(severity="warning", where=str(source.plan.GetPath()), message=message),)
+        self._roots.update({source.name: root} if root else {})
+        return ()
+
+    def _scene_plan(self, source: AgentSource) -> tuple[FootstepPlan, tuple[Problem, ...]]:
+        """The plan that the scene gives an agent, and warnings.
+
+        Raises:
+            UsdfootError: If there is none.
+        """
+        planned = self._planned.get(source.name)
+        if isinstance(planned, UsdfootError):
+            raise planned
+        return (planned, ()) if planned is not None else read_plan(source.plan, self.info.units)
+
+    def _plan_of_name(self, name: str) -> FootstepPlan | None:
+        """The plan that the scene gives the agent of a name."""
+        source = next((source for source in self._everyone if source.name == name), None)
+        return self._scene_plan(source)[0] if source and source.trajectory is None else None
 
 
-def _frame_codes(plans: Iterable[FootstepPlan], units: StageUnits, frames: tuple[int, int] | None) -> FloatArray:
-    """Whole time codes from before the first strike to after the last liftoff of all plans, shape (F,)."""
+def _frame_codes(
+    walks: Iterable[FootstepPlan | RootTrajectory], units: StageUnits, frames: tuple[int, int] | None
+) -> FloatArray:
+    """Whole time codes around all walks, shape (F,): a plan's from its first strike to its last liftoff."""
     if frames is not None:
         if frames[1] < frames[0]:
             raise SceneError("frames", f"{frames[0]}:{frames[1]} is empty", "give the first and the last time code")
         return np.arange(frames[0], frames[1] + 1, dtype=float)
-    ranges = np.array([(plan.strike_times[0], plan.liftoff_times.max()) for plan in plans])
+    ranges = np.array([(walk.start, walk.end) for walk in walks])
     if not len(ranges):
         return np.zeros(1)
     start, end = units.times_to_codes(np.array([ranges[:, 0].min(), ranges[:, 1].max()]))
     return np.arange(np.floor(start + _ROUNDING), np.ceil(end - _ROUNDING) + 1.0)
 
 
-def _require_agents(
-    info: StageInfo, everyone: Sequence[AgentSource], cast: Sequence[Agent], problems: Sequence[Problem]
-) -> None:
+def _require_agents(info: StageInfo, everyone: Sequence[AgentSource], usable: int, problems: Sequence[Problem]) -> None:
     """Raises SceneError if nothing is left to animate."""
-    if cast:
+    if usable:
         return
     errors = [problem.message for problem in problems if problem.severity == "error"]
     if not everyone and not errors:

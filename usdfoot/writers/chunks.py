@@ -83,6 +83,12 @@ def _chunk_layers(
             write_agent(agents, motion, resting=resting, reference=Sdf.Reference(*reference), units=units)
             write_animation(anims, motion, resting=resting, units=units)
             write_executed_plan(
-                footsteps, motion.name, plan, results=motion.results, size=resting.foot_length, units=units
+                footsteps,
+                motion.name,
+                plan,
+                results=motion.results,
+                size=resting.foot_length,
+                units=units,
+                frame=scene.plan_frames.get(motion.name),
             )
     return {files.agents: agents, files.footsteps: footsteps, files.anims: anims}

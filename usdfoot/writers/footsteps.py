@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from pxr import Gf, Sdf, Vt
 
 from usdfoot.bridge import tokens
 from usdfoot.bridge.units import StageUnits
+from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.motion import StepResults
 from usdfoot.model.plan import FootstepPlan
@@ -21,7 +23,14 @@ ValueTypes = Sdf.ValueTypeNames
 
 
 def write_executed_plan(
-    layer: Sdf.Layer, name: str, plan: FootstepPlan, *, results: StepResults, size: float, units: StageUnits
+    layer: Sdf.Layer,
+    name: str,
+    plan: FootstepPlan,
+    *,
+    results: StepResults,
+    size: float,
+    units: StageUnits,
+    frame: FloatArray | None = None,
 ) -> None:
     """Author /Crowd/Plans/<name> into a layer.
 
@@ -32,12 +41,28 @@ def write_executed_plan(
         results: What became of each footstep.
         size: Of the prints: distance from ankle to ball [m].
         units: Of the written stage.
+        frame: From the prim to the world, as a stronger layer will have it (row vectors, stage units), shape (4, 4);
+            None = nothing moves the prim.
     """
+    plan = plan if frame is None else _in_frame(plan, frame, units)
     prim = author_plan(layer, f"{tokens.Prim.PLANS}/{name}", plan, size=size, units=units)
     apply_schemas(prim, [tokens.Schema.PLAN, tokens.Schema.RESULT])
     author(prim, "purpose", ValueTypes.Token, "guide", uniform=True)
     author(prim, tokens.Plan.ROOT_WEIGHTS, ValueTypes.FloatArray, _floats(plan.root_weights), uniform=True)
     _write_results(prim, results, units)
+
+
+def _in_frame(plan: FootstepPlan, frame: FloatArray, units: StageUnits) -> FootstepPlan:
+    """The plan in the space of a prim that a transform moves, so that the transform puts it where it is."""
+    to_local = np.linalg.inv(frame)
+    positions = units.points_to_stage(plan.positions) @ to_local[:3, :3] + to_local[3, :3]
+    rotation = to_local[:3, :3].T / np.cbrt(np.linalg.det(to_local[:3, :3]))
+    turn = units.rotations_to_canonical(quaternion.from_matrix(rotation))
+    return replace(
+        plan,
+        positions=units.points_to_canonical(positions),
+        orientations=quaternion.compose(turn, plan.orientations),
+    )
 
 
 def author_plan(layer: Sdf.Layer, path: str, plan: FootstepPlan, *, size: float, units: StageUnits) -> Sdf.PrimSpec:

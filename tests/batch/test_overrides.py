@@ -1,0 +1,145 @@
+"""What artists change in overrides.usda is honoured when the crowd is made again, and never overwritten."""
+
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+from pxr import Gf, Sdf, Usd, UsdGeom
+
+from tests.batch.conftest import AGENTS, digests, write_crowd_scene
+from usdfoot.bridge.tokens import File
+from usdfoot.pipeline.animate import animate
+from usdfoot.pipeline.validate import validate
+
+
+@pytest.fixture
+def shot(stages, tmp_path):
+    """A crowd that has been made, its scene and its folder."""
+    scene = write_crowd_scene(stages, tmp_path / "scene")
+    animate(scene, tmp_path / "out", chunk_size=1)
+    return scene, tmp_path / "out"
+
+
+@contextmanager
+def edited(folder):
+    """The crowd as a stage whose edits go into overrides.usda, saved and closed when the block ends."""
+    stage = Usd.Stage.Open(str(folder / File.CROWD))
+    stage.Reload()
+    layer = Sdf.Layer.FindOrOpen(str(folder / File.OVERRIDES))
+    stage.SetEditTarget(layer)
+    yield stage
+    layer.Save()
+
+
+def strikes(folder, name):
+    """World positions [stage units] and times [codes] at which the left foot of an agent stands."""
+    stage = Usd.Stage.Open(str(folder / File.CROWD))
+    stage.Reload()
+    prim = stage.GetPrimAtPath(f"/Crowd/Anims/{name}")
+    times = prim.GetAttribute("usdfoot:contact:left:strikeTimes").Get()
+    return np.array(prim.GetAttribute("usdfoot:contact:left:positions").Get()), np.array([float(t) for t in times])
+
+
+def remake(scene, folder):
+    """The crowd made again; the overrides are as they were and the figures within their targets."""
+    kept = (folder / File.OVERRIDES).read_bytes()
+    report = animate(scene, folder, chunk_size=1)
+    assert (folder / File.OVERRIDES).read_bytes() == kept
+    before = digests(folder)
+    assert animate(scene, folder, chunk_size=1).kept == report.chunks and digests(folder) == before
+    for path in folder.iterdir():
+        layer = Sdf.Layer.Find(str(path))
+        if layer:
+            layer.Reload()  # the test looked at the crowd before
+    assert validate(folder / File.CROWD).passed
+    return report
+
+
+def test_a_muted_agent_is_not_made(shot):
+    scene, folder = shot
+    with edited(folder) as stage:
+        stage.GetPrimAtPath("/Crowd/Agents/Agent_1").SetActive(False)
+    report = remake(scene, folder)
+    assert (
+        sorted(report.results) == ["Agent_0", "Agent_2"] and report.kept == AGENTS - 1
+    )  # the others stay as they were
+    assert not (folder / "anims.0001.usdc").exists()
+
+
+def test_a_retimed_agent_steps_at_the_new_times_and_the_others_are_kept(shot):
+    scene, folder = shot
+    _, before = strikes(folder, "Agent_1")
+    with edited(folder) as stage:
+        for name in ("strikeTimes", "liftoffTimes"):
+            attribute = stage.GetPrimAtPath("/Crowd/Plans/Agent_1").GetAttribute(f"usdfoot:plan:{name}")
+            attribute.Set(Sdf.TimeCodeArray([Sdf.TimeCode(1.25 * float(code)) for code in attribute.Get()]))
+    report = remake(scene, folder)
+    assert report.kept == AGENTS - 1
+    np.testing.assert_allclose(strikes(folder, "Agent_1")[1], 1.25 * before, atol=1e-6)
+
+
+def test_a_moved_footstep_and_a_moved_plan_are_stepped_on_where_they_are(shot):
+    scene, folder = shot
+    before = {name: strikes(folder, name)[0] for name in ("Agent_0", "Agent_1")}
+    with edited(folder) as stage:
+        positions = stage.GetPrimAtPath("/Crowd/Plans/Agent_0").GetAttribute("positions")
+        points = np.array(positions.Get())
+        points[4, 0] += 0.05
+        positions.Set(points)
+        moved = UsdGeom.Xformable(stage.GetPrimAtPath("/Crowd/Plans/Agent_1"))
+        moved.AddTranslateOp().Set(Gf.Vec3d(1.0, 0.0, 2.0))
+        moved.AddRotateYOp().Set(90.0)
+    remake(scene, folder)
+    change = strikes(folder, "Agent_0")[0] - before["Agent_0"]
+    assert sorted(np.round(change[:, 0], 4)) == [0.0] * (len(change) - 1) + [0.05]
+    x, y, z = before["Agent_1"].T
+    np.testing.assert_allclose(strikes(folder, "Agent_1")[0], np.stack([z + 1.0, y, 2.0 - x], axis=-1), atol=1e-3)
+
+
+def test_an_agent_given_another_plan_walks_it(shot):
+    scene, folder = shot
+    with edited(folder) as stage:
+        agent = stage.GetPrimAtPath("/Crowd/Agents/Agent_0")
+        agent.GetRelationship("usdfoot:agent:plan").SetTargets(["/Crowd/Plans/Agent_2"])
+    remake(scene, folder)
+    for ours, theirs in zip(strikes(folder, "Agent_0"), strikes(folder, "Agent_2"), strict=True):
+        np.testing.assert_allclose(ours, theirs, atol=1e-5)
+
+
+def test_a_plan_that_is_not_there_skips_its_agent_only(shot):
+    scene, folder = shot
+    with edited(folder) as stage:
+        agent = stage.GetPrimAtPath("/Crowd/Agents/Agent_0")
+        agent.GetRelationship("usdfoot:agent:plan").SetTargets(["/Crowd/Plans/Nobody"])
+    report = animate(scene, folder, chunk_size=1)
+    assert sorted(report.results) == ["Agent_1", "Agent_2"]
+    assert any("points at no plan: /Crowd/Plans/Nobody" in str(problem) for problem in report.skipped)
+
+
+def test_a_broken_layer_of_overrides_is_named_and_nothing_is_written(shot):
+    scene, folder = shot
+    (folder / File.OVERRIDES).write_text("#usda 1.0\nnonsense {")
+    before = digests(folder)
+    with pytest.raises(ValueError, match=r"overrides\.usda: cannot be read"):
+        animate(scene, folder, chunk_size=1)
+    assert digests(folder) == before
+
+
+def test_a_shot_can_reference_the_crowd_twice_with_other_offsets(crowd):
+    shot = Usd.Stage.CreateInMemory()
+    for name, offset in (("Now", 0.0), ("Later", 12.0)):
+        prim = shot.DefinePrim(f"/{name}")
+        prim.GetReferences().AddReference(str(crowd.crowd_file), "/Crowd", Sdf.LayerOffset(offset))
+
+    times = [
+        shot.GetPrimAtPath(f"/{name}/Anims/Agent_1").GetAttribute("rotations").GetTimeSamples()
+        for name in ("Now", "Later")
+    ]
+    np.testing.assert_allclose(np.array(times[1]) - 12.0, times[0])
+    source = shot.GetPrimAtPath("/Later/Agents/Agent_1").GetRelationship("skel:animationSource").GetTargets()
+    assert source == [Sdf.Path("/Later/Anims/Agent_1")]
+    strike = [
+        float(shot.GetPrimAtPath(f"/{name}/Plans/Agent_1").GetAttribute("usdfoot:plan:strikeTimes").Get()[0])
+        for name in ("Now", "Later")
+    ]
+    assert strike[1] - strike[0] == pytest.approx(12.0)

@@ -1,0 +1,118 @@
+"""Plans of whole scenes: what is written, composes, and walks."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdUtils
+
+from tests.scenes import Units, add_character, new_stage
+from usdfoot.bridge.schema import apply_api
+from usdfoot.bridge.tokens import Agent, Schema
+from usdfoot.bridge.tokens import Path as PathToken
+from usdfoot.cli.main import main
+from usdfoot.errors import OutputError, SceneError
+from usdfoot.pipeline.plan import plan_scene_paths
+from usdfoot.readers.agents import list_agents
+from usdfoot.readers.plans import read_plan
+from usdfoot.readers.stage import collect_prims, read_stage_info
+
+CURVE = np.array([(0.0, 0.0, 0.0), (0.0, 0.0, 3.0), (1.0, 0.0, 5.0), (4.0, 0.0, 5.0)])
+
+
+def add_curve(stage, path, units, points=CURVE, **numbers):
+    prim = UsdGeom.BasisCurves.Define(stage, path)
+    prim.CreatePointsAttr([Gf.Vec3f(*point) for point in units.points(points).tolist()])
+    prim.CreateCurveVertexCountsAttr([len(points)])
+    apply_api(prim.GetPrim(), Schema.PATH)
+    for name, value in numbers.items():
+        prim.GetPrim().CreateAttribute(f"usdfoot:path:{name}", Sdf.ValueTypeNames.Float, custom=False).Set(value)
+    return prim.GetPrim()
+
+
+def scene_with_path(file, units=None, *, agent=True, **numbers):
+    units = units or Units()
+    stage = new_stage(file, units)
+    add_character(stage, "/World/Person", units)
+    curve = add_curve(stage, "/World/Way", units, **numbers)
+    if agent:
+        prim = UsdGeom.Xform.Define(stage, "/World/Walker").GetPrim()
+        apply_api(prim, Schema.AGENT)
+        prim.CreateRelationship(Agent.PATH, custom=False).SetTargets([curve.GetPath()])
+        prim.CreateRelationship(Agent.CHARACTER, custom=False).SetTargets(["/World/Person"])
+    stage.GetRootLayer().Save()
+    return file
+
+
+def composed(*layers):
+    root = Sdf.Layer.CreateAnonymous(".usda")
+    UsdUtils.CopyLayerMetadata(Sdf.Layer.FindOrOpen(str(layers[-1])), root)
+    root.subLayerPaths = [str(layer) for layer in layers]
+    return Usd.Stage.Open(root)
+
+
+@pytest.mark.parametrize("units", [Units(), Units(meters=0.01, up="Z", rate=30.0), Units(meters=0.0254, rate=48.0)])
+def test_plans_mean_the_same_in_any_units_and_agents_point_at_them(tmp_path, units):
+    scene = scene_with_path(tmp_path / "scene.usda", units, speed=1.1 / units.meters, stepWidth=0.2 / units.meters)
+    report = plan_scene_paths(scene, tmp_path / "plans.usda")
+    stage = Usd.Stage.Open(str(scene))
+    over = composed(report.file, scene)
+    found, problems = list_agents(over, collect_prims(over))
+    assert [source.plan.GetPath() for source in found] == ["/Plans/Walker"] and not problems
+    read, _ = read_plan(over.GetPrimAtPath("/Plans/Walker"), read_stage_info(stage).units)
+    reference = plan_scene_paths(
+        scene_with_path(tmp_path / "reference.usda", speed=1.1, stepWidth=0.2), tmp_path / "other.usdc"
+    ).plans["Walker"]
+    assert_allclose(read.positions, reference.positions, atol=1e-5)
+    assert_allclose(read.yaws, reference.yaws, atol=3e-3)
+    assert_allclose(read.strike_times, reference.strike_times, atol=1e-4)  # text keeps six digits of time codes
+
+
+def test_curves_nobody_follows_get_plans_with_unique_names(tmp_path):
+    scene = scene_with_path(tmp_path / "scene.usda", agent=False)
+    stage = Usd.Stage.Open(str(scene))
+    add_curve(stage, "/World/More/Way", Units(), CURVE + 1.0)
+    two = UsdGeom.BasisCurves(add_curve(stage, "/World/Two", Units(), np.concatenate([CURVE, CURVE + 2.0])))
+    two.GetCurveVertexCountsAttr().Set([4, 4])
+    stage.GetRootLayer().Save()
+    report = plan_scene_paths(scene, tmp_path / "plans.usda")
+    assert sorted(report.plans) == ["Two", "Two_1", "Way", "Way_1"]
+
+
+def test_bad_curves_are_named_and_the_others_planned(tmp_path, capsys):
+    scene = scene_with_path(tmp_path / "scene.usda")
+    stage = Usd.Stage.Open(str(scene))
+    add_curve(stage, "/World/Point", Units(), np.tile(CURVE[:1], (4, 1)))
+    add_curve(stage, "/World/Odd", Units(), CURVE[:3])
+    stage.GetRootLayer().Save()
+    assert main(["plan", "path", str(scene), "-o", str(tmp_path / "plans.usda"), "-q"]) == 1
+    said = capsys.readouterr().err
+    assert "/World/Point: is a path of zero length" in said
+    assert "/World/Odd: has 3 points" in said
+
+
+def test_nothing_to_plan_and_nowhere_to_write(tmp_path):
+    bare = new_stage(tmp_path / "bare.usda")
+    bare.GetRootLayer().Save()
+    with pytest.raises(SceneError, match="has no path"):
+        plan_scene_paths(tmp_path / "bare.usda", tmp_path / "plans.usda")
+    scene = scene_with_path(tmp_path / "scene.usda")
+    with pytest.raises(OutputError, match="layer of the scene"):
+        plan_scene_paths(scene, scene)
+    with pytest.raises(OutputError, match=r"\.usda"):
+        plan_scene_paths(scene, tmp_path / "plans.txt")
+
+
+def test_start_time_is_the_stages_unless_the_path_has_one(tmp_path):
+    scene = scene_with_path(tmp_path / "scene.usda")
+    stage = Usd.Stage.Open(str(scene))
+    stage.SetStartTimeCode(48.0)
+    stage.GetRootLayer().Save()
+    plan = plan_scene_paths(scene, tmp_path / "plans.usda").plans["Walker"]
+    assert plan.strike_times[0] == pytest.approx(2.0)
+    attribute = stage.GetPrimAtPath("/World/Way").CreateAttribute(
+        PathToken.START_TIME, Sdf.ValueTypeNames.TimeCode, custom=False
+    )
+    attribute.Set(Sdf.TimeCode(72.0))
+    stage.GetRootLayer().Save()
+    plan = plan_scene_paths(scene, tmp_path / "plans.usda").plans["Walker"]
+    assert plan.strike_times[0] == pytest.approx(3.0)

@@ -1,0 +1,142 @@
+"""Plans along paths: what was asked for on level ground, symmetry, treads, levels."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from tests.planning.terrains import bridge, slab, spiral, terrain_of
+from usdfoot.errors import PlanError
+from usdfoot.maths import planar, quaternion
+from usdfoot.model.ground import Ground
+from usdfoot.model.path import WalkingPath
+from usdfoot.planning.gait import derive_gait
+from usdfoot.planning.path import PathOptions, plan_path, plan_paths
+from usdfoot.planning.proportions import Proportions
+
+LEVEL = Ground(terrain_of([slab((-60.0, 60.0), (-60.0, 60.0), (0.0, 0.0))]))
+ANGLES = np.linspace(0.0, 2.0 * np.pi, 400)
+
+
+def straight(length=20.0, **options):
+    return WalkingPath(name="/Path", points=np.array([(0.0, 0.0, 0.0), (0.0, 0.0, length)]), **options)
+
+
+def circle(radius, **options):
+    ground = radius * planar.direction(ANGLES)
+    return WalkingPath(name="/Circle", points=np.insert(ground, 1, 0.0, axis=1), **options)
+
+
+def test_speed_step_length_and_width_are_kept_on_a_straight_path():
+    plan = plan_path(straight(speed=1.2, step_length=0.6, step_width=0.14), LEVEL)
+    middle = slice(5, -5)
+    lengths, times = np.diff(plan.positions[:, 2])[middle], np.diff(plan.strike_times)[middle]
+    assert_allclose(lengths, 0.6, rtol=0.03)
+    assert_allclose(lengths / times, 1.2, rtol=1e-6)
+    assert_allclose(np.abs(plan.positions[:, 0]), 0.07, atol=1e-9)
+    assert np.all((plan.positions[:, 0] > 0.0) == (plan.sides == 0))
+
+
+@pytest.mark.parametrize(("starts", "ends"), [(True, True), (False, True), (True, False), (False, False)])
+def test_stances_at_start_and_end(starts, ends):
+    options = PathOptions(starts_standing=starts, ends_standing=ends, first_side=1)
+    plan = plan_path(straight(5.0, start_time=3.0), LEVEL, options=options)
+    assert (plan.starts_standing, plan.ends_standing) == (starts, ends)
+    assert plan.strike_times[0] == 3.0
+    assert plan.sides[2 if starts else 1] == 1
+    assert_allclose(plan.positions[0, 2], 0.0, atol=1e-9)
+    assert_allclose(plan.positions[-1, 2], 5.0, atol=1e-9)
+
+
+def test_a_walk_has_double_support_and_a_run_has_flight():
+    walk, run = plan_path(straight(speed=1.3), LEVEL), plan_path(straight(speed=3.0), LEVEL)
+    overlap = [plan.liftoff_times[6:-6] - plan.strike_times[7:-5] for plan in (walk, run)]
+    assert np.all(overlap[0] > 0.05)
+    assert np.all(overlap[1] < -0.05)
+
+
+def test_steps_become_shorter_in_curves_and_on_slopes_both_ways():
+    wide, narrow = (np.diff(plan_path(circle(r), LEVEL).strike_times).size / r for r in (6.0, 1.0))
+    assert narrow > 1.2 * wide  # steps a metre
+    ramp = Ground(terrain_of([slab((-9.0, 9.0), (-1.0, 21.0), (0.0, 6.6))]))
+    up = plan_path(straight(), ramp)
+    down = plan_path(WalkingPath(name="/Down", points=np.array([(0.0, 6.3, 20.0), (0.0, 0.0, 0.0)])), ramp)
+    assert len(up) > 1.3 * len(plan_path(straight(), LEVEL))
+    assert len(down) > 1.3 * len(plan_path(straight(), LEVEL))
+
+
+def test_plans_turn_and_move_with_their_path():
+    turn, shift = 1.1, np.array([3.0, 0.0, -2.0])
+    path = circle(4.0, speed=1.1)
+    moved = WalkingPath(
+        name="/Moved", speed=1.1, points=quaternion.rotate(quaternion.yaw_quaternion(turn), path.points) + shift
+    )
+    plan, other = plan_paths([path, moved], LEVEL)
+    turned = quaternion.rotate(quaternion.yaw_quaternion(turn), plan.positions) + shift
+    assert_allclose(other.positions, turned, atol=1e-6)
+    assert_allclose(planar.wrap_angle(other.yaws - plan.yaws - turn), 0.0, atol=1e-6)
+    assert_allclose(other.strike_times, plan.strike_times, atol=1e-9)
+
+
+def test_a_plan_in_a_batch_is_the_plan_alone():
+    stairs = terrain_of([slab((-60.0, 60.0), (-60.0, 0.4), (0.0, 0.0)), *treads(0.15, 0.3, 5)])
+    ground = Ground(stairs)
+    paths = [straight(9.0), circle(2.0), straight(2.1, speed=0.8), circle(5.0, speed=2.5)]
+    for path, plan in zip(paths, plan_paths(paths, ground), strict=True):
+        alone = plan_path(path, ground)
+        assert_allclose(plan.positions, alone.positions, atol=1e-7)
+        assert_allclose(plan.strike_times, alone.strike_times, atol=1e-7)
+
+
+def treads(rise, depth, count):
+    """Stairs from z = 0.4 upward, the last tread a landing."""
+    edges = 0.4 + depth * np.arange(count + 1)
+    edges[-1] = 40.0
+    return [slab((-9.0, 9.0), (edges[i], edges[i + 1]), ((i + 1) * rise,) * 2) for i in range(count)]
+
+
+@pytest.mark.parametrize(("rise", "depth"), [(0.15, 0.30), (0.18, 0.28), (0.12, 0.36)])
+@pytest.mark.parametrize("downward", [False, True])
+def test_on_stairs_one_foot_falls_on_each_tread_and_no_heel_in_a_riser(rise, depth, downward):
+    stairs = treads(rise, depth, 6)
+    ground = Ground(terrain_of([slab((-9.0, 9.0), (-9.0, 0.4), (0.0, 0.0)), *stairs]))
+    points = np.array([(0.0, 0.0, -2.0), (0.0, 0.0, 5.0)])
+    plan = plan_path(WalkingPath(name="/Stairs", points=points[::-1] if downward else points), ground)
+    on = np.floor((plan.positions[:, 2] - 0.4) / depth)
+    for tread in range(5):
+        assert np.count_nonzero(on == tread) == 1
+    facing = planar.direction(plan.yaws)
+    for ahead in (-Proportions().heel, Proportions().toe):
+        ends = plan.positions[:, [0, 2]] + ahead * facing
+        above = ground.heights(ends, plan.positions[:, 1]).heights - plan.positions[:, 1]
+        assert above.max() < 0.02
+
+
+def test_levels_are_followed_over_and_under_the_bridge_and_up_the_spiral():
+    ground = Ground(bridge())
+    over = plan_path(WalkingPath(name="/Over", points=np.array([(0.0, 0.0, -2.0), (0.0, 0.0, 14.0)])), ground)
+    assert over.positions[:, 1].max() == pytest.approx(2.0)
+    under = plan_path(WalkingPath(name="/Under", points=np.array([(-6.0, 0.0, 6.0), (6.0, 0.0, 6.0)])), ground)
+    assert_allclose(under.positions[:, 1], 0.0, atol=1e-9)
+    angles = np.linspace(0.1, 2.4 * 2.0 * np.pi, 500)
+    stair = WalkingPath(name="/Spiral", points=np.insert(1.5 * planar.direction(angles), 1, 0.0, axis=1))
+    plan = plan_path(stair, Ground(spiral(steps=24, rise=0.12)))
+    climbs = np.diff(plan.positions[:, 1])
+    assert plan.positions[-1, 1] > 0.95 * 2.4 * 24 * 0.12
+    assert climbs.min() > -1e-6 and climbs.max() < 0.4
+
+
+def test_paths_too_short_or_empty_are_refused():
+    with pytest.raises(PlanError, match=r"/Path.*zero length"):
+        straight(0.0)
+    with pytest.raises(PlanError, match=r"/Path.*less than a step"):
+        plan_path(straight(0.05), LEVEL)
+    with pytest.raises(PlanError, match="speed is -1"):
+        straight(speed=-1.0)
+    assert len(plan_path(straight(0.3), LEVEL)) == 4
+
+
+def test_what_is_not_given_follows_from_the_body():
+    child, adult = (derive_gait(Proportions(leg_length=leg)) for leg in (0.43, 0.86))
+    assert child.step_length == pytest.approx(0.5 * adult.step_length)
+    assert child.speed**2 / 0.43 == pytest.approx(adult.speed**2 / 0.86)  # equal Froude numbers
+    assert derive_gait(speed=1.0, step_length=0.5).step_time == pytest.approx(0.5)

@@ -1,0 +1,84 @@
+"""usdfoot plan path: footsteps along curves."""
+
+from __future__ import annotations
+
+import argparse
+import math
+
+from usdfoot.cli.console import print_problems, results_console, shown_progress
+from usdfoot.cli.tables import plan_table
+
+__all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
+
+NAME = "path"
+HELP = "footsteps along curves"
+DESCRIPTION = (
+    "Plans footsteps along the BasisCurves and HermiteCurves of a scene, laid on its terrain, and writes them as a "
+    "layer. Speed, step length and step width are usdfoot:path attributes of the curve; what is 0 is derived."
+)
+EPILOG = """\
+example:
+  usdfoot plan path city.usda -o plans.usda
+  usdfoot plan path city.usda -o plans.usda --start walking --first-foot right
+
+to animate: sublayer plans.usda and city.usda in one stage; agents with usdfoot:agent:path then walk their plans.
+(usdfoot animate city.usda plans such agents by itself, standing at both ends.)
+
+exit codes: 0 all planned, 1 some agents or curves skipped (listed), 2 nothing written
+
+in Python:
+  from usdfoot.pipeline.plan import plan_scene_paths
+  report = plan_scene_paths("city.usda", "plans.usda")
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's arguments."""
+    parser.add_argument("scene", metavar="SCENE", help="USD file with curves, terrain and perhaps agents")
+    parser.add_argument("-o", "--output", metavar="PLANS", required=True, help="layer to write: .usd, .usda or .usdc")
+    parser.add_argument("--agents", metavar="GLOB", default="*", help="names or prim paths of agents (default: all)")
+    stances = ("standing", "walking")
+    parser.add_argument("--start", choices=stances, default="standing", help="stance at the start (default: standing)")
+    parser.add_argument("--end", choices=stances, default="standing", help="stance at the end (default: standing)")
+    parser.add_argument(
+        "--stand-time", metavar="SECONDS", type=seconds, default=0.5, help="how long it stands there (default: 0.5)"
+    )
+    parser.add_argument(
+        "--first-foot", choices=("left", "right"), default="left", help="the foot that steps first (default: left)"
+    )
+
+
+def seconds(text: str) -> float:
+    """A time above 0 [s]."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} is no time; give seconds, like 0.5")
+    return value
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Plan; 0 = all agents and curves, 1 = some skipped."""
+    from usdfoot.pipeline.plan import plan_scene_paths
+    from usdfoot.planning.path import PathOptions
+
+    with shown_progress(quiet=arguments.quiet) as progress:
+        report = plan_scene_paths(
+            arguments.scene,
+            arguments.output,
+            agents=arguments.agents,
+            options=PathOptions(
+                starts_standing=arguments.start == "standing",
+                ends_standing=arguments.end == "standing",
+                stand_time=arguments.stand_time,
+                first_side=("left", "right").index(arguments.first_foot),
+            ),
+            progress=progress,
+        )
+    print_problems(report.problems, quiet=arguments.quiet)
+    console = results_console()
+    console.print(plan_table(report.plans))
+    console.print(f"wrote {report.file}", soft_wrap=True)
+    return 1 if report.skipped else 0

@@ -1,0 +1,125 @@
+"""RootTrajectory: where a root shall be when, and which way it shall face."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdfoot.errors import PlanError
+from usdfoot.maths import planar
+from usdfoot.maths.types import FloatArray
+from usdfoot.model.plan import FootstepPlan
+
+__all__ = ["RootTrajectory", "root_distances", "sample_trajectories", "sample_trajectory", "trajectory_of_velocities"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RootTrajectory:
+    """Samples of a root in the canonical world, straight between them ([B] 4.2).
+
+    Raises:
+        PlanError: If there are fewer than two samples, arrays differ in length, hold values that are not finite, or
+            times do not increase.
+    """
+
+    name: str
+    """Prim path, for messages."""
+    times: FloatArray
+    """[s], increasing, shape (K,)."""
+    positions: FloatArray
+    """On the ground [m], shape (K, 3)."""
+    yaws: FloatArray | None = None
+    """Headings [rad], continuous, shape (K,); None = it faces where it goes."""
+    rest_yaw: float = 0.0
+    """Heading of one that has none and goes nowhere [rad]."""
+
+    def __post_init__(self) -> None:
+        lengths = {"times": len(self.times), "positions": len(self.positions)}
+        if self.yaws is not None:
+            lengths["headings"] = len(self.yaws)
+        if len(set(lengths.values())) != 1:
+            listing = ", ".join(f"{key} {value}" for key, value in lengths.items())
+            raise PlanError(self.name, f"arrays differ in length ({listing})", "give one entry a sample in each")
+        if len(self.times) < 2:
+            raise PlanError(self.name, f"has {len(self.times)} sample(s)", "a trajectory needs at least two")
+        for label, values in (("time", self.times), ("position", self.positions), ("heading", self.yaws)):
+            if values is None:
+                continue
+            bad = np.flatnonzero(~np.isfinite(values.reshape(len(values), -1)).all(axis=1))
+            if bad.size:
+                raise PlanError(self.name, f"{label} of sample {bad[0]} is not a finite number", "author numbers")
+        if np.any(np.diff(self.times) <= 0.0):
+            raise PlanError(self.name, "times do not increase", "order the samples by time")
+
+    @property
+    def start(self) -> float:
+        """First time [s]."""
+        return float(self.times[0])
+
+    @property
+    def end(self) -> float:
+        """Last time [s]."""
+        return float(self.times[-1])
+
+
+def sample_trajectory(trajectory: RootTrajectory, times: FloatArray) -> FloatArray:
+    """Positions at times (T,) [s], straight between samples and held outside them, shape (T, 3)."""
+    return np.stack([np.interp(times, trajectory.times, column) for column in trajectory.positions.T], axis=1)
+
+
+def sample_trajectories(trajectories: Sequence[RootTrajectory], times: FloatArray, values: FloatArray) -> FloatArray:
+    """Values at times of every trajectory, straight between samples and held outside them, for all at once.
+
+    Args:
+        trajectories: A of them.
+        times: [s], shape (A, N).
+        values: One a sample, those of all trajectories one after the other, shape (sum of K, C).
+
+    Returns:
+        Shape (A, N, C).
+    """
+    own = np.concatenate([trajectory.times for trajectory in trajectories])
+    ends = np.cumsum([len(trajectory.times) for trajectory in trajectories])[:, None]
+    low = np.broadcast_to(np.concatenate([[0], ends[:-1, 0]])[:, None], times.shape)
+    high = np.broadcast_to(ends - 2, times.shape)
+    for _ in range(int(np.max(ends - low)).bit_length()):  # halves the range in which the sample before each time lies
+        middle = (low + high + 1) // 2
+        after = own[middle] <= times
+        low, high = np.where(after, middle, low), np.where(after, high, middle - 1)
+    share = np.clip((times - own[low]) / (own[low + 1] - own[low]), 0.0, 1.0)
+    return np.asarray(values[low] + share[..., None] * (values[low + 1] - values[low]))
+
+
+def root_distances(trajectory: RootTrajectory, plan: FootstepPlan) -> FloatArray:
+    """From the middle of each two consecutive footsteps to the trajectory at the later strike [m], shape (N - 1,)."""
+    middles = 0.5 * (plan.positions[1:] + plan.positions[:-1])
+    missed = middles - sample_trajectory(trajectory, plan.strike_times[1:])
+    return np.asarray(np.linalg.norm(missed[:, [0, 2]], axis=1))
+
+
+def trajectory_of_velocities(
+    times: FloatArray,
+    velocities: FloatArray,
+    *,
+    start: FloatArray,
+    name: str = "velocities",
+    yaws: FloatArray | None = None,
+    rest_yaw: float = 0.0,
+) -> RootTrajectory:
+    """The trajectory that given root velocities lead along, by the trapezoid rule.
+
+    Args:
+        times: Of the velocities [s], increasing, shape (K,).
+        velocities: (x, z) [m/s], in the world, or to the left and forward in the heading if `yaws` are given, (K, 2).
+        start: First position [m], shape (3,).
+        name: For messages.
+        yaws: Headings [rad], shape (K,); None = it faces where it goes.
+        rest_yaw: Heading of one without velocity [rad].
+    """
+    world = velocities if yaws is None else planar.rotate(yaws, velocities)
+    moved = 0.5 * (world[1:] + world[:-1]) * np.diff(times)[:, None]
+    places = np.concatenate([np.zeros((1, 2)), np.cumsum(moved, axis=0)])
+    positions = np.asarray(start, dtype=float) + np.insert(places, 1, 0.0, axis=1)
+    return RootTrajectory(name=name, times=times, positions=positions, yaws=yaws, rest_yaw=rest_yaw)

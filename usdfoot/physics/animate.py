@@ -1,0 +1,218 @@
+"""The recipe of [P]: footstep plans and a character in, finished motions out; agents of clips go to the engine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+
+from usdfoot.engine.animate import PreparedLibraries, PreparedLibrary, animate_apart, animate_crowd, prepare_steps
+from usdfoot.engine.planting import Planting, cut_motions, plant_samples, prepare_planting
+from usdfoot.engine.poses import ClipPoses, Layout
+from usdfoot.engine.results import PLACED, ContactFigures, measure_contacts, measure_steps, step_ranges
+from usdfoot.engine.rig import Rig, build_rest_rig
+from usdfoot.engine.root import lay_root
+from usdfoot.engine.segments import cut_segments
+from usdfoot.errors import UsdfootError
+from usdfoot.model.agent import Agent, Crowd
+from usdfoot.model.clip import ClipLibrary
+from usdfoot.model.contact_table import lay_contacts, lay_on_ground
+from usdfoot.model.device import start_warp
+from usdfoot.model.ground import Ground
+from usdfoot.model.motion import ForceResults, Motion, StepResults
+from usdfoot.model.report import Problem
+from usdfoot.physics.biped import PhysicsBiped, adjust_biped, measure_biped
+from usdfoot.physics.body import BodyPoses, HybridPoses, device_gait
+from usdfoot.physics.motion_options import MotionOptions
+from usdfoot.physics.optimise import ComMotion, optimise_contacts
+from usdfoot.physics.rhythm import lay_foot_rows
+from usdfoot.physics.upper_body import UpperBody, build_upper_body
+
+__all__ = ["PreparedBody", "animate_all", "animate_bodies", "plan_bodies", "prepare_body"]
+
+STRETCH_TOLERANCE = 0.02
+"""A footstep whose virtual leg is longer than it can be by more than this part is out of reach."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PreparedBody:
+    """A character measured once for all agents that are it."""
+
+    source: ClipLibrary
+    """Skeleton and biped; clips are not used."""
+    rig: Rig
+    physics: PhysicsBiped
+    upper: UpperBody
+
+
+def prepare_body(library: ClipLibrary, options: MotionOptions) -> PreparedBody:
+    """Measures a character on its rest pose.
+
+    Raises:
+        BipedError: If its legs are none that can carry it.
+    """
+    start_warp()
+    physics = _adjusted(library, options)
+    return PreparedBody(
+        source=library,
+        rig=build_rest_rig(library.skeleton, library.biped),
+        physics=physics,
+        upper=build_upper_body(library.skeleton, library.biped, physics, options.body),
+    )
+
+
+def _adjusted(library: ClipLibrary, options: MotionOptions) -> PhysicsBiped:
+    style = options.body
+    return adjust_biped(
+        measure_biped(library.skeleton, library.biped),
+        hip_spacing=style.hip_spacing,
+        crouch=style.crouch,
+        com_shift=np.array([style.com_left, style.com_up, style.com_ahead]),
+    )
+
+
+def animate_all(
+    crowd: Crowd, *, options: MotionOptions | None = None, libraries: PreparedLibraries | None = None
+) -> tuple[list[Motion], list[Problem]]:
+    """Motions of all agents that could be animated, each from its own source, in the crowd's order, and problems.
+
+    Args:
+        crowd: Agents and what they need.
+        options: Of all sources.
+        libraries: Those of an earlier call on other agents of the same scene.
+    """
+    options = options or MotionOptions()
+    libraries = libraries or PreparedLibraries(options)
+    agents = list(crowd.agents)
+    blended = tuple(agent for agent in agents if agent.motion == "clips")
+    motions, problems = animate_crowd(replace(crowd, agents=blended), options=options, libraries=libraries)
+    for index in range(len(crowd.libraries)):
+        for motion in ("physics", "hybrid"):
+            own = [agent for agent in agents if agent.library == index and agent.motion == motion]
+            if own:
+                found, faults = _animate_library(libraries, own, crowd, options)
+                motions, problems = [*motions, *found], [*problems, *faults]
+    by_name = {motion.name: motion for motion in motions}
+    return [by_name[agent.name] for agent in agents if agent.name in by_name], problems
+
+
+def _animate_library(
+    libraries: PreparedLibraries, agents: list[Agent], crowd: Crowd, options: MotionOptions
+) -> tuple[list[Motion], list[Problem]]:
+    """Motions of agents of one library and one source that physics moves, and problems."""
+    index = agents[0].library
+    try:
+        if agents[0].motion == "hybrid":
+            prepared = libraries.prepared(crowd, index)
+            found, faults = animate_apart(partial(animate_hybrids, prepared, crowd=crowd, options=options), agents)
+            return found, [*prepared.problems, *faults]
+        body = prepare_body(crowd.libraries[index], options)
+    except UsdfootError as error:
+        return [], [Problem(severity="error", where=agent.source, message=str(error)) for agent in agents]
+    return animate_apart(partial(animate_bodies, body, crowd=crowd, options=options), agents)
+
+
+def animate_bodies(
+    body: PreparedBody, agents: Sequence[Agent], crowd: Crowd, *, options: MotionOptions
+) -> list[Motion]:
+    """Motions without clips of agents that are one character, all steps and frames at once."""
+    planting, com = plan_bodies(body, agents, crowd, options=options)
+    planted = plant_samples(planting, crowd.frame_times)
+    figures = measure_contacts(planting.layout, planting.feet, planted.frames, planted.feet, agents)
+    return cut_motions(planting, planted, _results(figures, com, agents), agents)
+
+
+def plan_bodies(
+    body: PreparedBody, agents: Sequence[Agent], crowd: Crowd, *, options: MotionOptions
+) -> tuple[Planting, ComMotion]:
+    """What any frame of the agents is computed from, and the optimised centres of mass."""
+    ground = _ground(agents, crowd)
+    contacts = lay_contacts([agent.plan for agent in agents])
+    contacts = lay_on_ground(contacts, ground, planned=contacts.positions)
+    segments = cut_segments(contacts, options)
+    layout = Layout(
+        skeleton=body.source.skeleton,
+        pelvis=body.source.biped.pelvis,
+        rig=body.rig,
+        contacts=contacts,
+        segments=segments,
+        path=lay_root(contacts, segments, step_height_share=options.step_height_share),
+        origins=np.array([agent.plan.positions[0] for agent in agents]),
+        options=options,
+    )
+    com = optimise_contacts(contacts, body.physics, options.physics)
+    source = BodyPoses(
+        layout=layout,
+        com=com,
+        rows=lay_foot_rows(contacts),
+        upper=body.upper,
+        gait=device_gait(layout, body.source.biped, options.body),
+        style=options.body,
+    )
+    return prepare_planting(layout, source, ground), com
+
+
+def animate_hybrids(
+    library: PreparedLibrary, agents: Sequence[Agent], crowd: Crowd, *, options: MotionOptions
+) -> list[Motion]:
+    """Motions whose style is that of clips and whose pelvis the optimised centre of mass carries."""
+    steps = prepare_steps(library, agents, crowd, options=options)
+    com = optimise_contacts(steps.setup.contacts, _adjusted(library.source, options), options.physics)
+    clips = ClipPoses(setup=steps.setup, blend=steps.blend, arrays=steps.source.arrays)
+    planting = prepare_planting(steps.setup, HybridPoses(clips=clips, com=com), _ground(agents, crowd))
+    planted = plant_samples(planting, crowd.frame_times)
+    figures = measure_contacts(steps.setup, planting.feet, planted.frames, planted.feet, agents)
+    results = measure_steps(steps.setup, steps.blend, steps.landings, figures, agents)
+    forces = _forces(figures, com, agents)
+    results = [replace(result, forces=force) for result, force in zip(results, forces, strict=True)]
+    return cut_motions(planting, planted, results, agents)
+
+
+def _ground(agents: Sequence[Agent], crowd: Crowd) -> Ground:
+    lowest = min(float(agent.plan.positions[:, 1].min()) for agent in agents)
+    return Ground(crowd.terrain, fallback_height=lowest)
+
+
+def _results(figures: ContactFigures, com: ComMotion, agents: Sequence[Agent]) -> list[StepResults]:
+    """Results of each agent's footsteps without clips."""
+    zeros = np.zeros(len(figures.rows))
+    stretched = com.steps.overstretch[figures.rows] > STRETCH_TOLERANCE * com.biped.maximal_length
+    statuses = np.full(len(zeros), "ok", dtype=object)
+    statuses[figures.placement_error > PLACED] = "ikLimited"
+    statuses[stretched & (figures.placement_error > PLACED)] = "unreachable"
+    statuses[~figures.on_ground] = "offTerrain"
+    forces = _forces(figures, com, agents)
+    return [
+        StepResults(
+            blend_error=zeros[a:b],
+            placement_error=figures.placement_error[a:b],
+            slide=figures.slide[a:b],
+            yaw_error=figures.yaw_error[a:b],
+            hull_distance=zeros[a:b],
+            time_warp=zeros[a:b] + 1.0,
+            root_weight=zeros[a:b],
+            beta=zeros[a:b],
+            status=tuple(statuses[a:b]),
+            clip_counts=np.zeros(b - a, dtype=int),
+            clips=(),
+            clip_weights=np.zeros(0),
+            forces=force,
+        )
+        for (a, b), force in zip(pairwise(step_ranges(agents)), forces, strict=True)
+    ]
+
+
+def _forces(figures: ContactFigures, com: ComMotion, agents: Sequence[Agent]) -> list[ForceResults]:
+    """What each agent's footsteps ask of physics."""
+    steps, rows = com.steps, figures.rows
+    return [
+        ForceResults(
+            force_imbalance=steps.force_imbalance[rows[a:b]],
+            clamp_time=steps.clamp_time[rows[a:b]],
+            jump_height=steps.jump_height[rows[a:b]],
+        )
+        for a, b in pairwise(step_ranges(agents))
+    ]

@@ -1,0 +1,219 @@
+"""From the centre of mass to the whole body, for all agents of one character at any instants ([P] 2.5, 2.6)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import warp as wp
+
+from usdfoot.engine.feet import FLAT_SHARE, FLAT_TIME
+from usdfoot.engine.poses import ClipPoses, Layout, Poses
+from usdfoot.maths import planar, quaternion
+from usdfoot.maths.timeline import locate
+from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.biped import Biped
+from usdfoot.model.contact_table import ContactTable
+from usdfoot.physics.kernels import GaitArrays, pose_legs, pose_upper_body
+from usdfoot.physics.optimise import ComMotion, ComSample
+from usdfoot.physics.rhythm import SIGNALS, FootRows, Rhythm, rhythm_at
+from usdfoot.physics.style import BodyStyle
+from usdfoot.physics.upper_body import UpperBody
+
+__all__ = ["BodyPoses", "HybridPoses", "device_gait"]
+
+HEEL_OFF = 0.45
+"""Part of the time from flat to liftoff after which the heel rises."""
+BALL_FIRST = 0.25
+"""A foot that comes down ball first has its heel down after this part of the contact."""
+FLIGHT_STRIKE = 0.25
+"""After a flight the foot comes down flatter: this part of the strike's pitch."""
+BACKWARD = 0.3
+"""Feet roll less in backward steps: this part of the pitches, ball first."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyPoses:
+    """Poses over an optimised centre of mass: a source for planting that needs no clips."""
+
+    layout: Layout
+    com: ComMotion
+    rows: FootRows
+    upper: UpperBody
+    gait: GaitArrays
+    style: BodyStyle
+
+    def pose(self, rows: IntArray, times: FloatArray, *, joints: IntArray) -> Poses:
+        """Poses of segments `rows` (F,) at `times` [s] (F,); without joints above the legs their rhythm is left out."""
+        layout = self.layout
+        agents = layout.segments.agents[rows]
+        sample = self.com.evaluate(agents, times)
+        yaws = heading_of(sample.orientations)
+        rhythm = self._rhythm(agents, times, yaws)
+        turned = self._pelvis_turn(sample, rhythm, yaws)
+        pelvis = sample.positions + quaternion.rotate(turned, self.com.biped.pelvis)
+        rotations = quaternion.compose(turned, self.com.biped.pelvis_rotation)
+        poses = Poses(
+            pelvis_positions=wp.array((pelvis - layout.origins[agents]).astype(np.float32), dtype=wp.vec3f),
+            pelvis_rotations=wp.array(rotations.astype(np.float32), dtype=wp.quatf),
+            rotations=wp.empty((len(rows), len(layout.skeleton.joints)), dtype=wp.quatf),
+        )
+        whole = bool(np.setdiff1d(joints, layout.rig.leg_joints).size)
+        signals = self._signals(agents, times, rhythm, yaws, sample) if whole else _still(len(rows), self.upper)
+        self._launch(poses, agents, times, yaws, signals)
+        return poses
+
+    def _launch(self, poses: Poses, agents: IntArray, times: FloatArray, yaws: FloatArray, signals: FloatArray) -> None:
+        layout, upper = self.layout, self.upper
+        wp.launch(
+            pose_upper_body,
+            dim=poses.rotations.shape,
+            inputs=[
+                wp.array(upper.local.astype(np.float32), dtype=wp.quatf),
+                wp.array(upper.in_body.astype(np.float32), dtype=wp.quatf),
+                wp.array(upper.gains.astype(np.float32), dtype=wp.vec3f),
+                wp.array(upper.lags.astype(np.int32), dtype=wp.int32),
+                wp.array(signals.astype(np.float32), dtype=wp.float32),
+            ],
+            outputs=[poses.rotations],
+        )
+        latest = [self._latest(agents, times, side) for side in (0, 1)]
+        wp.launch(
+            pose_legs,
+            dim=(len(agents), 2),
+            inputs=[
+                layout.rig.arrays,
+                self.gait,
+                wp.array(np.stack(latest, axis=1).astype(np.int32), dtype=wp.int32),
+                wp.array((times - layout.contacts.starts[agents]).astype(np.float32), dtype=wp.float32),
+                wp.array(yaws.astype(np.float32), dtype=wp.float32),
+                poses.pelvis_positions,
+                poses.pelvis_rotations,
+                poses.rotations,
+            ],
+        )
+
+    def _latest(self, agents: IntArray, times: FloatArray, side: int) -> IntArray:
+        rows = self.rows
+        return rows.contacts[locate(rows.feet, rows.strikes, rows.origins, 2 * agents + side, times)]
+
+    def _rhythm(self, agents: IntArray, times: FloatArray, yaws: FloatArray) -> Rhythm:
+        length = self.com.biped.nominal_length
+        return rhythm_at(self.layout.contacts, self.rows, agents, times, yaws, leg_length=length)
+
+    def _pelvis_turn(self, sample: ComSample, rhythm: Rhythm, yaws: FloatArray) -> FloatArray:
+        """Body frame to world with its oscillations, shape (F, 4)."""
+        style, options = self.style, self.com.options
+        ahead = np.sum(sample.velocities[:, [0, 2]] * planar.direction(yaws), axis=1)
+        froude = ahead * np.abs(ahead) / (options.gravity * self.com.biped.nominal_length)
+        turn = np.stack(
+            [
+                style.pitch * rhythm.bob + style.lean * np.clip(froude, -1.0, 2.0),
+                -style.turn * rhythm.stride,
+                style.sway * rhythm.lean,
+            ],
+            axis=1,
+        )
+        return quaternion.compose(sample.orientations, quaternion.from_rotation_vector(turn))
+
+    def _signals(
+        self, agents: IntArray, times: FloatArray, rhythm: Rhythm, yaws: FloatArray, sample: ComSample
+    ) -> FloatArray:
+        """Signals of all joints, one row of them a lag, shape (F, lags, len(SIGNALS))."""
+        signals = np.zeros((len(times), self.upper.lag_count, len(SIGNALS)))
+        before = yaws
+        for lag in range(self.upper.lag_count):
+            if lag:
+                earlier = times - lag * self.style.tail_lag
+                sample = self.com.evaluate(agents, earlier)
+                yaws = heading_of(sample.orientations)
+                rhythm = self._rhythm(agents, earlier, yaws)
+            columns = (rhythm.stride, rhythm.lean, rhythm.bob, planar.wrap_angle(yaws - before))
+            for column, values in enumerate((*columns, sample.velocities[:, 1], np.ones(len(times)))):
+                signals[:, lag, column] = values
+            before = yaws
+        return signals
+
+
+@dataclass(frozen=True, kw_only=True)
+class HybridPoses:
+    """Poses blended from clips on a pelvis that the optimised centre of mass carries."""
+
+    clips: ClipPoses
+    com: ComMotion
+
+    def pose(self, rows: IntArray, times: FloatArray, *, joints: IntArray) -> Poses:
+        """Poses of segments `rows` (F,) at `times` [s] (F,)."""
+        setup = self.clips.setup
+        agents = setup.segments.agents[rows]
+        poses = self.clips.pose(rows, times, joints=joints)
+        sample = self.com.evaluate(agents, times)
+        pelvis = sample.positions + quaternion.rotate(sample.orientations, self.com.biped.pelvis)
+        positions = wp.array((pelvis - setup.origins[agents]).astype(np.float32), dtype=wp.vec3f)
+        return Poses(pelvis_positions=positions, pelvis_rotations=poses.pelvis_rotations, rotations=poses.rotations)
+
+
+def heading_of(orientations: FloatArray) -> FloatArray:
+    """Yaw of body frames (F, 4) [rad]."""
+    return planar.yaw_of(quaternion.rotate(orientations, np.array([0.0, 0.0, 1.0]))[:, [0, 2]])
+
+
+def _still(count: int, upper: UpperBody) -> FloatArray:
+    return np.zeros((count, upper.lag_count, len(SIGNALS)))
+
+
+def device_gait(layout: Layout, biped: Biped, style: BodyStyle) -> GaitArrays:
+    """How the feet roll over their prints and swing between them, on the device."""
+    contacts = layout.contacts
+    clock = contacts.starts[contacts.agents]
+    strikes, liftoffs, flats = _pitches(layout, biped, style)
+    heights = np.asarray(biped.ball_heights)[contacts.sides] / contacts.normals[:, 1]
+    balls = contacts.positions - layout.origins[contacts.agents]
+    balls[:, 1] += heights
+    ends = np.where(contacts.has_swing, contacts.liftoffs, np.inf)
+    gait = GaitArrays()
+    for name, values, kind in (
+        ("balls", balls, wp.vec3f),
+        ("yaws", contacts.yaws, wp.float32),
+        ("strikes", contacts.strikes - clock, wp.float32),
+        ("flats", flats - clock, wp.float32),
+        ("heel_offs", flats + HEEL_OFF * (contacts.liftoffs - flats) - clock, wp.float32),
+        ("liftoffs", ends - clock, wp.float32),
+        ("strike_pitches", strikes, wp.float32),
+        ("liftoff_pitches", np.where(contacts.has_swing, liftoffs, 0.0), wp.float32),
+        ("flat_rotations", np.array([foot.flat_rotation for foot in layout.rig.feet]), wp.quatf),
+    ):
+        setattr(gait, name, wp.array(np.ascontiguousarray(values, dtype=np.float32), dtype=kind))
+    gait.nominal = float(biped.nominal_leg_length)
+    gait.retracted = float(style.retraction * biped.nominal_leg_length)
+    return gait
+
+
+def _pitches(layout: Layout, biped: Biped, style: BodyStyle) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Pitch of each contact's foot at its strike and liftoff [rad], and the time it is flat [s], shape (C,) each.
+
+    Feet roll with the length of the step; feet without a heel and backward steps come down on the ball.
+    """
+    contacts, feet = layout.contacts, layout.rig.feet
+    before = _strides(contacts, -1) / biped.maximal_leg_length
+    after = _strides(contacts, 1) / biped.maximal_leg_length
+    heel = np.array([foot.heel_behind > 0.0 for foot in feet])[contacts.sides]
+    scale = np.where(before >= 0.0, np.minimum(before / 0.8, 1.2), np.maximum(before, -1.0) * BACKWARD)
+    flown = contacts.has_previous & (np.roll(contacts.liftoffs, 1) < contacts.strikes)
+    strikes = -style.strike_pitch * scale * np.where(flown, FLIGHT_STRIKE, 1.0)
+    strikes = np.where(heel | (strikes > 0.0), strikes, 0.0)
+    liftoffs = style.liftoff_pitch * np.clip(np.where(after >= 0.0, after / 0.8, -BACKWARD * after), 0.15, 1.2)
+    durations = contacts.liftoffs - contacts.strikes
+    rolls = np.where(strikes < 0.0, np.minimum(FLAT_TIME, FLAT_SHARE * durations), BALL_FIRST * durations)
+    standing = ~contacts.has_previous | (np.roll(contacts.strikes, 1) == contacts.strikes)
+    strikes = np.where(standing & (contacts.strikes <= contacts.starts[contacts.agents]), 0.0, strikes)
+    return strikes, liftoffs, contacts.strikes + rolls
+
+
+def _strides(contacts: ContactTable, offset: int) -> FloatArray:
+    """How far ahead along the foot the step from the contact before (-1) or to the one after (+1) goes [m], (C,)."""
+    index = np.arange(len(contacts.sides))
+    known = contacts.has_previous if offset < 0 else contacts.has_next
+    other = np.where(known, index + offset, index)
+    step = (contacts.positions - contacts.positions[other])[:, [0, 2]] * -offset
+    return np.sum(step * planar.direction(contacts.yaws), axis=1)

@@ -1,0 +1,35 @@
+"""Options of every source of motion in one, for jobs whose agents may mix them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from usdfoot.engine.options import EngineOptions
+from usdfoot.errors import UsdfootError
+from usdfoot.physics.options import PhysicsOptions
+from usdfoot.physics.style import BodyStyle
+
+__all__ = ["MOTIONS", "MotionOptions"]
+
+MOTIONS = ("clips", "physics", "hybrid")
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotionOptions(EngineOptions):
+    """The engine's options, and those of bodies that physics moves.
+
+    Raises:
+        UsdfootError: If a value is out of its range.
+    """
+
+    motion: str | None = None
+    """clips | physics | hybrid for all agents when they are read; None = what each says."""
+    physics: PhysicsOptions = field(default_factory=PhysicsOptions)
+    """How the centre of mass is optimised."""
+    body: BodyStyle = field(default_factory=BodyStyle)
+    """How the body moves over it."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.motion is not None and self.motion not in MOTIONS:
+            raise UsdfootError("motion", f"{self.motion!r} is not known", f"choose one of {', '.join(MOTIONS)}")

@@ -1,0 +1,132 @@
+"""Plan: paths and trajectories of a scene become a layer of footstep plans."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from usdfoot import __version__
+from usdfoot.bridge.scene import StageInfo
+from usdfoot.errors import SceneError, UsdfootError
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.report import Problem
+from usdfoot.planning.path import PathOptions
+from usdfoot.readers.agents import list_agents, select_agents
+from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
+from usdfoot.readers.terrain import read_terrain
+from usdfoot.readers.walkers import plan_walkers, read_walkers
+from usdfoot.writers.plans import PlannedAgent, write_plans
+
+__all__ = ["PlanReport", "plan_scene_paths", "save_plans"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanReport:
+    """Outcome of one run of a planner."""
+
+    file: Path
+    """The layer written."""
+    plans: Mapping[str, FootstepPlan]
+    """By the name of their prims."""
+    problems: tuple[Problem, ...]
+    """What was skipped (errors) and what was used all the same (warnings)."""
+
+    @property
+    def skipped(self) -> tuple[Problem, ...]:
+        """What could not be planned."""
+        return tuple(problem for problem in self.problems if problem.severity == "error")
+
+
+def plan_scene_paths(
+    scene: str | os.PathLike[str],
+    output: str | os.PathLike[str],
+    *,
+    agents: str = "*",
+    options: PathOptions | None = None,
+    progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
+) -> PlanReport:
+    """Plan footsteps along the paths of a scene and write them as a layer ([P] 2.1).
+
+    Every agent with usdfoot:agent:path gets a plan; every curve with UsdfootPathAPI (or every curve, if none has it)
+    that no agent follows gets one too.
+
+    Args:
+        scene: The USD scene; never changed.
+        output: Layer to write: /Plans/<name>, and an `over` of each agent that points at its plan.
+        agents: Glob on agents' names or paths.
+        options: Start and end of the plans.
+        progress: Told what begins: "read", "plan", "write".
+
+    Raises:
+        SceneError: If the scene cannot be opened or has no path.
+        OutputError: If the layer cannot be written.
+    """
+    options = options or PathOptions()
+    progress("read", 0, 0)
+    stage = open_stage(scene)
+    info, prims = read_stage_info(stage), collect_prims(stage)
+    everyone, agent_problems = list_agents(stage, prims)
+    sources = select_agents(everyone, agents)
+    terrain, terrain_problems = read_terrain(stage, prims, info.units)
+    walkers, errors = read_walkers(stage, prims, info.units, sources=sources, free_paths=agents == "*")
+    progress("plan", 0, 0)
+    found = plan_walkers(walkers, terrain, options=options)
+    errors |= {name: plan for name, plan in found.items() if isinstance(plan, UsdfootError)}
+    problems = [_problem(error) for error in errors.values()] + [*terrain_problems]
+    problems += [problem for problem in agent_problems if problem.severity == "error"]
+    planned = [
+        PlannedAgent(
+            name=walker.name,
+            plan=plan,
+            size=walker.proportions.foot_length,
+            agent=walker.agent,
+            style=walker.path.style,
+        )
+        for walker in walkers
+        if isinstance(plan := found[walker.name], FootstepPlan)
+    ]
+    if not planned:
+        raise _no_paths(info, problems)
+    progress("write", 0, 0)
+    file = save_plans(planned, output, info, made_by={"planner": "path", "options": asdict(options)})
+    return PlanReport(file=file, plans={part.name: part.plan for part in planned}, problems=tuple(problems))
+
+
+def save_plans(
+    plans: Sequence[PlannedAgent], output: str | os.PathLike[str], info: StageInfo, *, made_by: Mapping[str, Any]
+) -> Path:
+    """Write plans as a layer in a scene's units; gives back its path.
+
+    Args:
+        plans: At least one.
+        output: Where to.
+        info: Of the scene.
+        made_by: For the layer's provenance.
+
+    Raises:
+        OutputError: If the layer cannot be written or would replace one of the scene's.
+    """
+    return write_plans(
+        output,
+        plans,
+        units=info.units,
+        frames_per_second=info.frames_per_second,
+        sources=info.layers,
+        provenance={"version": __version__, **made_by},
+    )
+
+
+def _problem(error: UsdfootError) -> Problem:
+    return Problem(severity="error", where=error.where, message=str(error))
+
+
+def _no_paths(info: StageInfo, problems: Sequence[Problem]) -> SceneError:
+    reasons = [problem.message for problem in problems if problem.severity == "error"]
+    if reasons:
+        return SceneError(info.identifier, "no path can be planned", names=reasons)
+    return SceneError(
+        info.identifier, "has no path", "draw BasisCurves with UsdfootPathAPI, or point usdfoot:agent:path at a curve"
+    )

@@ -1,0 +1,82 @@
+"""Followers: everyone with a trajectory gets footsteps before they are animated ([B] 5)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from usdfoot.engine.animate import PreparedLibraries
+from usdfoot.engine.options import EngineOptions
+from usdfoot.errors import UsdfootError
+from usdfoot.model.agent import Crowd, Follower
+from usdfoot.model.ground import Ground
+from usdfoot.model.motion import Motion
+from usdfoot.model.report import Problem
+from usdfoot.model.trajectory import sample_trajectory
+from usdfoot.planning.follow import Following, follow_trajectories
+
+__all__ = ["following_figures", "plan_followers"]
+
+
+def plan_followers(
+    crowd: Crowd, *, options: EngineOptions, libraries: PreparedLibraries
+) -> tuple[Crowd, dict[str, Following], list[Problem]]:
+    """The crowd with a footstep plan for everyone who follows a trajectory.
+
+    Args:
+        crowd: As read.
+        options: Of the engine, with those of following.
+        libraries: Of the crowd.
+
+    Returns:
+        The crowd without followers; what was planned, by agent name; and whose trajectory cannot be followed.
+    """
+    agents, problems = list(crowd.agents), []
+    followings: dict[str, Following] = {}
+    for index in sorted({follower.library for follower in crowd.followers}):
+        own = [follower for follower in crowd.followers if follower.library == index]
+        for follower, found in zip(own, _plan(crowd, own, libraries, options), strict=True):
+            if isinstance(found, Following):
+                followings[follower.name] = found
+                agents.append(follower.walking(found.plan))
+            else:
+                message = f"{follower.source}: {found}"
+                problems.append(Problem(severity="error", where=follower.source, message=message))
+    return replace(crowd, agents=tuple(agents), followers=()), followings, problems
+
+
+def _plan(
+    crowd: Crowd, followers: Sequence[Follower], libraries: PreparedLibraries, options: EngineOptions
+) -> Sequence[Following | UsdfootError]:
+    """What becomes of followers of one library."""
+    try:
+        prepared = libraries.prepared(crowd, followers[0].library)
+        return follow_trajectories(
+            prepared.examples,
+            prepared.spaces,
+            [follower.trajectory for follower in followers],
+            style=prepared.style,
+            leg_length=prepared.source.biped.maximal_leg_length,
+            ground=Ground(crowd.terrain),
+            options=options.follow,
+        )
+    except UsdfootError as error:
+        return [error] * len(followers)
+
+
+def following_figures(following: Following, motion: Motion) -> dict[str, Any]:
+    """How near a motion keeps to the trajectory it follows, as given, over all frames; metres and seconds."""
+    trajectory = following.trajectory
+    inside = (motion.times >= trajectory.start) & (motion.times <= trajectory.end)
+    wanted = sample_trajectory(trajectory, motion.times[inside])
+    distances = np.linalg.norm((motion.root_positions[inside] - wanted)[:, [0, 2]], axis=1)
+    return {
+        "rootDistanceMean": float(distances.mean()) if distances.size else None,
+        "rootDistanceMax": float(distances.max()) if distances.size else None,
+        "smoothingMean": following.smoothing[0],
+        "smoothingMax": following.smoothing[1],
+        "velocityError": [float(f"{error:.7g}") for error in following.velocity_errors.tolist()],
+    }

@@ -1,0 +1,87 @@
+"""Gait: how long, wide and quick the steps of a plan are, authored or derived from each other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from usdfoot.analysis.timing import TimingRule, time_steps
+from usdfoot.maths.types import FloatArray
+from usdfoot.planning.proportions import Proportions
+
+__all__ = ["Gait", "derive_gait", "natural_lengths", "overlap_shares"]
+
+EASY_STEP = 0.8
+"""Length of an easy walking step over the leg length."""
+TOE_OUT = 0.1
+"""How far feet point outward of the heading [rad]."""
+LONGEST_TABLED = 3.5
+"""Longest step looked up, over the leg length."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gait:
+    """Even steps on level ground."""
+
+    step_length: float
+    """Ball to ball along the way [m]."""
+    step_time: float
+    """Strike to strike [s]."""
+    step_width: float
+    """Ball to ball across the way [m]."""
+    toe_out: float = TOE_OUT
+    """[rad]."""
+    rule: TimingRule = field(default_factory=TimingRule)
+    """How this body times its steps."""
+
+    @property
+    def speed(self) -> float:
+        """[m/s]."""
+        return self.step_length / self.step_time
+
+    @property
+    def longest_time(self) -> float:
+        """What a short step takes [s]."""
+        return float(time_steps(np.array([1e-3 * self.rule.leg_length]), self.rule).step_times[0])
+
+
+def derive_gait(
+    proportions: Proportions | None = None,
+    *,
+    speed: float = 0.0,
+    step_length: float = 0.0,
+    step_width: float = 0.0,
+) -> Gait:
+    """The gait with what is given; what is 0 is derived as people of these proportions would ([P] 2.1, 4.1).
+
+    Args:
+        proportions: Of the character; None = a person.
+        speed: [m/s].
+        step_length: [m].
+        step_width: [m].
+    """
+    body = proportions or Proportions()
+    rule = TimingRule(leg_length=body.leg_length)
+    if not step_length:
+        step_length = float(natural_lengths(np.array([speed]), rule)[0]) if speed else EASY_STEP * body.leg_length
+    step_time = step_length / speed if speed else float(time_steps(np.array([step_length]), rule).step_times[0])
+    return Gait(step_length=step_length, step_time=step_time, step_width=step_width or body.step_width, rule=rule)
+
+
+def natural_lengths(speeds: FloatArray, rule: TimingRule) -> FloatArray:
+    """Step lengths [m] people of a timing rule choose at speeds [m/s], shape (N,)."""
+    lengths = rule.leg_length * np.linspace(0.0, LONGEST_TABLED, 2000)[1:]
+    timing = time_steps(lengths, rule)
+    known = lengths / timing.step_times
+    walks = ~timing.flies
+    walked = np.interp(speeds, known[walks], lengths[walks], left=0.0)
+    walked = np.where(speeds < known[walks][0], speeds * timing.step_times[0], walked)
+    run = np.interp(speeds, known[~walks], lengths[~walks]) if (~walks).any() else walked
+    return np.where(np.asarray(speeds) > known[walks].max(), run, walked)
+
+
+def overlap_shares(speeds: FloatArray, rule: TimingRule) -> FloatArray:
+    """Double support over step time at speeds [m/s], negative where people fly, shape (N,)."""
+    timing = time_steps(natural_lengths(speeds, rule), rule)
+    return timing.overlaps / timing.step_times

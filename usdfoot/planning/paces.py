@@ -1,0 +1,100 @@
+"""Paces: how long the steps along ways take, and when feet strike and leave ([P] 2.1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.planning.gait import Gait, overlap_shares
+from usdfoot.planning.ways import Ways
+
+__all__ = ["Paces", "pace_steps", "stance_times"]
+
+STRETCH = 0.2
+"""A step that is longer or shorter than it should be takes longer or shorter, up to this part."""
+SWING = 0.4
+"""A walking foot swings at least this long on level ground, for a leg of 0.86 m [s]."""
+LIFT = 0.5
+"""And longer for what it climbs [s/m]."""
+LEAST_OVERLAP = 0.1
+"""Least double support of a walking step over its time."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Paces:
+    """Times of the steps to N footsteps; those of first footsteps mean nothing."""
+
+    durations: FloatArray
+    """Strike before to strike [s], shape (N,)."""
+    overlaps: FloatArray
+    """Double support after the strike, negative: flight before it [s], shape (N,)."""
+
+
+def pace_steps(ways: Ways, gaits: list[Gait], *, rows: IntArray, arcs: FloatArray, heights: FloatArray) -> Paces:
+    """Times of steps along ways.
+
+    A step takes the gait's time, longer where steps are shorter since the walk ratio holds; how long both feet stand
+    follows from the speed there, and from the time a foot needs to swing.
+
+    Args:
+        ways: All ways.
+        gaits: Of each way's walker.
+        rows: Way of each footstep, shape (N,).
+        arcs: Where along it [m], shape (N,).
+        heights: Of the print [m], shape (N,).
+    """
+    lengths, times, longest = (
+        np.array(values)[rows]
+        for values in (
+            [gait.step_length for gait in gaits],
+            [gait.step_time for gait in gaits],
+            [gait.longest_time for gait in gaits],
+        )
+    )
+    previous = np.concatenate([arcs[:1], arcs[:-1]])
+    shares = ways.at(rows, 0.5 * (arcs + previous), ways.shares)
+    local = np.minimum(times / shares, np.maximum(times, longest))
+    stretches = np.clip((arcs - previous) / (lengths * shares), 1.0 - STRETCH, 1.0 + STRETCH)
+    durations = np.where(arcs > previous, local * stretches, local)
+    speeds, overlaps = lengths * shares / local, np.empty(len(rows))
+    for rule in dict.fromkeys(gait.rule for gait in gaits):
+        own = np.array([gait.rule == rule for gait in gaits])[rows]
+        overlaps[own] = overlap_shares(speeds[own], rule) * durations[own]
+    climbs = np.maximum(heights - np.concatenate([heights[:2], heights[:-2]]), 0.0)
+    swings = SWING * longest / 0.7 + LIFT * climbs
+    limits = np.maximum(np.roll(durations - swings, -1), LEAST_OVERLAP * durations)  # the swing is in the next step
+    limits[-1] = durations[-1]
+    return Paces(durations=durations, overlaps=np.where(overlaps > 0.0, np.minimum(overlaps, limits), overlaps))
+
+
+def stance_times(
+    paces: Paces, first: IntArray, *, starts_standing: bool, ends_standing: bool, stand_time: float
+) -> tuple[FloatArray, FloatArray]:
+    """Strikes and liftoffs from each plan's start [s], shape (N,) each.
+
+    Args:
+        paces: Of all footsteps.
+        first: Index of each plan's first footstep, shape (P + 1,); the last entry is N.
+        starts_standing: Both first feet stand from the start.
+        ends_standing: Both last feet stand to the end.
+        stand_time: How long they stand [s].
+    """
+    begins, last = first[:-1], first[1:] - 1
+    pieces = paces.durations.copy()
+    pieces[begins] = 0.0
+    if starts_standing:
+        pieces[begins + 1] = 0.0
+        pieces[begins + 2] += stand_time
+    strikes = np.cumsum(pieces)
+    strikes -= np.repeat(strikes[begins], np.diff(first))
+    liftoffs = np.roll(strikes + paces.overlaps, -1)
+    liftoffs[last] = strikes[last] + paces.durations[last] + paces.overlaps[last]
+    if starts_standing:
+        leaving = begins + 2
+        liftoffs[begins] = strikes[leaving] - paces.durations[leaving] + 0.5 * np.maximum(paces.overlaps[leaving], 0.0)
+    if ends_standing:
+        liftoffs[last] = strikes[last] + stand_time
+        liftoffs[last - 1] = liftoffs[last]
+    return strikes, liftoffs

@@ -1,0 +1,186 @@
+"""Plans along paths: step length, width and timing, start and end stance ([P] 2.1, Figure 4)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdfoot.errors import PlanError
+from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.biped import LEFT
+from usdfoot.model.ground import Ground
+from usdfoot.model.path import WalkingPath
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.planning.footholds import find_footholds, firm_ends, foot_places, tread_steps
+from usdfoot.planning.gait import Gait, derive_gait
+from usdfoot.planning.paces import pace_steps, stance_times
+from usdfoot.planning.prints import lay_prints
+from usdfoot.planning.proportions import Proportions
+from usdfoot.planning.ways import Ways, lay_ways
+
+__all__ = ["PathOptions", "check_length", "plan_path", "plan_paths"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PathOptions:
+    """How plans along paths begin and end."""
+
+    starts_standing: bool = True
+    """Both feet stand side by side at the start; else the walk begins in mid gait."""
+    ends_standing: bool = True
+    """Both feet stand side by side at the end; else the walk ends in mid gait."""
+    stand_time: float = 0.5
+    """How long the feet stand at the start before one leaves, and at the end [s]."""
+    first_side: int = LEFT
+    """The foot that steps first."""
+
+
+def plan_path(
+    path: WalkingPath,
+    ground: Ground,
+    *,
+    proportions: Proportions | None = None,
+    options: PathOptions | None = None,
+) -> FootstepPlan:
+    """The plan along one path; see `plan_paths`."""
+    return plan_paths([path], ground, proportions=[proportions or Proportions()], options=options)[0]
+
+
+def plan_paths(
+    paths: Sequence[WalkingPath],
+    ground: Ground,
+    *,
+    proportions: Sequence[Proportions] | None = None,
+    options: PathOptions | None = None,
+) -> list[FootstepPlan]:
+    """Plans along paths, all made together.
+
+    Where every foot stands firmly the steps are even, up to the local step length; on ways over stairs, edges or holes
+    they are those of `tread_steps`.
+
+    Args:
+        paths: Curves with speed, step length and width.
+        ground: Terrain to conform to.
+        proportions: Of each walker; None = people.
+        options: Start and end.
+
+    Raises:
+        PlanError: If a path is shorter than a print is long.
+    """
+    if not paths:
+        return []
+    options = options or PathOptions()
+    bodies = list(proportions or [Proportions()] * len(paths))
+    gaits = [
+        derive_gait(body, speed=path.speed, step_length=path.step_length, step_width=path.step_width)
+        for path, body in zip(paths, bodies, strict=True)
+    ]
+    for path, body in zip(paths, bodies, strict=True):
+        check_length(path, body)
+    ways = lay_ways(paths, gaits, ground)
+    steps = _steps(ways, gaits, bodies, ground, options)
+    return _plans(paths, gaits, ways, ground, steps, options)
+
+
+def check_length(path: WalkingPath, body: Proportions) -> None:
+    """Raise a PlanError if a path is too short to step along."""
+    if path.length < body.toe:
+        raise PlanError(path.name, f"is {path.length:.3g} m long, less than a step", "draw a longer curve")
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Steps:
+    """Steps of all paths, one after the other; the start, where no step ends, is left out."""
+
+    starts: FloatArray
+    """Where each way's feet stand first [m], shape (P,)."""
+    rows: IntArray
+    """Path of each step, shape (S,)."""
+    arcs: FloatArray
+    """Where it ends along the way [m], shape (S,)."""
+
+
+def _steps(ways: Ways, gaits: list[Gait], bodies: list[Proportions], ground: Ground, options: PathOptions) -> _Steps:
+    steps = _even_steps(ways, gaits)
+    if not ground.has_terrain:
+        return steps
+    footholds = find_footholds(ways, gaits, bodies, ground)
+    uneven = np.flatnonzero(~np.logical_and.reduceat(footholds.firm, ways.first[:-1])).tolist()
+    if not uneven:
+        return steps
+    starts, chosen = steps.starts.copy(), []
+    for way in uneven:
+        ends = firm_ends(ways, way, footholds, gaits[way])
+        own = ways.arcs[ways.first[way] : ways.first[way + 1]]
+        starts[way] = own[ends[0]]
+        chosen.append(own[tread_steps(ways, way, footholds, gaits[way], ends=ends, support=1 - options.first_side)])
+    kept = ~np.isin(steps.rows, uneven)
+    rows = np.concatenate([steps.rows[kept], np.repeat(uneven, [len(arcs) for arcs in chosen])])
+    arcs = np.concatenate([steps.arcs[kept], *chosen])
+    order = np.lexsort((arcs, rows))
+    return _Steps(starts=starts, rows=rows[order], arcs=arcs[order])
+
+
+def _even_steps(ways: Ways, gaits: list[Gait]) -> _Steps:
+    """Steps that each take the same part of what is a step where they are, the last at the way's end."""
+    rows = ways.rows
+    rates = 1.0 / (np.array([gait.step_length for gait in gaits])[rows] * ways.shares)
+    pieces = np.diff(ways.arcs, prepend=0.0) * 0.5 * (rates + np.concatenate([rates[:1], rates[:-1]]))
+    pieces[ways.first[:-1]] = 0.0
+    phases = np.cumsum(pieces)
+    phases -= np.repeat(phases[ways.first[:-1]], np.diff(ways.first))
+    whole = phases[ways.first[1:] - 1]
+    counts = np.maximum(np.rint(whole), 1.0).astype(int)
+    owner = np.repeat(np.arange(len(counts)), counts)
+    numbers = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts) + 1.0
+    offsets = np.concatenate([[0.0], np.cumsum(whole + 1.0)[:-1]])
+    arcs = np.interp(numbers / counts[owner] * whole[owner] + offsets[owner], phases + offsets[rows], ways.arcs)
+    return _Steps(starts=np.zeros(len(gaits)), rows=owner, arcs=arcs)
+
+
+def _plans(
+    paths: Sequence[WalkingPath], gaits: list[Gait], ways: Ways, ground: Ground, steps: _Steps, options: PathOptions
+) -> list[FootstepPlan]:
+    """Footsteps where steps end, with the stances before and after."""
+    before, after = 1 + options.starts_standing, int(options.ends_standing)
+    stepped = np.bincount(steps.rows, minlength=len(paths))
+    counts = stepped + before + after
+    first = np.concatenate([[0], np.cumsum(counts)])
+    rows = np.repeat(np.arange(len(paths)), counts)
+    numbers = np.arange(first[-1]) - first[rows]
+    last = steps.arcs[np.cumsum(stepped) - 1]
+    arcs = np.where(numbers < before, steps.starts[rows], last[rows])
+    arcs[(numbers >= before) & (numbers < counts[rows] - after)] = steps.arcs
+    sides = (numbers + options.first_side + (not options.starts_standing)) % 2
+    places, yaws = foot_places(
+        np.stack([ways.at(rows, arcs, ways.points[:, i]) for i in (0, 1)], axis=-1),
+        ways.at(rows, arcs, ways.headings),
+        sides,
+        np.array([gait.step_width for gait in gaits])[rows],
+        np.array([gait.toe_out for gait in gaits])[rows],
+    )
+    prints = lay_prints(ground, places, yaws, ways.at(rows, arcs, ways.heights))
+    pace = pace_steps(ways, gaits, rows=rows, arcs=arcs, heights=prints.positions[:, 1])
+    strikes, liftoffs = stance_times(
+        pace,
+        first,
+        starts_standing=options.starts_standing,
+        ends_standing=options.ends_standing,
+        stand_time=options.stand_time,
+    )
+    delays = np.array([path.start_time for path in paths])[rows]
+    return [
+        FootstepPlan(
+            name=path.name,
+            sides=sides[own],
+            positions=prints.positions[own],
+            orientations=prints.orientations[own],
+            strike_times=(strikes + delays)[own],
+            liftoff_times=(liftoffs + delays)[own],
+            root_weights=np.zeros(int(counts[i])),
+        )
+        for i, path in enumerate(paths)
+        for own in [slice(int(first[i]), int(first[i + 1]))]
+    ]

@@ -1,0 +1,176 @@
+"""RootCurves: the trajectories of many agents, smoothed and with headings, to be asked at any time.
+
+Tracked people and simulated crowds come in coarse samples with jitter, and sway with each step. The model: around every
+instant the samples, joined by straight lines, are fitted by a line whose weights fall off like a Gaussian. So a steady
+walk is kept exactly, at its ends too; an acceleration a moves it by a sigma^2 / 2; a sway of period p shrinks by
+exp(-2 (pi sigma / p)^2).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import correlate1d
+
+from usdfoot.maths import planar
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.trajectory import RootTrajectory, sample_trajectories
+
+__all__ = ["RootCurves", "build_root_curves"]
+
+SPACING = 1.0 / 30.0
+"""Distance of the curves' own samples [s]."""
+TRAVEL = 0.15
+"""A root that moves less than this across a window does not say where it goes [m]."""
+WINDOWS = (0.3, 0.8, 1.6)
+"""Half widths of the windows in which the direction is looked for, the narrowest that moves first [s]."""
+TURN_RATE = 2.0
+"""How fast a standing root turns to where it will go next [rad/s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RootCurves:
+    """Curves of A agents, sampled every SPACING from each one's own start; held at their end."""
+
+    starts: FloatArray
+    """[s], shape (A,)."""
+    ends: FloatArray
+    """[s], shape (A,)."""
+    positions: FloatArray
+    """[m], shape (A, F, 3)."""
+    yaws: FloatArray
+    """Headings [rad], continuous, shape (A, F)."""
+    end_velocities: FloatArray
+    """With which the curve goes on beyond its end [m/s], shape (A, 3)."""
+    deviations: FloatArray
+    """Mean and largest distance of the smoothed from the given trajectory [m], shape (A, 2)."""
+
+    def at(self, agents: IntArray, times: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Positions (N, 3) [m] and headings (N,) [rad] of agents (N,) at times (N,) [s]."""
+        inside = np.minimum(times, self.ends[agents])
+        place = np.maximum((inside - self.starts[agents]) / SPACING, 0.0)
+        before = np.minimum(place.astype(np.intp), self.yaws.shape[1] - 2)
+        share = place - before
+        first, second = self.positions[agents, before], self.positions[agents, before + 1]
+        places = first + share[:, None] * (second - first)
+        places += (times - inside)[:, None] * self.end_velocities[agents]
+        yaws = self.yaws[agents, before]
+        return places, yaws + share * (self.yaws[agents, before + 1] - yaws)
+
+    def __getitem__(self, agents: IntArray) -> RootCurves:
+        return RootCurves(
+            starts=self.starts[agents],
+            ends=self.ends[agents],
+            positions=self.positions[agents],
+            yaws=self.yaws[agents],
+            end_velocities=self.end_velocities[agents],
+            deviations=self.deviations[agents],
+        )
+
+
+def build_root_curves(trajectories: Sequence[RootTrajectory], *, smoothing_time: float) -> RootCurves:
+    """Curves of all trajectories at once.
+
+    Args:
+        trajectories: One an agent.
+        smoothing_time: Standard deviation of the window [s].
+    """
+    starts = np.array([trajectory.start for trajectory in trajectories])
+    ends = np.array([trajectory.end for trajectory in trajectories])
+    grid = np.arange(int(np.ceil((ends - starts).max() / SPACING)) + 2) * SPACING
+    clock = np.minimum(grid, (ends - starts)[:, None])  # (A, F)
+    inside = grid <= (ends - starts)[:, None] + 0.5 * SPACING
+    places = np.concatenate([trajectory.positions for trajectory in trajectories])
+    given = sample_trajectories(trajectories, starts[:, None] + clock, places)
+    smoothed = _fitted(given, inside, smoothing_time / SPACING)
+    distances = np.where(inside, np.linalg.norm((smoothed - given)[..., [0, 2]], axis=-1), 0.0)
+    counts = inside.sum(axis=1)
+    last = counts - 1
+    rows = np.arange(len(starts))
+    back = np.maximum(last - 3, 0)
+    elapsed = np.maximum(last - back, 1)[:, None] * SPACING
+    return RootCurves(
+        starts=starts,
+        ends=ends,
+        positions=_held(smoothed, last),
+        yaws=_headings(trajectories, starts, clock, smoothed, inside, smoothing_time),
+        end_velocities=(smoothed[rows, last] - smoothed[rows, back]) / elapsed,
+        deviations=np.stack([distances.sum(axis=1) / counts, distances.max(axis=1)], axis=1),
+    )
+
+
+def _fitted(values: FloatArray, inside: BoolArray, sigma: float) -> FloatArray:
+    """Values (A, F, C) fitted by lines in Gaussian windows of `sigma` samples; samples not `inside` do not count."""
+    if sigma <= 0.0:
+        return values
+    reach = int(np.ceil(3.0 * sigma))
+    offsets = np.arange(-reach, reach + 1)
+    bell = np.exp(-0.5 * (offsets / sigma) ** 2)
+
+    def moments(power: int, of: FloatArray) -> FloatArray:
+        return np.asarray(correlate1d(of, bell * offsets**power, axis=1, mode="constant"))
+
+    mask = inside.astype(float)
+    weight, lean, spread = (moments(power, mask)[..., None] for power in range(3))
+    masked = values * mask[..., None]
+    level, slope = moments(0, masked), moments(1, masked)
+    determinant = weight * spread - lean**2
+    usable = determinant > 1e-9 * np.maximum(weight * spread, 1e-30)
+    return np.where(usable, (spread * level - lean * slope) / np.where(usable, determinant, 1.0), values)
+
+
+def _held(values: FloatArray, last: IntArray) -> FloatArray:
+    """Values (A, F, ...) with what follows each one's `last` sample replaced by it."""
+    places = np.minimum(np.arange(values.shape[1]), last[:, None])
+    return values[np.arange(len(values))[:, None], places]
+
+
+def _headings(
+    trajectories: Sequence[RootTrajectory],
+    starts: FloatArray,
+    clock: FloatArray,
+    positions: FloatArray,
+    inside: BoolArray,
+    smoothing_time: float,
+) -> FloatArray:
+    """Headings as given, else where the root goes, smoothed; shape (A, F)."""
+    last = inside.sum(axis=1) - 1
+    yaws = _travel_yaws(_held(positions, last)[..., [0, 2]], np.array([t.rest_yaw for t in trajectories]), last)
+    given = np.array([trajectory.yaws is not None for trajectory in trajectories])
+    if given.any():
+        values = np.concatenate([np.zeros(len(t.times)) if t.yaws is None else t.yaws for t in trajectories])
+        own = sample_trajectories(trajectories, starts[:, None] + clock, values[:, None])[..., 0]
+        yaws = np.where(given[:, None], own, yaws)
+    return _held(_fitted(yaws[..., None], inside, smoothing_time / SPACING)[..., 0], last)
+
+
+def _travel_yaws(places: FloatArray, rest: FloatArray, last: IntArray) -> FloatArray:
+    """Where roots at (x, z) (A, F, 2) go; while they stand, where they went, turning in time to where they go next."""
+    count = places.shape[1]
+    frames = np.arange(count)
+    known = np.zeros(places.shape[:2], dtype=bool)
+    yaws = np.zeros(places.shape[:2])
+    rows = np.arange(len(places))[:, None]
+    for half in WINDOWS:
+        width = round(half / SPACING)
+        ahead = np.minimum(frames + width, last[:, None])
+        behind = np.maximum(frames - width, 0)
+        travel = places[rows, ahead] - places[:, behind]
+        moves = ~known & (np.linalg.norm(travel, axis=-1) > TRAVEL)
+        yaws[moves] = planar.yaw_of(travel[moves])
+        known |= moves
+    before = np.maximum.accumulate(np.where(known, frames, -1), axis=1)
+    after = np.minimum.accumulate(np.where(known, frames, count)[:, ::-1], axis=1)[:, ::-1]
+    never = ~known.any(axis=1)
+    next_yaws = np.take_along_axis(yaws, np.minimum(after, count - 1), axis=1)
+    past_yaws = np.take_along_axis(yaws, np.maximum(before, 0), axis=1)
+    past_yaws = np.where(before < 0, next_yaws, past_yaws)
+    next_yaws = np.where(after >= count, past_yaws, next_yaws)
+    change = planar.wrap_angle(next_yaws - past_yaws)
+    left = (after - frames) * SPACING
+    share = np.clip(1.0 - left * TURN_RATE / np.maximum(np.abs(change), 1e-9), 0.0, 1.0)
+    filled = np.where(known, yaws, past_yaws + change * share)
+    filled[never] = rest[never, None]
+    return np.asarray(np.unwrap(filled, axis=1))

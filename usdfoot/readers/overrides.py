@@ -1,0 +1,139 @@
+"""Overrides: what artists changed in a crowd's overrides.usda, honoured when the crowd is made again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from pxr import Sdf, Tf, Usd, UsdGeom, Vt
+
+from usdfoot.bridge.tokens import Agent, File, Plan, Prim
+from usdfoot.bridge.units import StageUnits
+from usdfoot.errors import PlanError, SceneError
+from usdfoot.maths.types import FloatArray
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.report import Problem
+from usdfoot.readers.plans import read_plan
+from usdfoot.readers.skeleton import matrices_of
+from usdfoot.readers.stage import start_code, targets
+
+__all__ = ["OverriddenPlan", "Overrides", "read_overrides"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class OverriddenPlan:
+    """A plan as artists changed it."""
+
+    plan: FootstepPlan
+    problems: tuple[Problem, ...]
+    """Warnings about it."""
+    frame: FloatArray
+    """From the written plan prim to the world by the artists' transforms (row vectors, stage units), shape (4, 4)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Overrides:
+    """The artists' layer of a crowd."""
+
+    layer: Sdf.Layer | None
+    """overrides.usda; None = there is none yet."""
+    units: StageUnits
+    """Of the scene, which are the crowd's."""
+
+    def is_muted(self, name: str) -> bool:
+        """Whether an agent is inactive, and so not to be made."""
+        spec = self.layer.GetPrimAtPath(f"{Prim.AGENTS}/{name}") if self.layer else None
+        return bool(spec and spec.HasInfo("active") and not spec.active)
+
+    def plan(self, name: str, plan_of: Callable[[str], FootstepPlan | None]) -> OverriddenPlan | None:
+        """An agent's plan with what the artists changed of it; None if they changed nothing.
+
+        Args:
+            name: Of the agent.
+            plan_of: The plans of the scene by agent name, None for a name that no agent has.
+
+        Raises:
+            PlanError: If what they made of it is no plan, or no plan is where they point.
+        """
+        if self.layer is None:
+            return None
+        own = f"{Prim.PLANS}/{name}"
+        path = _target(self.layer, name) or own
+        if path == own and not self.layer.GetPrimAtPath(own):
+            return None
+        base = plan_of(Sdf.Path(path).name) if path.startswith(f"{Prim.PLANS}/") else None
+        scene = _new_layer(self.units)
+        if base is not None:
+            _author_plan(scene, path, base, self.units, over=self.layer)
+        whole = _new_layer(self.units)
+        whole.subLayerPaths = [self.layer.identifier, scene.identifier]
+        stage = Usd.Stage.Open(whole, sessionLayer=None)
+        prim = stage.GetPrimAtPath(path)
+        if not prim or not prim.IsDefined():
+            where = f"{self.layer.GetDisplayName()} {Prim.AGENTS}/{name}"
+            raise PlanError(where, f"{Agent.PLAN} points at no plan", "point it at a PointInstancer", [path])
+        plan, problems = read_plan(prim, self.units)
+        frame = matrices_of(prim, np.array([start_code(stage).GetValue()]))[0] if path == own else np.eye(4)
+        return OverriddenPlan(plan=plan, problems=problems, frame=frame)
+
+
+def read_overrides(folder: Path | None, units: StageUnits) -> Overrides:
+    """What artists changed in a crowd, as it is on disk now.
+
+    Args:
+        folder: Of the crowd; None or without overrides.usda = nothing was changed.
+        units: Of the scene.
+
+    Raises:
+        SceneError: If overrides.usda cannot be read.
+    """
+    path = folder / File.OVERRIDES if folder else None
+    if path is None or not path.is_file():
+        return Overrides(layer=None, units=units)
+    try:
+        layer = Sdf.Layer.FindOrOpen(str(path))
+        layer.Reload()
+    except Tf.ErrorException as error:
+        raise SceneError(path, "cannot be read", "correct it, or move it away") from error
+    return Overrides(layer=layer if layer.rootPrims or layer.subLayerPaths else None, units=units)
+
+
+def _target(layer: Sdf.Layer, name: str) -> str | None:
+    """The plan that a layer gives an agent."""
+    stage = Usd.Stage.Open(layer, sessionLayer=None)
+    prim = stage.GetPrimAtPath(f"{Prim.AGENTS}/{name}")
+    found = targets(prim, Agent.PLAN) if prim else []
+    return str(found[0]) if found else None
+
+
+def _new_layer(units: StageUnits) -> Sdf.Layer:
+    """A layer in memory with a stage's units."""
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    layer.pseudoRoot.SetInfo("metersPerUnit", units.meters_per_unit)
+    layer.pseudoRoot.SetInfo("upAxis", units.up_axis)
+    layer.timeCodesPerSecond = units.time_codes_per_second
+    return layer
+
+
+def _author_plan(layer: Sdf.Layer, path: str, plan: FootstepPlan, units: StageUnits, *, over: Sdf.Layer) -> None:
+    """A plan of the scene as the crowd has it; the orientations are exact unless the layer over it has its own."""
+    stage = Usd.Stage.Open(layer, sessionLayer=None)
+    instancer = UsdGeom.PointInstancer.Define(stage, path)
+    instancer.CreateProtoIndicesAttr(Vt.IntArray.FromNumpy(plan.sides.astype(np.int32)))
+    positions = np.ascontiguousarray(units.points_to_stage(plan.positions), dtype=np.float32)
+    instancer.CreatePositionsAttr(Vt.Vec3fArray.FromNumpy(positions))
+    rotations = np.ascontiguousarray(units.rotations_to_stage(plan.orientations), dtype=np.float32)
+    if over.GetAttributeAtPath(f"{path}.orientations"):
+        half = Vt.QuathArray.FromNumpy(rotations.astype(np.float16))
+        instancer.CreateOrientationsAttr(half)
+    else:
+        instancer.CreateOrientationsfAttr(Vt.QuatfArray.FromNumpy(rotations))
+    prim = instancer.GetPrim()
+    kinds = Sdf.ValueTypeNames
+    for name, times in ((Plan.STRIKE_TIMES, plan.strike_times), (Plan.LIFTOFF_TIMES, plan.liftoff_times)):
+        codes = Sdf.TimeCodeArray([Sdf.TimeCode(code) for code in units.times_to_codes(times).tolist()])
+        prim.CreateAttribute(name, kinds.TimeCodeArray, False, Sdf.VariabilityUniform).Set(codes)
+    weights = Vt.FloatArray.FromNumpy(plan.root_weights.astype(np.float32))
+    prim.CreateAttribute(Plan.ROOT_WEIGHTS, kinds.FloatArray, False, Sdf.VariabilityUniform).Set(weights)

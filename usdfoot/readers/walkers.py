@@ -1,0 +1,159 @@
+"""Walkers: who walks which path, with what proportions."""
+
+from __future__ import annotations
+
+import logging
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from pxr import Sdf, Usd
+
+from usdfoot.bridge.units import StageUnits
+from usdfoot.errors import PlanError, UsdfootError
+from usdfoot.model.ground import Ground
+from usdfoot.model.path import WalkingPath
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.terrain import Terrain
+from usdfoot.planning.path import PathOptions, check_length, plan_paths
+from usdfoot.planning.proportions import Proportions, proportions_of
+from usdfoot.readers.agents import AgentSource
+from usdfoot.readers.casting import Casting
+from usdfoot.readers.characters import only_character, read_character
+from usdfoot.readers.clip_sources import ClipFinder
+from usdfoot.readers.paths import find_paths, read_paths
+from usdfoot.readers.stage import StagePrims
+
+__all__ = ["Walker", "plan_walkers", "read_walkers"]
+
+_logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Walker:
+    """One that walks a path."""
+
+    name: str
+    """Of the agent, or of the curve nobody follows; unique."""
+    agent: str
+    """Path of the agent prim; empty = none."""
+    path: WalkingPath
+    proportions: Proportions
+
+
+def read_walkers(
+    stage: Usd.Stage, prims: StagePrims, units: StageUnits, *, sources: Sequence[AgentSource], free_paths: bool = False
+) -> tuple[tuple[Walker, ...], dict[str, UsdfootError]]:
+    """Everyone who walks a path, and by name why some cannot.
+
+    Agents that follow the same prim take its curves in turn.
+
+    Args:
+        stage: Open stage.
+        prims: Its prims.
+        units: Its units.
+        sources: Agents; those without a path are left out.
+        free_paths: Also give one walker to each curve that no agent follows.
+    """
+    if not free_paths and all(source.path is None for source in sources):
+        return (), {}
+    casting = _casting(stage, prims, units, sources)
+    walkers, errors = [], {}
+    turns: Counter[Sdf.Path] = Counter()
+    curves: dict[Sdf.Path, tuple[WalkingPath, ...] | UsdfootError] = {}
+    for source in sources:
+        if source.path is None:
+            continue
+        where = source.path.GetPath()
+        try:
+            found = _curves(source.path, units, curves)
+            path = found[turns[where] % len(found)]
+            turns[where] += 1
+            character = casting.character_of(source)
+            body = proportions_of(character.skeleton, character.biped)
+            agent = str(source.prim.GetPath())
+            walkers.append(Walker(name=source.name, agent=agent, path=path, proportions=body))
+        except UsdfootError as error:
+            errors[source.name] = error
+    if free_paths:
+        names = {source.name for source in sources}
+        body = _only_proportions(casting)
+        for prim in find_paths(stage):
+            if prim.GetPath() in curves:
+                continue
+            try:
+                found = _curves(prim, units, curves)
+            except UsdfootError as error:
+                errors[str(prim.GetPath())] = error
+                continue
+            for path in found:
+                name = _unique(prim.GetName(), names)
+                walkers.append(Walker(name=name, agent="", path=path, proportions=body))
+    return tuple(walkers), errors
+
+
+def plan_walkers(
+    walkers: Sequence[Walker], terrain: Terrain, *, options: PathOptions | None = None
+) -> dict[str, FootstepPlan | UsdfootError]:
+    """Plans of walkers on a terrain by name, or why there is none."""
+    found: dict[str, FootstepPlan | UsdfootError] = {}
+    able = []
+    for walker in walkers:
+        try:
+            check_length(walker.path, walker.proportions)
+            able.append(walker)
+        except PlanError as error:
+            found[walker.name] = error
+    if able:
+        lowest = min(float(walker.path.points[:, 1].min()) for walker in able)
+        plans = plan_paths(
+            [walker.path for walker in able],
+            Ground(terrain, fallback_height=lowest),
+            proportions=[walker.proportions for walker in able],
+            options=options,
+        )
+        found.update({walker.name: plan for walker, plan in zip(able, plans, strict=True)})
+    return found
+
+
+def _casting(stage: Usd.Stage, prims: StagePrims, units: StageUnits, sources: Sequence[AgentSource]) -> Casting:
+    """Only to look at characters, at one instant."""
+    foreign = tuple(source.plan for source in sources)
+    return Casting(prims=prims, foreign=foreign, units=units, frame_codes=np.zeros(1), finder=ClipFinder(stage, prims))
+
+
+def _only_proportions(casting: Casting) -> Proportions:
+    """Those of the stage's only character; a person's where there is none or several."""
+    try:
+        character = read_character(only_character(casting.prims, casting.foreign), casting.units, np.zeros(1))
+    except UsdfootError as error:
+        _logger.info("paths that no agent follows are planned for a person of 1.75 m: %s", error)
+        return Proportions()
+    return proportions_of(character.skeleton, character.biped)
+
+
+def _curves(
+    prim: Usd.Prim, units: StageUnits, known: dict[Sdf.Path, tuple[WalkingPath, ...] | UsdfootError]
+) -> tuple[WalkingPath, ...]:
+    """Curves of a prim, read once."""
+    path = prim.GetPath()
+    if path not in known:
+        try:
+            known[path] = read_paths(prim, units)
+        except UsdfootError as error:
+            known[path] = error
+    found = known[path]
+    if isinstance(found, UsdfootError):
+        raise found
+    return found
+
+
+def _unique(name: str, taken: set[str]) -> str:
+    """The name, with a number added if it is taken; from now on it is."""
+    candidate, count = name, 0
+    while candidate in taken:
+        count += 1
+        candidate = f"{name}_{count}"
+    taken.add(candidate)
+    return candidate
