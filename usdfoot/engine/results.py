@@ -23,8 +23,6 @@ __all__ = ["PLACED", "ContactFigures", "achieved_contacts", "measure_contacts", 
 
 PLACED = 0.003
 """A step placed worse than this, or whose ball slides farther, did not keep its promise [m]."""
-FACED = np.radians(1.5)
-"""Nor did one whose foot is turned farther from its print [rad]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,7 +127,6 @@ def _statuses(figures: ContactFigures, values: dict[str, FloatArray]) -> list[st
     statuses = np.full(len(figures.rows), "ok", dtype=object)
     statuses[values["hull_distance"] > 1e-4] = "outsideHull"
     statuses[np.fmax(figures.placement_error, figures.slide) > PLACED] = "ikLimited"
-    statuses[np.abs(figures.yaw_error) > FACED] = "ikLimited"
     statuses[values["given_up"] > 0.0] = "rootWeighted"
     statuses[values["limited"] > 0.0] = "unreachable"
     statuses[~figures.on_ground] = "offTerrain"
