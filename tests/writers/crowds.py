@@ -204,6 +204,7 @@ def results_of(count: int) -> StepResults:
         yaw_error=ramp * 1e-3,
         hull_distance=ramp * 4e-4,
         time_warp=1.0 + ramp * 0.1,
+        root_velocity_error=0.05 * ramp,
         root_weight=np.zeros(count),
         beta=ramp * 0.05,
         status=tuple(["ok", "outsideHull", "ikLimited", "unreachable"][i % 4] for i in range(count)),

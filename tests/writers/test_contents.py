@@ -101,6 +101,7 @@ def test_results_are_in_stage_units_and_degrees(tmp_path, units):
         (names.YAW_ERROR, np.degrees(results.yaw_error)),
         (names.HULL_DISTANCE, results.hull_distance / units.meters_per_unit),
         (names.TIME_WARP, results.time_warp),
+        (names.ROOT_VELOCITY_ERROR, results.root_velocity_error / units.meters_per_unit),
         (names.ROOT_WEIGHT, results.root_weight),
         (names.BETA, results.beta),
         (names.CLIP_COUNTS, results.clip_counts),

@@ -16,6 +16,7 @@ from usdfoot.bridge.tokens import ChunkFiles, File, chunk_files
 from usdfoot.bridge.versions import library_versions
 from usdfoot.model.agent import Agent, Follower
 from usdfoot.physics.motion_options import MotionOptions
+from usdfoot.readers.limits import Limits
 
 __all__ = ["ChunkTask", "cut_chunks"]
 
@@ -33,6 +34,7 @@ class ChunkTask:
     frames: tuple[int, int]
     """First and last time code of the crowd."""
     options: MotionOptions
+    limits: Limits
     folder: str
     files: ChunkFiles
     agents: tuple[str, ...]
@@ -49,6 +51,7 @@ def cut_chunks(
     names: Sequence[str],
     folder: Path,
     options: MotionOptions,
+    limits: Limits,
     size: int,
 ) -> tuple[ChunkTask, ...]:
     """The agents of a scene, in its order, `size` to a chunk.
@@ -61,6 +64,7 @@ def cut_chunks(
         names: Of all agents that were asked for.
         folder: Where the crowd goes.
         options: Of the sources of motion.
+        limits: How much of a scene is read.
         size: Agents a chunk.
     """
     readable = {agent.name: agent for agent in scene.crowd.everyone}
@@ -77,6 +81,7 @@ def cut_chunks(
             inputs=inputs,
             frames=(int(scene.frame_codes[0]), int(scene.frame_codes[-1])),
             options=options,
+            limits=limits,
             folder=str(folder),
             files=chunk_files(index, len(parts)),
             agents=tuple(agent.name for agent in part),

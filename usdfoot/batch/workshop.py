@@ -13,6 +13,7 @@ from usdfoot.engine.animate import PreparedLibraries
 from usdfoot.physics.animate import animate_all
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.planning.followers import plan_followers
+from usdfoot.readers.limits import Limits
 from usdfoot.readers.scene import SceneReader
 from usdfoot.writers.chunks import write_chunk
 
@@ -67,11 +68,13 @@ def make_chunk(task: ChunkTask) -> str:
 
     The process keeps the scene open for the chunks to come, and only this scene.
     """
-    return _workshop(task.scene, task.inputs, task.frames, task.options, task.folder).make(task)
+    return _workshop(task.scene, task.inputs, task.frames, task.options, task.limits, task.folder).make(task)
 
 
 @lru_cache(maxsize=1)
-def _workshop(scene: str, inputs: str, frames: tuple[int, int], options: MotionOptions, folder: str) -> Workshop:
+def _workshop(
+    scene: str, inputs: str, frames: tuple[int, int], options: MotionOptions, limits: Limits, folder: str
+) -> Workshop:
     """The workshop of a scene in the state that `inputs` stands for."""
-    reader = SceneReader(scene, frames=frames, motion=options.motion, reload=True, crowd=Path(folder))
+    reader = SceneReader(scene, frames=frames, motion=options.motion, reload=True, crowd=Path(folder), limits=limits)
     return Workshop(reader, options)

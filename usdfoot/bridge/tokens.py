@@ -142,6 +142,7 @@ class Result:
     TIME_WARP: Final = "usdfoot:result:timeWarp"
     ROOT_WEIGHT: Final = "usdfoot:result:rootWeight"
     BETA: Final = "usdfoot:result:beta"
+    ROOT_VELOCITY_ERROR: Final = "usdfoot:result:rootVelocityError"
     STATUS: Final = "usdfoot:result:status"
     CLIP_COUNTS: Final = "usdfoot:result:clipCounts"
     CLIPS: Final = "usdfoot:result:clips"

@@ -7,6 +7,7 @@ import math
 import re
 from typing import TYPE_CHECKING
 
+from usdfoot.cli.batch_flags import add_batch_flags, limits_of
 from usdfoot.cli.console import print_problems, results_console, shown_progress
 from usdfoot.cli.physics_flags import add_physics_flags, body_style, physics_options
 from usdfoot.cli.tables import step_table
@@ -77,23 +78,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_physics_flags(parser)
     parser.add_argument("--collect", action="store_true", help="copy the characters' files into DIR")
-    parser.add_argument(
-        "--workers",
-        metavar="N",
-        type=count,
-        help="processes that animate chunks of agents (default: as many as there are cores and chunks)",
-    )
-    parser.add_argument(
-        "--scheduler",
-        metavar="ADDRESS",
-        help="Dask cluster whose workers animate instead, like tcp://host:8786 (needs the extra dask)",
-    )
-    parser.add_argument(
-        "--chunk-size", metavar="N", type=count, default=100, help="agents a chunk (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--chunk", metavar="INDEX", type=int, help="make this chunk only, as a farm's task does; crowd.usd comes later"
-    )
+    add_batch_flags(parser)
 
 
 def frame_range(text: str) -> tuple[int, int]:
@@ -102,13 +87,6 @@ def frame_range(text: str) -> tuple[int, int]:
     if not match or int(match[1]) > int(match[2]):
         raise argparse.ArgumentTypeError(f"{text!r} is not a range of frames; give first:last, like 1:240")
     return int(match[1]), int(match[2])
-
-
-def count(text: str) -> int:
-    """A whole number, 1 or more."""
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is no number of things; give 1 or more")
-    return int(text)
 
 
 def root_weight(text: str) -> float:
@@ -154,6 +132,7 @@ def run(arguments: argparse.Namespace) -> int:
             options=_options(arguments),
             collect=arguments.collect,
             chunk_size=arguments.chunk_size,
+            limits=limits_of(arguments),
             executor=executor,
             progress=progress,
         )
@@ -179,6 +158,7 @@ def _run_chunk(arguments: argparse.Namespace) -> int:
         options=_options(arguments),
         collect=arguments.collect,
         chunk_size=arguments.chunk_size,
+        limits=limits_of(arguments),
     )
     print_problems(record.problems, quiet=arguments.quiet)
     done = "kept" if record.is_kept else "made"

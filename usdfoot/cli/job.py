@@ -6,6 +6,7 @@ import argparse
 import shlex
 
 from usdfoot.cli import animate
+from usdfoot.cli.batch_flags import limits_of
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
 
@@ -51,6 +52,7 @@ def run(arguments: argparse.Namespace) -> int:
         agents=parsed.agents,
         frames=parsed.frames,
         chunk_size=parsed.chunk_size,
+        limits=limits_of(parsed),
         motion=parsed.motion,
     )
     print(job_template(arguments.scene, arguments.output, chunks=chunks, options=arguments.options), end="")

@@ -90,6 +90,7 @@ def step_table(results: Mapping[str, StepResults]) -> Table:
         "slide mm",
         "yaw deg",
         "outside hull mm",
+        "root velocity m/s",
     )
     for heading in headings:
         table.add_column(heading, justify="right")
@@ -119,6 +120,7 @@ def step_table(results: Mapping[str, StepResults]) -> Table:
             show(worst("slide"), 1e3),
             show(np.degrees(worst("yaw_error")), 1.0),
             show(worst("hull_distance"), 1e3),
+            show(np.concatenate([part.root_velocity_error for part in parts]).mean(), 1.0),
         )
 
     for name in list(results)[:MOST_ROWS]:

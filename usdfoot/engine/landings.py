@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
+import warp as wp
 
-from usdfoot.engine.poses import Setup, StepBlend, device_segments, pose_feet, pose_frames
+from usdfoot.engine.flight import natural_flights
+from usdfoot.engine.landing_kernel import land_swing_balls
+from usdfoot.engine.poses import Setup, StepBlend
+from usdfoot.engine.queries import StepQueries
 from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.examples import LIFTOFF_PHASES
 
-__all__ = ["GROUND_AXES", "beyond_reach", "landing_offsets", "merge_blends", "stand_blend", "with_steps"]
+__all__ = ["GROUND_AXES", "beyond_reach", "blend_landings", "blend_twists", "stand_blend", "with_steps"]
 
 GROUND_AXES = np.array([0, 2])
 
@@ -34,42 +39,56 @@ def with_steps(
     return StepBlend(examples=all_examples, weights=all_weights, twists=all_twists)
 
 
-def merge_blends(blend: StepBlend, other: StepBlend, rows: IntArray) -> StepBlend:
-    """`blend` with the rows of `other`."""
-    return with_steps(blend, rows, other.examples[rows], other.weights[rows], other.twists[rows])
+def blend_twists(setup: Setup, queries: StepQueries, examples: IntArray, weights: FloatArray) -> FloatArray:
+    """Turn on top of the examples' own that ends N blends in the planned heading [rad], shape (N,)."""
+    return planar.wrap_angle(queries.turns - np.sum(weights * setup.examples.turns[examples], axis=1))
 
 
-def landing_offsets(setup: Setup, blend: StepBlend, steps: IntArray) -> FloatArray:
-    """Footstep minus where the blended swing foot is going to be planted, (x, z) [m], shape (N, 2)."""
-    contacts, segments, examples = setup.contacts, setup.segments, setup.examples
-    arrays = device_segments(setup, blend, origins=np.zeros((len(segments), 3)))
-    poses = pose_frames(setup, blend, arrays, steps, segments.ends[steps], joints=setup.rig.leg_joints)
-    targets = segments.supports[steps] + 1
-    balls = pose_feet(setup.rig, poses).balls[np.arange(len(steps)), contacts.sides[targets]][:, GROUND_AXES]
-    settle = examples.landings - examples.swing_balls[:, -1, GROUND_AXES]  # from the strike until the ball is down
-    settling = np.sum(blend.weights[steps, :, None] * settle[blend.examples[steps]], axis=1)
-    headings = contacts.headings[segments.supports[steps]] + blend.twists[steps]
-    landing = balls + planar.rotate(headings, settling)
-    target = contacts.positions[targets] - contacts.positions[segments.supports[steps]]
-    offsets: FloatArray = target[:, GROUND_AXES] - landing
-    return offsets
+def blend_landings(setup: Setup, swing_sides: IntArray, examples: IntArray, weights: FloatArray) -> FloatArray:
+    """Where the swing foot of N blends is going to be planted, (x, z) in the heading at the step's end [m], (N, 2).
+
+    Measured on the blended pose, which lands a little off the blend of the examples' landings.
+
+    Args:
+        setup: Library and its examples.
+        swing_sides: 0 = left, 1 = right, shape (N,).
+        examples: Heaviest first, shape (N, K).
+        weights: Not negative, sum 1, shape (N, K).
+    """
+    library = setup.examples
+    flies = natural_flights(library, examples, weights) > 0.0
+    last = library.rotations.shape[1] - 1
+    balls = wp.empty(len(examples), dtype=wp.vec3f)
+    wp.launch(
+        land_swing_balls,
+        dim=len(examples),
+        inputs=[
+            setup.library,
+            wp.array(examples.astype(np.int32), dtype=wp.int32, copy=False),
+            wp.array(weights.astype(np.float32), dtype=wp.float32, copy=False),
+            wp.array(swing_sides.astype(np.int32), dtype=wp.int32, copy=False),
+            wp.array(np.where(flies, LIFTOFF_PHASES[1] * last, last).astype(np.float32), dtype=wp.float32, copy=False),
+        ],
+        outputs=[balls],
+    )
+    settle = (library.landings - library.swing_balls[:, -1, GROUND_AXES])[examples]  # from the strike until flat
+    landings = balls.numpy()[:, GROUND_AXES] + np.einsum("nk,nkd->nd", weights, settle)
+    return planar.rotate(-np.sum(weights * library.turns[examples], axis=1), landings)
 
 
-def beyond_reach(setup: Setup, offsets: FloatArray, reach: FloatArray) -> FloatArray:
-    """How far each landing has to fall short of its footstep, (x, z) [m], shape (M, 2).
+def beyond_reach(setup: Setup, steps: IntArray, offsets: FloatArray, reach: FloatArray) -> FloatArray:
+    """How far landings of the segments `steps` (N,) have to fall short of their footsteps, (x, z) [m], shape (N, 2).
 
-    What is left of `offsets` (M, 2) beyond the agents' `reach` (A,), or of the step beyond `longest_step` legs.
+    What is left of `offsets` (N, 2) beyond the agents' `reach` (A,), or of the step beyond `longest_step` legs.
     """
     segments, positions = setup.segments, setup.contacts.positions
     distance = np.linalg.norm(offsets, axis=1)
-    beyond_ik = offsets * np.maximum(1.0 - reach[segments.agents] / np.maximum(distance, 1e-12), 0.0)[:, None]
-    steps = np.flatnonzero(~segments.stands)
+    beyond_ik = offsets * np.maximum(1.0 - reach[segments.agents[steps]] / np.maximum(distance, 1e-12), 0.0)[:, None]
     supports = segments.supports[steps]
     grounded = setup.contacts.liftoffs[supports] >= setup.contacts.strikes[supports + 1]
     strides = (positions[supports + 1] - positions[supports])[:, GROUND_AXES]
     longest = np.where(grounded, setup.options.longest_step * setup.leg_length, np.inf)
-    beyond_leg = np.zeros_like(offsets)
     lengths = np.linalg.norm(strides, axis=1)
-    beyond_leg[steps] = strides * np.maximum(1.0 - longest / np.maximum(lengths, 1e-12), 0.0)[:, None]
+    beyond_leg = strides * np.maximum(1.0 - longest / np.maximum(lengths, 1e-12), 0.0)[:, None]
     farther = np.linalg.norm(beyond_leg, axis=1) > np.linalg.norm(beyond_ik, axis=1)
     return np.where(farther[:, None], beyond_leg, beyond_ik)

@@ -83,7 +83,8 @@ def reaching_raise(ankle: wp.vec3f, ball: wp.vec3f, hip: wp.vec3f, lateral: wp.v
     foot -= wp.dot(foot, lateral) * lateral
     leg -= wp.dot(leg, lateral) * lateral
     lengths = wp.max(wp.length(foot) * wp.length(leg), 1.0e-6)
-    apart = wp.acos(wp.clamp(square / (2.0 * lengths), -1.0, 1.0))
+    short = soft_positive(1.0 - square / (2.0 * lengths), 0.004)  # acos is infinitely steep where nothing is short
+    apart = wp.acos(wp.max(1.0 - short, -1.0))
     now = wp.atan2(wp.dot(wp.cross(foot, leg), lateral), wp.dot(foot, leg))
     up = wp.vec3f(0.0, 1.0, 0.0) - lateral[1] * lateral
     upright = wp.atan2(wp.dot(wp.cross(foot, up), lateral), wp.dot(foot, up))

@@ -82,6 +82,7 @@ def measure_steps(
             time_warp=values["time_warp"][a:b],
             root_weight=values["root_weights"][a:b],
             beta=values["betas"][a:b],
+            root_velocity_error=values["velocity_error"][a:b],
             status=tuple(statuses[a:b]),
             **_clips(setup, blend, values["segment"][a:b].astype(int)),
         )
@@ -115,8 +116,9 @@ def _by_landing(setup: Setup, blend: StepBlend, landings: Landings, real: IntArr
     segment = leading[real]
     known = segment >= 0
     values: dict[str, FloatArray] = {"segment": segment}
-    for name, neutral in (("blend_error", 0.0), ("hull_distance", 0.0), ("time_warp", 1.0), ("limited", 0.0)):
-        values[name] = np.where(known, getattr(landings, name)[segment].astype(float), neutral)
+    neutral = {"time_warp": 1.0}
+    for name in ("blend_error", "hull_distance", "time_warp", "limited", "velocity_error"):
+        values[name] = np.where(known, getattr(landings, name)[segment].astype(float), neutral.get(name, 0.0))
     for name in ("root_weights", "betas", "given_up"):
         values[name] = np.where(known, getattr(landings.rooted, name)[segment].astype(float), 0.0)
     return values

@@ -43,8 +43,7 @@ def root_goals(setup: Setup, agents: Sequence[Agent]) -> RootGoals:
         asked[steps] = True
     rooted = np.isin(segments.agents, segments.agents[asked]) & ~segments.stands
     velocities = np.zeros((count, 2))
-    if rooted.any():
-        velocities[steps] = _planned_velocities(setup, steps)
+    velocities[steps] = _planned_velocities(setup, steps)
     return RootGoals(weights=weights, replace_distances=distances, velocities=velocities, rooted=rooted)
 
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdfoot.engine.corrections import correct_steps
-from usdfoot.engine.landings import GROUND_AXES, beyond_reach, stand_blend
+from usdfoot.engine.landings import GROUND_AXES, beyond_reach, blend_twists, stand_blend, with_steps
 from usdfoot.engine.poses import Setup, StepBlend
+from usdfoot.engine.queries import step_queries
 from usdfoot.engine.root import lay_root
 from usdfoot.engine.root_goals import RootGoals
 from usdfoot.engine.root_weights import RootedSteps, weigh_rooted
@@ -17,7 +18,7 @@ from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable, with_headings
 from usdfoot.model.examples import event_knots
-from usdfoot.spaces.library import FootstepSpaces
+from usdfoot.spaces.library import FootstepSpaces, left_landings
 
 __all__ = ["Landings", "weigh_steps"]
 
@@ -34,6 +35,8 @@ class Landings:
     """Planned duration over the blended one."""
     limited: BoolArray
     """Whether the landing lies farther from the footstep than IK may pull it."""
+    velocity_error: FloatArray
+    """Mean root velocity of the blended examples, at their own pace, to the wanted one [m/s]."""
     rooted: RootedSteps
     """Root weights, and what became of the steps that have one."""
 
@@ -62,7 +65,8 @@ def weigh_steps(
     steps = np.flatnonzero(~setup.segments.stands & pending)
     setup, blend, landings = _solve(setup, spaces, steps, blend)
     while True:
-        excess = beyond_reach(setup, landings.offsets, reach)
+        excess = np.zeros((count, 2))
+        excess[steps] = beyond_reach(setup, steps, landings.offsets[steps], reach)
         over = pending & (np.abs(excess).max(axis=1) > 1e-6) & ~limited
         first = _first_of_agent(setup.segments.agents, over)
         if not first.any():
@@ -80,9 +84,21 @@ def weigh_steps(
             hull_distance=np.where(goals.rooted, rooted.hull_distances, landings.hull_distances),
             time_warp=landings.time_warps,
             limited=limited | rooted.limited,
+            velocity_error=_velocity_errors(setup, spaces, goals, blend),
             rooted=rooted,
         ),
     )
+
+
+def _velocity_errors(setup: Setup, spaces: FootstepSpaces, goals: RootGoals, blend: StepBlend) -> FloatArray:
+    """Mean root velocity of the blended examples to the wanted one [m/s], shape (M,)."""
+    errors = np.zeros(len(setup.segments))
+    steps = np.flatnonzero(~setup.segments.stands)
+    sides = setup.contacts.sides[setup.segments.supports[steps] + 1]
+    wanted = left_landings(goals.velocities[steps], sides)
+    blended = np.einsum("nk,nkd->nd", blend.weights[steps], spaces.velocities[blend.examples[steps]])
+    errors[steps] = np.linalg.norm(blended - wanted, axis=1)
+    return errors
 
 
 def align_events(setup: Setup, blend: StepBlend) -> Setup:
@@ -143,14 +159,19 @@ def _solve(
     setup: Setup, spaces: FootstepSpaces, steps: IntArray, blend: StepBlend
 ) -> tuple[Setup, StepBlend, _Solution]:
     """Weights of `steps` for contacts as they are; those before the first footsteps are placed by the examples."""
-    segments, examples = setup.segments, setup.examples
-    corrected = correct_steps(setup, spaces, steps, blend)
-    blend = corrected.blend
+    segments, examples, count = setup.segments, setup.examples, len(setup.segments)
+    queries = step_queries(setup, steps)
+    corrected = correct_steps(setup, spaces, queries, corrections=setup.options.corrections)
+    offsets, hull_distances = np.zeros((count, 2)), np.zeros(count)
+    offsets[steps] = planar.rotate(queries.headings + queries.turns, corrected.missed)
+    hull_distances[steps] = corrected.hull_distances
+    twists = blend_twists(setup, queries, corrected.examples, corrected.weights)
+    blend = with_steps(blend, steps, corrected.examples, corrected.weights, twists)
     setup = place_departures(setup, blend)
     blended = np.sum(blend.weights * examples.durations[blend.examples], axis=1)
     planned = segments.knot_times[:, -1] - segments.knot_times[:, 0]
     warps = np.where(segments.stands, 1.0, planned / blended)
-    return setup, blend, _Solution(offsets=corrected.offsets, hull_distances=corrected.hull_distances, time_warps=warps)
+    return setup, blend, _Solution(offsets=offsets, hull_distances=hull_distances, time_warps=warps)
 
 
 def place_departures(setup: Setup, blend: StepBlend) -> Setup:

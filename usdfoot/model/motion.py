@@ -44,6 +44,8 @@ class StepResults:
     """lambda4 as used."""
     beta: FloatArray
     """Largest lambda4 that still places the foot exactly ([B] 5)."""
+    root_velocity_error: FloatArray
+    """Mean root velocity of the blended clips, at their own pace, to the wanted one [m/s]."""
     status: tuple[str, ...]
     """One of STATUSES a step."""
     clip_counts: IntArray

@@ -195,6 +195,7 @@ def _results(figures: ContactFigures, com: ComMotion, agents: Sequence[Agent]) -
             time_warp=zeros[a:b] + 1.0,
             root_weight=zeros[a:b],
             beta=zeros[a:b],
+            root_velocity_error=zeros[a:b],
             status=tuple(statuses[a:b]),
             clip_counts=np.zeros(b - a, dtype=int),
             clips=(),

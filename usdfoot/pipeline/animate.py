@@ -18,6 +18,7 @@ from usdfoot.model.report import Problem
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.report import AnimateReport, provenance_of, report_json
 from usdfoot.readers.chunks import read_record
+from usdfoot.readers.limits import DEFAULT_LIMITS, Limits
 from usdfoot.readers.scene import SceneReader
 from usdfoot.writers.characters import PlacedCharacter, place_characters
 from usdfoot.writers.crowd import check_output, crowd_format, write_crowd
@@ -37,6 +38,7 @@ def animate(
     options: MotionOptions | None = None,
     collect: bool = False,
     chunk_size: int = CHUNK_SIZE,
+    limits: Limits = DEFAULT_LIMITS,
     executor: Executor | None = None,
     progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
 ) -> AnimateReport:
@@ -53,6 +55,7 @@ def animate(
         options: Of the sources of motion.
         collect: Copy the characters' files into the folder.
         chunk_size: Agents a chunk; a worker has no more than one chunk in memory.
+        limits: How much of a scene is read before it is refused.
         executor: Whose workers make the chunks, if there are several to make; None = this process does.
         progress: Told what begins or goes on, how much of it is done, and of how much: "read", "animate", "write".
 
@@ -64,7 +67,7 @@ def animate(
         OutputError: If the folder cannot be written to, the output would replace the input, or a worker vanished.
     """
     progress("read", 0, 0)
-    shot = _open_shot(scene_file, folder, agents, frames, options or MotionOptions(), collect, chunk_size)
+    shot = _open_shot(scene_file, folder, agents, frames, options or MotionOptions(), collect, chunk_size, limits)
     records = _make_chunks(shot, executor, progress)
     problems = _distinct((*shot.scene.crowd.problems, *(problem for record in records for problem in record.problems)))
     _require_agents(scene_file, records, problems)
@@ -98,6 +101,7 @@ def animate_chunk(
     options: MotionOptions | None = None,
     collect: bool = False,
     chunk_size: int = CHUNK_SIZE,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> ChunkRecord:
     """One chunk of what `animate` with the same arguments makes, which then keeps it: the task of a render farm.
 
@@ -110,12 +114,13 @@ def animate_chunk(
         options: As of `animate`.
         collect: As of `animate`.
         chunk_size: As of `animate`.
+        limits: As of `animate`.
 
     Raises:
         SceneError: If the scene cannot be opened, no agent can be used, or there is no such chunk.
         OutputError: If the folder cannot be written to or the output would replace the input.
     """
-    shot = _open_shot(scene_file, folder, agents, frames, options or MotionOptions(), collect, chunk_size)
+    shot = _open_shot(scene_file, folder, agents, frames, options or MotionOptions(), collect, chunk_size, limits)
     count = len(range(0, len(shot.reader.names), chunk_size))
     if not 0 <= index < count:
         raise SceneError(scene_file, f"has no chunk {index}", f"give one of 0 to {count - 1}")
@@ -133,13 +138,14 @@ def count_chunks(
     frames: tuple[int, int] | None = None,
     chunk_size: int = CHUNK_SIZE,
     motion: str | None = None,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> int:
     """How many chunks `animate` with the same arguments makes.
 
     Raises:
         SceneError: If the scene cannot be opened or the glob matches nobody.
     """
-    reader = SceneReader(scene_file, agents=agents, frames=frames, motion=motion)
+    reader = SceneReader(scene_file, agents=agents, frames=frames, motion=motion, limits=limits)
     return len(range(0, len(reader.names), chunk_size))
 
 
@@ -163,14 +169,17 @@ def _open_shot(
     options: MotionOptions,
     collect: bool,
     chunk_size: int,
+    limits: Limits,
 ) -> _Shot:
     target = Path(os.path.realpath(folder))
-    reader = SceneReader(scene_file, agents=agents, frames=frames, motion=options.motion, crowd=target)
+    reader = SceneReader(scene_file, agents=agents, frames=frames, motion=options.motion, crowd=target, limits=limits)
     scene = reader.read()
     check_output(scene, target)
     characters = place_characters(scene.characters, target, layer_format=crowd_format(scene), collect=collect)
     references = [(placed.reference.assetPath, str(placed.reference.primPath)) for placed in characters]
-    tasks = cut_chunks(scene, references, names=reader.names, folder=target, options=options, size=chunk_size)
+    tasks = cut_chunks(
+        scene, references, names=reader.names, folder=target, options=options, limits=limits, size=chunk_size
+    )
     return _Shot(reader=reader, scene=scene, folder=target, options=options, characters=characters, tasks=tasks)
 
 

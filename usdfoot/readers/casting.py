@@ -22,6 +22,7 @@ from usdfoot.readers.agents import AgentSource, read_agent_options
 from usdfoot.readers.characters import character_key, find_skeleton, only_character, read_character
 from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.clips import missing_leg_joints, read_clip
+from usdfoot.readers.limits import DEFAULT_LIMITS
 from usdfoot.readers.stage import StagePrims, authored
 
 __all__ = ["Casting", "skipped"]
@@ -37,6 +38,8 @@ class Casting:
     units: StageUnits
     frame_codes: FloatArray
     finder: ClipFinder
+    most_frames: int = DEFAULT_LIMITS.frames
+    """Samples that a clip may have."""
     motion: str | None = None
     """Of all agents; None = what each says."""
     characters: list[Character] = field(default_factory=list)
@@ -138,7 +141,9 @@ class Casting:
                     self._unfit.setdefault(path, actor.skeleton.name)
                     reasons.append(path)
                     continue
-                clips.append(read_clip(clip_source, actor.skeleton, actor.biped, self.units))
+                clips.append(
+                    read_clip(clip_source, actor.skeleton, actor.biped, self.units, most_frames=self.most_frames)
+                )
             except UsdfootError as error:
                 reasons.append(path)
                 severity = "error" if source.clips else "warning"

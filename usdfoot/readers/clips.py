@@ -19,6 +19,7 @@ from usdfoot.model.clip import Clip
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
 from usdfoot.readers.clip_attributes import read_clip_attributes
 from usdfoot.readers.joints import leaf_name, match_joints
+from usdfoot.readers.limits import DEFAULT_LIMITS
 from usdfoot.readers.samples import SampledArray, interpolate_linear, interpolate_rotations, read_samples, regular_codes
 from usdfoot.readers.skeleton import RawSkeleton, fold_scales, is_moving, matrices_of, skeleton_in
 
@@ -44,7 +45,14 @@ class ClipSource:
     """Whether the skeleton plays the animation; only then do moving transforms above it belong to the clip."""
 
 
-def read_clip(source: ClipSource, skeleton: Skeleton, biped: Biped, units: StageUnits) -> Clip:
+def read_clip(
+    source: ClipSource,
+    skeleton: Skeleton,
+    biped: Biped,
+    units: StageUnits,
+    *,
+    most_frames: int = DEFAULT_LIMITS.frames,
+) -> Clip:
     """The clip on the joints of a character.
 
     Transforms above the clip's own skeleton are applied, moving ones too. Joints that the clip lacks keep the rest
@@ -55,6 +63,7 @@ def read_clip(source: ClipSource, skeleton: Skeleton, biped: Biped, units: Stage
         skeleton: The character's, canonical.
         biped: The character's.
         units: Of the stage.
+        most_frames: Samples that a clip may have.
 
     Raises:
         ClipError: If leg joints are missing, nothing moves, or values are not finite.
@@ -69,7 +78,7 @@ def read_clip(source: ClipSource, skeleton: Skeleton, biped: Biped, units: Stage
             "use a clip of a skeleton with the same joint names, or point usdfoot:clip:skeleton at its own",
             missing,
         )
-    codes, translations, rotations = _sample(source, units)
+    codes, translations, rotations = _sample(source, units, most_frames)
     times = units.codes_to_times(codes)
     attributes = read_clip_attributes(source.prim, times, units)
     similarity = _skeleton_to_world(source, codes, units)
@@ -105,7 +114,7 @@ def missing_leg_joints(source: ClipSource, skeleton: Skeleton, biped: Biped) -> 
     return [leaf_name(skeleton.joints[joint]) for joint in legs if matches[joint] < 0]
 
 
-def _sample(source: ClipSource, units: StageUnits) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _sample(source: ClipSource, units: StageUnits, most_frames: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Regular time codes (T,) and joint-local translations and rotations of all joints of the clip's skeleton."""
     animation, raw = UsdSkel.Animation(source.prim), source.skeleton
     where = source.prim.GetPath()
@@ -116,7 +125,7 @@ def _sample(source: ClipSource, units: StageUnits) -> tuple[FloatArray, FloatArr
     if rotations is None:
         raise ClipError(where, f"has no rotations for its {len(joints)} joints", "author one quaternion a joint")
     _check_finite(where, rotations, translations)
-    codes = _sample_codes(source, rotations, translations, units)
+    codes = _sample_codes(source, rotations, translations, units, most_frames)
     order = match_joints(joints, raw.joints)
     all_rotations = _spread(raw.rotations, interpolate_rotations(rotations, codes), order)
     all_scales = _spread(raw.scales, scales.values, order) if scales else raw.scales[None]
@@ -128,7 +137,11 @@ def _sample(source: ClipSource, units: StageUnits) -> tuple[FloatArray, FloatArr
 
 
 def _sample_codes(
-    source: ClipSource, rotations: SampledArray, translations: SampledArray | None, units: StageUnits
+    source: ClipSource,
+    rotations: SampledArray,
+    translations: SampledArray | None,
+    units: StageUnits,
+    most_frames: int,
 ) -> FloatArray:
     """Regular time codes over the samples of the animation, shape (T,)."""
     moving = [samples.codes for samples in (rotations, translations) if samples and len(samples.codes) > 1]
@@ -139,7 +152,7 @@ def _sample_codes(
     codes = np.concatenate(moving)
     above = _transform_codes(source) if source.is_bound else codes
     within = above[(above >= codes.min()) & (above <= codes.max())]
-    return regular_codes([codes, within], units.time_codes_per_second)
+    return regular_codes([codes, within], units.time_codes_per_second, where=source.prim.GetPath(), most=most_frames)
 
 
 def _spread(rest: FloatArray, values: FloatArray, order: IntArray) -> FloatArray:

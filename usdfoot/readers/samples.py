@@ -10,6 +10,7 @@ from pxr import Usd
 
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
+from usdfoot.readers.limits import DEFAULT_LIMITS, check_limit
 
 __all__ = ["SampledArray", "interpolate_linear", "interpolate_rotations", "read_samples", "regular_codes"]
 
@@ -46,7 +47,13 @@ def read_samples(attribute: Usd.Attribute, count: int) -> SampledArray | None:
     )
 
 
-def regular_codes(codes: Sequence[FloatArray], codes_per_second: float) -> FloatArray:
+def regular_codes(
+    codes: Sequence[FloatArray],
+    codes_per_second: float,
+    *,
+    where: object = "samples",
+    most: int = DEFAULT_LIMITS.frames,
+) -> FloatArray:
     """A regular grid of time codes through the samples, as dense as they are.
 
     The spacing is the median one, divided by a whole number where that is sparser than 24 Hz. Samples that are
@@ -55,6 +62,11 @@ def regular_codes(codes: Sequence[FloatArray], codes_per_second: float) -> Float
     Args:
         codes: Time codes of the sampled attributes.
         codes_per_second: Time codes in one second.
+        where: Prim they are of.
+        most: Codes that the grid may have.
+
+    Raises:
+        SceneError: If it would have more.
     """
     merged = np.unique(np.concatenate([c for c in codes if len(c) > 1] or [codes[0]]))
     if len(merged) < 2:
@@ -64,6 +76,7 @@ def regular_codes(codes: Sequence[FloatArray], codes_per_second: float) -> Float
     spacing = float(np.median(np.diff(merged)))
     spacing /= np.ceil(max(1.0, spacing / codes_per_second * _SLOWEST - _SAME))
     intervals = max(1, round((merged[-1] - merged[0]) / spacing))
+    check_limit(where, "frames", intervals + 1, most)
     grid = merged[0] + spacing * np.arange(intervals + 1)
     if abs(grid[-1] - merged[-1]) < _SAME * spacing * intervals:
         return np.linspace(merged[0], merged[-1], intervals + 1)

@@ -11,7 +11,6 @@ import numpy as np
 from pxr import Usd
 
 from usdfoot.bridge.scene import Scene, StageInfo
-from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.agent import Crowd
@@ -21,6 +20,7 @@ from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.readers.agents import AgentSource, list_agents, select_agents
 from usdfoot.readers.casting import Casting, skipped
 from usdfoot.readers.clip_sources import ClipFinder
+from usdfoot.readers.limits import DEFAULT_LIMITS, Limits, check_limit, check_skeletons
 from usdfoot.readers.overrides import read_overrides
 from usdfoot.readers.plans import read_plan
 from usdfoot.readers.stage import StagePrims, collect_prims, open_stage, read_stage_info
@@ -71,9 +71,10 @@ class SceneReader:
         motion: Of all agents; None = what each says. Agents that physics moves need no clips.
         reload: Read the files again where this process has read them before.
         crowd: Folder of the crowd, whose overrides.usda mutes agents and changes plans.
+        limits: How much of a scene is read.
 
     Raises:
-        SceneError: If the stage cannot be opened, the glob matches nobody or the frames are none.
+        SceneError: If the stage cannot be opened, the glob matches nobody, the frames are none, or it is too large.
     """
 
     def __init__(
@@ -85,6 +86,7 @@ class SceneReader:
         motion: str | None = None,
         reload: bool = False,
         crowd: Path | None = None,
+        limits: Limits = DEFAULT_LIMITS,
     ) -> None:
         stage = open_stage(scene)
         if reload:
@@ -92,6 +94,8 @@ class SceneReader:
         prims = collect_prims(stage)
         self.info = read_stage_info(stage)
         self._everyone, self._agent_problems = list_agents(stage, prims)
+        check_limit(self.info.identifier, "agents", len(self._everyone), limits.agents)
+        check_skeletons(prims.skeletons, limits)
         self._overrides = read_overrides(crowd, self.info.units)
         chosen = select_agents(self._everyone, agents)
         self.names = tuple(source.name for source in chosen)
@@ -101,9 +105,9 @@ class SceneReader:
         self._roots: dict[str, RootTrajectory] = {}
         self._trajectories = TrajectoryReader(units=self.info.units)
         self._frames: dict[str, FloatArray] = {}
-        self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units)
+        self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units, limits=limits)
         self._planned = self._plan_paths(stage, prims)
-        codes = _frame_codes(self._all_walks(), self.info.units, frames)
+        codes = _frame_codes(self._all_walks(), self.info, frames, limits.frames)
         foreign = (
             *(source.plan for source in self._everyone),
             *(stage.GetPrimAtPath(path) for path in self._terrain.meshes),
@@ -115,6 +119,7 @@ class SceneReader:
             frame_codes=codes,
             finder=ClipFinder(stage, prims),
             motion=motion,
+            most_frames=limits.frames,
         )
         self._codes = codes
 
@@ -225,17 +230,19 @@ class SceneReader:
 
 
 def _frame_codes(
-    walks: Iterable[FootstepPlan | RootTrajectory], units: StageUnits, frames: tuple[int, int] | None
+    walks: Iterable[FootstepPlan | RootTrajectory], info: StageInfo, frames: tuple[int, int] | None, most: int
 ) -> FloatArray:
     """Whole time codes around all walks, shape (F,): a plan's from its first strike to its last liftoff."""
     if frames is not None:
         if frames[1] < frames[0]:
             raise SceneError("frames", f"{frames[0]}:{frames[1]} is empty", "give the first and the last time code")
+        check_limit("frames", "frames", frames[1] - frames[0] + 1, most)
         return np.arange(frames[0], frames[1] + 1, dtype=float)
     ranges = np.array([(walk.start, walk.end) for walk in walks])
     if not len(ranges):
         return np.zeros(1)
-    start, end = units.times_to_codes(np.array([ranges[:, 0].min(), ranges[:, 1].max()]))
+    start, end = info.units.times_to_codes(np.array([ranges[:, 0].min(), ranges[:, 1].max()]))
+    check_limit(info.identifier, "frames", end - start + 1, most)
     return np.arange(np.floor(start + _ROUNDING), np.ceil(end - _ROUNDING) + 1.0)
 
 

@@ -17,12 +17,13 @@ from usdfoot.errors import TerrainError
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
+from usdfoot.readers.limits import DEFAULT_LIMITS, Limits, check_meshes
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.skins import inherited_target
 from usdfoot.readers.stage import StagePrims, authored, start_code
 from usdfoot.readers.triangles import triangulate
 
-__all__ = ["read_terrain"]
+__all__ = ["no_terrain", "read_terrain"]
 
 _logger = logging.getLogger(__name__)
 
@@ -39,17 +40,23 @@ class _MeshTriangles:
     walkable: bool
 
 
-def read_terrain(stage: Usd.Stage, prims: StagePrims, units: StageUnits) -> tuple[Terrain, tuple[Problem, ...]]:
+def read_terrain(
+    stage: Usd.Stage, prims: StagePrims, units: StageUnits, *, limits: Limits = DEFAULT_LIMITS
+) -> tuple[Terrain, tuple[Problem, ...]]:
     """Triangles of the terrain at the stage's start, and what could not be used.
 
     Terrain are the meshes with UsdfootTerrainAPI on them or on a prim above; without any, those whose own or parent's
     name contains ground or terrain. Skinned meshes are characters. Subdivision is ignored: the control cage counts.
+
+    Raises:
+        SceneError: If it has more triangles than the limits allow.
     """
     marked = prims.with_apis.get(Schema.TERRAIN, ())
     meshes = [mesh for mesh in prims.meshes if not _is_skinned(mesh)]
     chosen = [mesh for mesh in meshes if _is_marked(mesh)] if marked else _named(meshes)
     if not marked and chosen:
         _logger.info("no UsdfootTerrainAPI, terrain by name: %s", ", ".join(str(mesh.GetPath()) for mesh in chosen))
+    check_meshes(chosen, limits)
     parts, problems = [], _without_meshes(marked, meshes)
     for mesh in chosen:
         try:
@@ -57,6 +64,11 @@ def read_terrain(stage: Usd.Stage, prims: StagePrims, units: StageUnits) -> tupl
         except TerrainError as error:
             problems.append(Problem(severity="error", where=str(mesh.GetPath()), message=str(error)))
     return _joined(parts), tuple(problems)
+
+
+def no_terrain() -> Terrain:
+    """Terrain without meshes."""
+    return _joined([])
 
 
 def _joined(parts: Sequence[_MeshTriangles]) -> Terrain:

@@ -67,6 +67,10 @@ class FootstepSpaces:
     """By style, flight and swing side; there is none for a combination without examples."""
     landings: FloatArray
     """Landings of all the library's examples in left-swing coordinates, (x, z) [m], shape (E, 2)."""
+    velocities: FloatArray
+    """Their root velocities, likewise, (x, z) [m/s], shape (E, 2)."""
+    coordinates: FloatArray
+    """Their scaled landings and features, likewise, shape (E, D)."""
     scales: FeatureScales
     """What was used to build the neighbour spaces."""
 
@@ -200,7 +204,13 @@ def build_spaces(
                 spaces[style, gait, RIGHT] = replace(spaces[style, gait, LEFT], examples=partners[left])
             elif right.size:
                 spaces[style, gait, RIGHT] = build(right)
-    return FootstepSpaces(spaces=spaces, landings=landings, scales=scales)
+    return FootstepSpaces(
+        spaces=spaces,
+        landings=landings,
+        velocities=velocities,
+        coordinates=coordinates,
+        scales=scales,
+    )
 
 
 def solve_steps(

@@ -5,9 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import warp as wp
 
 from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.device import start_warp
+from usdfoot.spaces.root_kernels import find_influences
 from usdfoot.spaces.triangulation import merge_points
 
 __all__ = [
@@ -20,8 +23,6 @@ __all__ = [
 
 ANGLE_SCALE = 2.0
 """How much a turn of one radian counts against a relative change of speed by one (Johansen's alpha)."""
-CHUNK = 1 << 15
-"""Pairs of examples looked at in one go; they then stay in the processor's cache."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +30,7 @@ class RootVelocitySpace:
     """K examples, V of which stand for all.
 
     The influence of vertex i against vertex j is linear in the query's speed and bearing (polar) or in the query itself
-    (Cartesian).
+    (Cartesian): a band. Each vertex has V - 1 of them, the nearest vertex's first.
     """
 
     velocities: FloatArray
@@ -41,11 +42,11 @@ class RootVelocitySpace:
     polar: bool
     """Bands over bearing and speed; else over x and z."""
     constants: FloatArray
-    """Shape (V, V)."""
+    """Shape (V, V - 1)."""
     slopes: FloatArray
-    """Per radian and per m/s (polar), or per m/s along x and z, shape (2, V, V)."""
+    """Per radian and per m/s (polar), or per m/s along x and z, shape (2, V, V - 1)."""
     bearings: FloatArray
-    """A quarter turn beyond the middle of each pair's bearings [rad], -pi..pi, shape (V, V); polar only."""
+    """A quarter turn beyond the middle of each pair's bearings [rad], -pi..pi, shape (V, V - 1); polar only."""
     slowest: float
     """Speed of the slowest example that moves [m/s]; below half of it the bearing counts less and less."""
 
@@ -79,15 +80,18 @@ def build_root_velocity_space(
     moving = speeds > still_speed
     placed = np.where(moving[:, None], velocities, 0.0)
     vertices, members = merge_points(placed, merge_distance)
-    tables = _polar_tables(placed[vertices]) if polar else _cartesian_tables(placed[vertices])
+    constants, slopes, bearings = (_polar_tables if polar else _cartesian_tables)(placed[vertices])
+    distances = np.linalg.norm(placed[vertices] - placed[vertices, None], axis=-1)
+    np.fill_diagonal(distances, -1.0)
+    order = np.argsort(distances, axis=1, kind="stable")[:, 1:]
     return RootVelocitySpace(
         velocities=velocities,
         vertices=vertices,
         members=members,
         polar=polar,
-        constants=tables[0],
-        slopes=tables[1],
-        bearings=tables[2],
+        constants=np.take_along_axis(constants, order, axis=1),
+        slopes=np.take_along_axis(slopes, order[None], axis=2),
+        bearings=np.take_along_axis(bearings, order, axis=1),
         slowest=float(speeds[moving].min(initial=np.inf)),
     )
 
@@ -110,10 +114,7 @@ def solve_root_velocities(space: RootVelocitySpace, queries: FloatArray) -> Root
     """
     queries = np.asarray(queries, dtype=float)
     weights = np.zeros((len(queries), len(space.velocities)))
-    step = max(1, CHUNK // space.constants.size)
-    for begin in range(0, len(queries), step):
-        part = slice(begin, begin + step)
-        weights[part, space.vertices] = _influences(space, queries[part])
+    weights[:, space.vertices] = _influences(space, queries)
     totals = weights.sum(axis=1)
     lost = np.flatnonzero(totals <= 0.0)
     if lost.size:
@@ -144,20 +145,28 @@ def pick_heaviest(weights: FloatArray, count: int) -> tuple[IntArray, FloatArray
 
 def _influences(space: RootVelocitySpace, queries: FloatArray) -> FloatArray:
     """H of every vertex, not normalised, shape (N, V)."""
+    start_warp()
+    asked = np.stack([queries[:, 0], np.zeros(len(queries)), queries[:, 1]], axis=1)
     if space.polar:
         speeds = np.linalg.norm(queries, axis=1)
-        bearings = planar.yaw_of(queries)[:, None, None]
-        beyond = np.abs(np.abs(bearings - space.bearings) - np.pi) - 0.5 * np.pi  # -pi/2..pi/2 from the pair's middle
-        counted = np.minimum(speeds / (0.5 * space.slowest), 1.0)[:, None, None]
-        influences = beyond * (counted * space.slopes[0])
-        influences += speeds[:, None, None] * space.slopes[1]
-    else:
-        influences = queries[:, 0, None, None] * space.slopes[0] + queries[:, 1, None, None] * space.slopes[1]
-    influences += space.constants
-    if len(space.vertices) > 1:
-        diagonal = np.arange(len(space.vertices))
-        influences[:, diagonal, diagonal] = np.inf
-    return np.maximum(influences.min(axis=2), 0.0)
+        counted = np.minimum(speeds / (0.5 * space.slowest), 1.0)
+        asked = np.stack([planar.yaw_of(queries), counted, speeds], axis=1)
+    vertices, bands = space.constants.shape
+    influences = wp.empty((len(queries), vertices), dtype=wp.float64)
+    wp.launch(
+        find_influences,
+        dim=influences.shape,
+        inputs=[
+            wp.array(space.constants, dtype=wp.float64, copy=False),
+            wp.array(space.slopes, dtype=wp.float64, copy=False),
+            wp.array(space.bearings, dtype=wp.float64, copy=False),
+            bands,
+            space.polar,
+            wp.array(asked, dtype=wp.float64, copy=False),
+        ],
+        outputs=[influences],
+    )
+    return influences.numpy()
 
 
 def _polar_tables(velocities: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -123,6 +123,7 @@ def _write_results(prim: Sdf.PrimSpec, results: StepResults, units: StageUnits) 
         (names.TIME_WARP, results.time_warp),
         (names.ROOT_WEIGHT, results.root_weight),
         (names.BETA, results.beta),
+        (names.ROOT_VELOCITY_ERROR, results.root_velocity_error / per_unit),
         (names.CLIP_WEIGHTS, results.clip_weights),
     ):
         author(prim, name, ValueTypes.FloatArray, _floats(values), uniform=True)

@@ -1,0 +1,64 @@
+"""A hostile file ends in an error that names it, not in an exhausted machine."""
+
+import numpy as np
+import pytest
+from pxr import Sdf, Usd, UsdGeom, UsdSkel
+
+from tests.scenes import simple_scene
+from usdfoot.cli.main import main
+from usdfoot.errors import SceneError, UsdfootError
+from usdfoot.readers.limits import Limits
+from usdfoot.readers.samples import regular_codes
+from usdfoot.readers.scene import SceneReader
+
+
+def test_limits_name_what_there_is_too_much_of():
+    stage = simple_scene()
+    SceneReader(stage, limits=Limits())
+    skeleton = next(prim for prim in stage.Traverse() if prim.IsA(UsdSkel.Skeleton))
+    joints = len(UsdSkel.Skeleton(skeleton).GetJointsAttr().Get())
+    with pytest.raises(SceneError, match=f"{skeleton.GetPath()}: has {joints} joints, more than 3.*--max-joints"):
+        SceneReader(stage, limits=Limits(joints=3))
+    with pytest.raises(SceneError, match=r"frames, more than 5.*--max-frames"):
+        SceneReader(stage, limits=Limits(frames=5))
+    with pytest.raises(SceneError, match=r"has 101 frames, more than 100"):
+        SceneReader(stage, frames=(0, 100), limits=Limits(frames=100))
+
+
+def test_too_many_triangles_are_refused_before_they_are_read():
+    stage = simple_scene()
+    mesh = UsdGeom.Mesh.Define(stage, "/World/ground_more")
+    mesh.GetPrim().AddAppliedSchema("UsdfootTerrainAPI")
+    mesh.CreateFaceVertexCountsAttr([4] * 10)
+    mesh.CreateFaceVertexIndicesAttr([0, 1, 2, 3] * 10)
+    mesh.CreatePointsAttr([(0, 0, 0), (0, 0, 1), (1, 0, 1), (1, 0, 0)])
+    with pytest.raises(SceneError, match=r"triangles, more than 10.*--max-triangles"):
+        SceneReader(stage, limits=Limits(triangles=10))
+
+
+def test_a_plan_that_never_ends_is_refused():
+    stage = simple_scene()
+    plan = next(prim for prim in stage.Traverse() if prim.IsA(UsdGeom.PointInstancer))
+    times = plan.GetAttribute("usdfoot:plan:liftoffTimes")
+    codes = [float(code) for code in times.Get()]
+    times.Set(Sdf.TimeCodeArray([*codes[:-1], 1e12]))
+    with pytest.raises(SceneError, match=r"frames, more than 100000"):
+        SceneReader(stage)
+
+
+def test_samples_far_apart_do_not_become_a_grid_without_end():
+    with pytest.raises(SceneError, match=r"/Clip: has \d+ frames, more than 100000"):
+        regular_codes([np.array([0.0, 1.0, 2.0, 1e9])], 24.0, where="/Clip")
+
+
+def test_a_limit_is_at_least_one():
+    with pytest.raises(UsdfootError, match="joints: limit is 0"):
+        Limits(joints=0)
+
+
+def test_the_command_line_sets_limits(tmp_path, capsys):
+    scene = tmp_path / "scene.usda"
+    simple_scene().Export(str(scene))
+    assert main(["animate", str(scene), "-o", str(tmp_path / "out"), "-q", "--max-joints", "3"]) == 2
+    assert "joints, more than 3" in capsys.readouterr().err
+    assert isinstance(Usd.Stage.Open(str(scene)), Usd.Stage) and not (tmp_path / "out").exists()

@@ -1,0 +1,52 @@
+"""Arguments of large crowds: who makes the chunks, and how much is too much."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from usdfoot.readers.limits import Limits
+
+__all__ = ["add_batch_flags", "limits_of"]
+
+LIMITED = ("agents", "joints", "frames", "triangles")
+"""What there may be too much of, as the options' names have it."""
+
+
+def add_batch_flags(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments."""
+    parser.add_argument(
+        "--workers",
+        metavar="N",
+        type=count,
+        help="processes that animate chunks of agents (default: as many as there are cores and chunks)",
+    )
+    parser.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="Dask cluster whose workers animate instead, like tcp://host:8786 (needs the extra dask)",
+    )
+    parser.add_argument(
+        "--chunk-size", metavar="N", type=count, default=100, help="agents a chunk (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--chunk", metavar="INDEX", type=int, help="make this chunk only, as a farm's task does; crowd.usd comes later"
+    )
+    for name in LIMITED:
+        parser.add_argument(f"--max-{name}", metavar="N", type=count, help=f"refuse a scene with more {name} than this")
+
+
+def limits_of(arguments: argparse.Namespace) -> Limits:
+    """Limits as given, else the defaults."""
+    from usdfoot.readers.limits import Limits
+
+    given = {name: getattr(arguments, f"max_{name}") for name in LIMITED}
+    return Limits(**{name: value for name, value in given.items() if value is not None})
+
+
+def count(text: str) -> int:
+    """A whole number, 1 or more."""
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number of things; give 1 or more")
+    return int(text)
