@@ -1,5 +1,7 @@
 """Plans of whole scenes: what is written, composes, and walks."""
 
+import json
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -152,3 +154,27 @@ def test_files_of_tracks_through_the_command_line(tmp_path, capsys):
     assert names == ["person_1", "person_2"]
     plan, _ = read_plan(stage.GetPrimAtPath("/Plans/person_2"), read_stage_info(stage).units)
     assert plan.positions[-1, 2] < -6.0  # north is -z
+
+
+def test_lint_says_what_is_wrong_and_fixes_what_it_can(tmp_path, capsys):
+    scene = scene_with_path(tmp_path / "scene.usda")
+    plans = plan_scene_paths(scene, tmp_path / "plans.usda").file
+    shot = composed(plans, scene)
+    shot.GetRootLayer().Export(str(tmp_path / "shot.usda"))
+    assert main(["plan", "lint", str(tmp_path / "shot.usda"), "-q"]) == 0
+    over = Usd.Stage.Open(str(tmp_path / "shot.usda"))
+    liftoffs = over.GetPrimAtPath("/Plans/Walker").GetAttribute("usdfoot:plan:liftoffTimes")
+    times = list(liftoffs.Get())
+    times[4] = Sdf.TimeCode(0.0)
+    liftoffs.Set(Sdf.TimeCodeArray(times))
+    over.GetRootLayer().Save()
+    capsys.readouterr()
+    assert main(["plan", "lint", str(tmp_path / "shot.usda"), "--json", "-q"]) == 1
+    found = json.loads(capsys.readouterr().out)
+    assert [(fault["plan"], fault["kind"]) for fault in found["faults"]] == [("/Plans/Walker", "malformed")]
+    assert main(["plan", "lint", str(tmp_path / "shot.usda"), "--fix", str(tmp_path / "fixed.usdc"), "-q"]) == 0
+    composed(tmp_path / "fixed.usdc", tmp_path / "shot.usda").GetRootLayer().Export(str(tmp_path / "good.usda"))
+    assert main(["plan", "lint", str(tmp_path / "good.usda"), "-q"]) == 0
+    empty = new_stage(tmp_path / "empty.usda")
+    empty.GetRootLayer().Save()
+    assert main(["plan", "lint", str(tmp_path / "empty.usda"), "-q"]) == 2
