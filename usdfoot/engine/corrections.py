@@ -64,7 +64,9 @@ def correct_steps(
         chosen[active] = solved.examples
         if round_ == 0:
             hull = solved.hull_distances
-        rest = own.landings - blend_landings(setup, own.swing_sides, solved.examples, solved.weights)
+        rest = own.landings - blend_landings(
+            setup.examples, setup.library, own.swing_sides, solved.examples, solved.weights
+        )
         distance = np.linalg.norm(rest, axis=1)
         better = distance < best[active]
         rows = active[better]

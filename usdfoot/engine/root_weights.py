@@ -196,7 +196,7 @@ def _find_roots(setup: Setup, spaces: FootstepSpaces, velocities: FloatArray, qu
         styles=queries.styles,
         meet=setup.options.correction,
     )
-    landed = left_landings(blend_landings(setup, sides, found.examples, found.weights), sides)
+    landed = left_landings(blend_landings(setup.examples, setup.library, sides, found.examples, found.weights), sides)
     return _Roots(examples=found.examples, weights=found.weights, landings=landed)
 
 
@@ -260,7 +260,7 @@ def _mix(
         all_weights = np.concatenate([solved.weights, solved.root_weights[:, None] * roots.weights[part]], axis=1)
         order = np.argsort(-all_weights, axis=1, kind="stable")
         chosen, weighed = (np.take_along_axis(values, order, axis=1) for values in (all_examples, all_weights))
-        landed = left_landings(blend_landings(setup, sides[part], chosen, weighed), sides[part])
+        landed = left_landings(blend_landings(setup.examples, setup.library, sides[part], chosen, weighed), sides[part])
         return _Mix(
             examples=chosen,
             weights=weighed,
