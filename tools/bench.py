@@ -1,22 +1,31 @@
 """Measures the speed of usdfoot on one core and prints a table: `make bench`.
 
-Example: python tools/bench.py --json
+Examples:
+  python tools/bench.py --json
+  python tools/bench.py --crowd 10,100,1000,10000 --markdown BENCHMARKS.md
 """
 
 import argparse
 import json
+import os
+import platform
 import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from benching.crowd import crowd_times, draw_growth, growth_exponent
 from benching.disk import disk_times
 from benching.kernels import frame_times, step_times
 
+from usdfoot.bridge.versions import library_versions
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.readers.libraries import read_libraries
 
 STAGES = Path(__file__).resolve().parents[1] / "stages"
+GROWTH = STAGES.parent / "build" / "bench" / "growth.png"
+DURATIONS = ("one process [s]", "author alone [s]")
+"""Figures of crowds that should grow as the crowds do."""
 JOINTS = (22, 30, 65)
 CLIPS = 24
 """Clips of the library that frames and steps are measured with."""
@@ -55,16 +64,71 @@ def table(figures: Mapping[str, Mapping[str, float]]) -> str:
     return "\n".join(lines)
 
 
+def crowd_report(figures: Mapping[int, Mapping[str, float]], *, frames: int) -> str:
+    """Figures of crowds as Markdown, with the machine they were measured on."""
+    names = list(next(iter(figures.values())))
+    lines = [
+        "# Benchmarks",
+        "",
+        f"`python tools/bench.py --crowd {','.join(map(str, figures))}`: people who walk for {frames} frames, with the",
+        f"clips of `stages/`, on {machine()}.",
+        "",
+        "| | " + " | ".join(f"{agents:,} agents" for agents in figures) + " |",
+        "|---|" + "---|" * len(figures),
+        *(f"| {name} | " + " | ".join(f"{row[name]:,.4g}" for row in figures.values()) + " |" for name in names),
+        "",
+        "Growth from the smallest to the largest crowd, as the exponent of the number of agents (1 = twice the agents",
+        "take twice the time):",
+        "",
+        *(f"- {name}: {growth_exponent(figures, name):.2f}" for name in DURATIONS),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def machine() -> str:
+    """Processor, cores and versions."""
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text(encoding="utf-8").splitlines() if info.exists() else []
+    names = [line.split(":")[1].strip() for line in lines if line.startswith("model name")]
+    versions = ", ".join(f"{name} {version}" for name, version in library_versions().items())
+    processor = names[0] if names else platform.processor() or platform.machine()
+    return f"{os.cpu_count()} cores of {processor}, {platform.system()}, Python {platform.python_version()}, {versions}"
+
+
 def main(argv: list[str] | None = None) -> int:
     """Parse the command line, measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--agents", type=int, default=100, help="people of the crowd on disk (default: 100)")
     parser.add_argument("--frames", type=int, default=240, help="samples of each (default: 240)")
     parser.add_argument("--json", action="store_true", help="print JSON")
+    parser.add_argument("--crowd", metavar="N,N", type=sizes, help="measure crowds of these sizes instead")
+    parser.add_argument("--markdown", metavar="FILE", type=Path, help="write the crowds' figures there")
     arguments = parser.parse_args(argv)
+    if arguments.crowd:
+        return main_crowd(arguments)
     figures = measure(agents=arguments.agents, frames=arguments.frames)
     print(json.dumps(figures, indent=1) if arguments.json else table(figures))
     return 0
+
+
+def main_crowd(arguments: argparse.Namespace) -> int:
+    """Measure crowds, draw how they grow, print and perhaps write the figures."""
+    figures = {n: crowd_times(STAGES, agents=n, frames=arguments.frames) for n in arguments.crowd}
+    draw_growth(figures, DURATIONS, GROWTH)
+    report = crowd_report(figures, frames=arguments.frames)
+    if arguments.markdown:
+        arguments.markdown.write_text(report, encoding="utf-8")
+    print(json.dumps(figures, indent=1) if arguments.json else report)
+    print(f"drew {GROWTH.relative_to(STAGES.parent)}", file=sys.stderr)
+    return 0
+
+
+def sizes(text: str) -> list[int]:
+    """Numbers of agents, increasing."""
+    numbers = sorted({int(part) for part in text.split(",") if part.isdecimal()})
+    if len(numbers) < 2 or numbers[0] < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} are no two sizes; give numbers of agents, like 10,100,1000")
+    return numbers
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ __all__ = [
     "SceneError",
     "SkeletonError",
     "TerrainError",
+    "TrackError",
     "UsdfootError",
 ]
 
@@ -64,6 +65,10 @@ class PlanError(UsdfootError):
 
 class TerrainError(UsdfootError):
     """A terrain mesh is empty or malformed."""
+
+
+class TrackError(UsdfootError):
+    """A file of pedestrian tracks cannot be read, or does not say what its numbers mean."""
 
 
 class OutputError(UsdfootError):

@@ -55,6 +55,16 @@ def test_two_long_steps_among_short_ones_become_leaps():
     assert times.strike_times[0] == 2.0
 
 
+def test_a_leap_among_walking_steps_is_slower_than_a_running_step():
+    lengths = np.array([0.6, 0.6, 1.3, 0.6, 0.6])
+    leap = np.diff(time_footsteps(row_of_prints(lengths)).strike_times)[2]
+    run = np.diff(time_footsteps(row_of_prints(np.full(5, 1.3))).strike_times)
+    np.testing.assert_allclose(run, run[0])
+    walking = 0.6 / time_steps(np.array([0.6]), TimingRule()).step_times[0]
+    assert leap > 1.5 * run[0]
+    assert 1.3 / leap == pytest.approx(TimingRule().leap_gain * walking)
+
+
 @pytest.mark.parametrize("standing", [False, True])
 def test_contacts_of_one_foot_never_overlap(standing):
     random = np.random.default_rng(7)

@@ -1,5 +1,7 @@
 """Plans of whole scenes: what is written, composes, and walks."""
 
+import json
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -12,6 +14,7 @@ from usdfoot.bridge.tokens import Path as PathToken
 from usdfoot.cli.main import main
 from usdfoot.errors import OutputError, SceneError
 from usdfoot.pipeline.plan import plan_scene_paths
+from usdfoot.pipeline.plan_trajectories import plan_scene_trajectories
 from usdfoot.readers.agents import list_agents
 from usdfoot.readers.plans import read_plan
 from usdfoot.readers.stage import collect_prims, read_stage_info
@@ -116,3 +119,62 @@ def test_start_time_is_the_stages_unless_the_path_has_one(tmp_path):
     stage.GetRootLayer().Save()
     plan = plan_scene_paths(scene, tmp_path / "plans.usda").plans["Walker"]
     assert plan.strike_times[0] == pytest.approx(3.0)
+
+
+def test_agents_points_and_xforms_that_move_get_plans(tmp_path):
+    times, speed = np.arange(0.0, 240.0, 12.0), 1.2
+    stage = new_stage(tmp_path / "points.usda")
+    cloud = UsdGeom.Points.Define(stage, "/World/Crowd")
+    for code in times:
+        places = [Gf.Vec3f(x, 0.0, speed * code / 24.0) for x in (0.0, 2.0)]
+        cloud.GetPointsAttr().Set(places[: 1 if code < 48 else 2], code)
+        cloud.GetIdsAttr().Set([7, 9][: 1 if code < 48 else 2], code)
+    stage.GetRootLayer().Save()
+    report = plan_scene_trajectories(tmp_path / "points.usda", tmp_path / "a.usdc")
+    assert sorted(report.plans) == ["Crowd_7", "Crowd_9"]
+    assert report.plans["Crowd_9"].strike_times[0] == pytest.approx(2.0)
+    walker = new_stage(tmp_path / "xform.usda", Units(meters=0.01, up="Z"))
+    op = UsdGeom.Xform.Define(walker, "/World/Walker").AddTranslateOp()
+    for code in times:
+        op.Set(Gf.Vec3d(0.0, -100.0 * speed * code / 24.0, 0.0), code)
+    walker.GetRootLayer().Save()
+    (plan,) = plan_scene_trajectories(tmp_path / "xform.usda", tmp_path / "b.usdc").plans.values()
+    assert_allclose(plan.positions, report.plans["Crowd_7"].positions, atol=1e-5)
+
+
+def test_files_of_tracks_through_the_command_line(tmp_path, capsys):
+    lines = [f"{10 * i}\t{person}\t{person}\t{0.4 * i}" for i in range(20) for person in (1, 2)]
+    (tmp_path / "tracks.txt").write_text("\n".join(lines))
+    command = ["plan", "trajectories", str(tmp_path / "tracks.txt"), "-o", str(tmp_path / "plans.usda"), "-q"]
+    assert main(command) == 2
+    assert "in which unit" in capsys.readouterr().err
+    assert main([*command, "--unit", "m", "--rate", "25"]) == 0
+    stage = Usd.Stage.Open(str(tmp_path / "plans.usda"))
+    names = [prim.GetName() for prim in stage.GetPrimAtPath("/Plans").GetChildren()]
+    assert names == ["person_1", "person_2"]
+    plan, _ = read_plan(stage.GetPrimAtPath("/Plans/person_2"), read_stage_info(stage).units)
+    assert plan.positions[-1, 2] < -6.0  # north is -z
+
+
+def test_lint_says_what_is_wrong_and_fixes_what_it_can(tmp_path, capsys):
+    scene = scene_with_path(tmp_path / "scene.usda")
+    plans = plan_scene_paths(scene, tmp_path / "plans.usda").file
+    shot = composed(plans, scene)
+    shot.GetRootLayer().Export(str(tmp_path / "shot.usda"))
+    assert main(["plan", "lint", str(tmp_path / "shot.usda"), "-q"]) == 0
+    over = Usd.Stage.Open(str(tmp_path / "shot.usda"))
+    liftoffs = over.GetPrimAtPath("/Plans/Walker").GetAttribute("usdfoot:plan:liftoffTimes")
+    times = list(liftoffs.Get())
+    times[4] = Sdf.TimeCode(0.0)
+    liftoffs.Set(Sdf.TimeCodeArray(times))
+    over.GetRootLayer().Save()
+    capsys.readouterr()
+    assert main(["plan", "lint", str(tmp_path / "shot.usda"), "--json", "-q"]) == 1
+    found = json.loads(capsys.readouterr().out)
+    assert [(fault["plan"], fault["kind"]) for fault in found["faults"]] == [("/Plans/Walker", "malformed")]
+    assert main(["plan", "lint", str(tmp_path / "shot.usda"), "--fix", str(tmp_path / "fixed.usdc"), "-q"]) == 0
+    composed(tmp_path / "fixed.usdc", tmp_path / "shot.usda").GetRootLayer().Export(str(tmp_path / "good.usda"))
+    assert main(["plan", "lint", str(tmp_path / "good.usda"), "-q"]) == 0
+    empty = new_stage(tmp_path / "empty.usda")
+    empty.GetRootLayer().Save()
+    assert main(["plan", "lint", str(tmp_path / "empty.usda"), "-q"]) == 2

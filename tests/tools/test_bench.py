@@ -74,3 +74,24 @@ def test_the_table_shows_targets(tools):
     text = table({"frame, 65 joints [us]": {"frame": 3.2}, "step [us]": {"seams": 9.0}})
     assert "3.200  <= 4 at 65 joints" in text
     assert "9.000" in text
+
+
+def test_growth_is_the_slope_of_durations_over_agents(tools):
+    from benching.crowd import growth_exponent
+
+    figures = {agents: {"whole [s]": 0.02 * agents**1.5} for agents in (10, 100, 1000)}
+    assert growth_exponent(figures, "whole [s]") == pytest.approx(1.5)
+
+
+def test_crowds_are_measured_and_reported(tools, stages, tmp_path):
+    import bench
+    from benching.crowd import crowd_times, draw_growth
+
+    row = crowd_times(stages, agents=1, frames=60)
+    assert min(row.values()) > 0.0 and row["ratio"] == row["one process [s]"] / row["author alone [s]"]
+    assert row["end to end [agent-frames/s]"] == pytest.approx(60 / row["one process [s]"])
+    figures = {1: row, 10: {name: 10.0 * value for name, value in row.items()}}
+    draw_growth(figures, ["one process [s]"], tmp_path / "growth.png")
+    assert (tmp_path / "growth.png").stat().st_size > 1000
+    report = bench.crowd_report(figures, frames=60)
+    assert "| memory [MB] |" in report and "- one process [s]: 1.00" in report

@@ -5,21 +5,19 @@ from __future__ import annotations
 import os
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from itertools import pairwise
 from pathlib import Path
 
-from pxr import Sdf, Usd, UsdGeom, Vt
+from pxr import Sdf
 
-from benching.rigs import straight_plan
+from benching.scene import write_scene
 from usdfoot.engine.animate import prepare_library
 from usdfoot.engine.options import EngineOptions
 from usdfoot.pipeline.animate import animate
 from usdfoot.readers.libraries import read_libraries
 
-__all__ = ["disk_times"]
-
-PLAN_TIMES = {"strike": "strike_times", "liftoff": "liftoff_times"}
+__all__ = ["author_samples", "disk_times", "read_samples"]
 
 
 def disk_times(stages: Path, *, agents: int = 100, frames: int = 240, repeats: int = 3) -> dict[str, float]:
@@ -39,14 +37,14 @@ def disk_times(stages: Path, *, agents: int = 100, frames: int = 240, repeats: i
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         scene = folder / "scene.usda"
-        _write_scene(scene, stages, agents, frames)
+        write_scene(scene, stages, agents, frames)
         animate(scene, folder / "out")  # kernels are compiled and files are in the system's cache
-        samples = _read_samples(folder / "out")
+        samples = read_samples(sorted((folder / "out").glob("a*.usdc")))
         runs, library_times = [], []
         for number in range(repeats):
             library_times.append(_timed(lambda: _prepare_libraries(stages)))
             parts = _timed_animate(scene, folder / f"out{number}")
-            runs.append((parts, _timed(lambda n=number: _author(samples, folder / f"alone{n}.usdc"))))  # type: ignore[misc]
+            runs.append((parts, _timed(lambda n=number: author_samples(samples, folder / f"alone{n}.usdc"))))  # type: ignore[misc]
     parts = min((run[0] for run in runs), key=lambda run: sum(run.values()))
     whole, alone = sum(parts.values()), min(run[1] for run in runs)
     library = min(library_times)
@@ -77,54 +75,19 @@ def _timed_animate(scene: Path, folder: Path) -> dict[str, float]:
     marks: list[tuple[str, float]] = []
     animate(scene, folder, progress=lambda part, done, total: marks.append((part, time.perf_counter())))
     marks.append(("", time.perf_counter()))
-    return {part: end - begin for (part, begin), (_, end) in pairwise(marks)}
-
-
-def _write_scene(path: Path, stages: Path, agents: int, frames: int) -> None:
-    """People in a row that walk straight plans."""
-    stage = Usd.Stage.CreateNew(str(path))
-    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
-    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
-    stage.SetTimeCodesPerSecond(30.0)
-    stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/World").GetPrim())
-    stage.DefinePrim("/World/Library/Motion").GetReferences().AddReference(str(stages / "clips.usdc"))
-    stage.DefinePrim("/World/Library/Character").GetReferences().AddReference(str(stages / "human.usdc"))
-    for number in range(agents):
-        _write_plan(stage, number, frames / 30.0)
-        agent = UsdGeom.Xform.Define(stage, f"/World/Agent_{number}").GetPrim()
-        agent.AddAppliedSchema("UsdfootAgentAPI")
-        for name, target in (
-            ("plan", f"/World/Plans/Walk_{number}"),
-            ("character", "/World/Library/Character"),
-            ("clips", "/World/Library/Motion/Clips"),
-        ):
-            agent.CreateRelationship(f"usdfoot:agent:{name}", custom=False).SetTargets([target])
-    stage.Save()
-
-
-def _write_plan(stage: Usd.Stage, number: int, duration: float) -> None:
-    plan = straight_plan(number, duration)
-    instancer = UsdGeom.PointInstancer.Define(stage, plan.name)
-    prints = [UsdGeom.Cube.Define(stage, f"{plan.name}/Prints/{name}").GetPath() for name in ("Left", "Right")]
-    instancer.CreatePrototypesRel().SetTargets(prints)
-    instancer.CreateProtoIndicesAttr(Vt.IntArray.FromNumpy(plan.sides.astype("int32")))
-    instancer.CreatePositionsAttr(Vt.Vec3fArray.FromNumpy(plan.positions.astype("float32")))
-    instancer.CreateOrientationsAttr(Vt.QuathArray.FromNumpy(plan.orientations.astype("float16")))
-    prim = instancer.GetPrim()
-    prim.AddAppliedSchema("UsdfootPlanAPI")
-    for event, field in PLAN_TIMES.items():
-        codes = Sdf.TimeCodeArray([float(code) for code in 30.0 * getattr(plan, field)])
-        kind = Sdf.ValueTypeNames.TimeCodeArray
-        prim.CreateAttribute(f"usdfoot:plan:{event}Times", kind, False, Sdf.VariabilityUniform).Set(codes)
+    durations: dict[str, float] = {}
+    for (part, begin), (_, end) in pairwise(marks):
+        durations[part] = durations.get(part, 0.0) + end - begin
+    return durations
 
 
 Samples = list[tuple[str, str, Sdf.ValueTypeName, list[float], list[object]]]
 
 
-def _read_samples(folder: Path) -> Samples:
-    """Prim, name, type, codes and values of every time-sampled attribute of a written crowd."""
+def read_samples(files: Iterable[Path]) -> Samples:
+    """Prim, name, type, codes and values of every time-sampled attribute of written layers."""
     samples: Samples = []
-    for path in sorted((*folder.glob("anims.*.usdc"), *folder.glob("agents*.usdc"))):
+    for path in files:
         layer = Sdf.Layer.FindOrOpen(os.fspath(path))
 
         def visit(path: Sdf.Path, layer: Sdf.Layer = layer) -> None:
@@ -138,7 +101,7 @@ def _read_samples(folder: Path) -> Samples:
     return samples
 
 
-def _author(samples: Samples, path: Path) -> None:
+def author_samples(samples: Samples, path: Path) -> None:
     """Author the samples into a new layer and save it."""
     layer = Sdf.Layer.CreateNew(os.fspath(path))
     with Sdf.ChangeBlock():

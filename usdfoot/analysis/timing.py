@@ -36,6 +36,8 @@ class TimingRule:
     """A running step takes this long [s] (Cavagna et al. 1988) unless that is too fast."""
     leap_speed: float = 4.0
     """Fastest that a step with flight carries the body [m/s]; longer leaps take longer."""
+    leap_gain: float = 1.6
+    """How much faster than the steps beside it such a step is at most, since a body cannot speed up at once."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,6 +90,22 @@ def time_steps(distances: FloatArray, rule: TimingRule) -> StepTiming:
     return StepTiming(step_times=clock * times, overlaps=clock * (2.0 * stance - 1.0) * times)
 
 
+def _with_run_ups(distances: FloatArray, steps: StepTiming, rule: TimingRule) -> StepTiming:
+    """Timing of successive steps, those with flight no faster than the steps beside them allow.
+
+    What they take longer they spend half on the ground and half in the air.
+    """
+    fastest = rule.leap_gain * _beside(distances / steps.step_times)
+    longer = np.where(steps.flies, np.maximum(distances / fastest - steps.step_times, 0.0), 0.0)
+    return StepTiming(step_times=steps.step_times + longer, overlaps=steps.overlaps - 0.5 * longer)
+
+
+def _beside(speeds: FloatArray) -> FloatArray:
+    """Mean of the values before and after each, its own where there is none, shape (S,)."""
+    before, after = np.append(speeds[:1], speeds[:-1]), np.append(speeds[1:], speeds[-1:])
+    return np.maximum(0.5 * (before + after), 1e-3)
+
+
 def time_footsteps(
     positions: FloatArray,
     rule: TimingRule | None = None,
@@ -113,7 +131,9 @@ def time_footsteps(
         raise PlanError("footprints", f"have shape {positions.shape}", "timing needs two or more positions (N, 3)")
     if not np.isfinite(positions).all():
         raise PlanError("footprints", "have positions that are not finite", "author numbers")
-    steps = time_steps(np.linalg.norm(np.diff(positions, axis=0), axis=1), rule or TimingRule())
+    rule = rule or TimingRule()
+    distances = np.linalg.norm(np.diff(positions, axis=0), axis=1)
+    steps = _with_run_ups(distances, time_steps(distances, rule), rule)
     step_times = steps.step_times.copy()
     overlaps = steps.overlaps.copy()
     if starts_standing:

@@ -76,6 +76,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=distance,
         help="give each step the largest root weight, X at most, that plants it this near its footstep",
     )
+    parser.add_argument(
+        "--warp-range",
+        metavar="A:B",
+        type=warp_range,
+        default=(0.5, 2.0),
+        help="steps that take less than A or more than B times as long as their clips are named (default: 0.5:2)",
+    )
+    parser.add_argument(
+        "--smoothing",
+        metavar="SECONDS",
+        type=duration,
+        default=0.25,
+        help="window in which trajectories that agents follow are smoothed (default: %(default)s)",
+    )
     add_physics_flags(parser)
     parser.add_argument("--collect", action="store_true", help="copy the characters' files into DIR")
     add_batch_flags(parser)
@@ -103,6 +117,22 @@ def distance(text: str) -> float:
     if not 0.0 <= value < math.inf:
         raise argparse.ArgumentTypeError(f"{text!r} is no distance; give metres, like 0.02")
     return value
+
+
+def duration(text: str) -> float:
+    """A time [s], 0 or more."""
+    value = _number(text)
+    if not 0.0 <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} is no time; give seconds, like 0.25")
+    return value
+
+
+def warp_range(text: str) -> tuple[float, float]:
+    """Least and most of "A:B", around 1."""
+    least, most = (_number(part) for part in text.split(":")) if text.count(":") == 1 else (math.nan, math.nan)
+    if not 0.0 < least <= 1.0 <= most:
+        raise argparse.ArgumentTypeError(f"{text!r} is no range around 1; give least:most, like 0.5:2")
+    return least, most
 
 
 def _number(text: str) -> float:
@@ -168,6 +198,7 @@ def _run_chunk(arguments: argparse.Namespace) -> int:
 
 def _options(arguments: argparse.Namespace) -> MotionOptions:
     """The options as given."""
+    from usdfoot.engine.follow_options import FollowOptions
     from usdfoot.physics.motion_options import MotionOptions
 
     return MotionOptions(
@@ -179,4 +210,7 @@ def _options(arguments: argparse.Namespace) -> MotionOptions:
         space=arguments.space,
         root_weight=arguments.root_weight,
         root_weight_within=arguments.max_root_weight_within,
+        least_time_warp=arguments.warp_range[0],
+        most_time_warp=arguments.warp_range[1],
+        follow=FollowOptions(smoothing_time=arguments.smoothing),
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from types import ModuleType
 
-from usdfoot.cli import plan_path
+from usdfoot.cli import plan_lint, plan_path, plan_trajectories
 from usdfoot.cli.verbs import add_verb
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "PLANNERS", "add_arguments"]
@@ -20,7 +20,7 @@ example:
 
 each verb explains itself: usdfoot plan path --help
 """
-PLANNERS: tuple[ModuleType, ...] = (plan_path,)
+PLANNERS: tuple[ModuleType, ...] = (plan_path, plan_trajectories, plan_lint)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -13,8 +13,9 @@ if TYPE_CHECKING:
     from usdfoot.model.motion import StepResults
     from usdfoot.model.plan import FootstepPlan
     from usdfoot.pipeline.validate import AgentFigures, Figure
+    from usdfoot.planning.lint import Fault
 
-__all__ = ["clip_table", "figure_table", "plan_table", "step_table", "target_table", "unpromised_table"]
+__all__ = ["clip_table", "fault_table", "figure_table", "plan_table", "step_table", "target_table", "unpromised_table"]
 
 MOST_ROWS = 40
 """Agents listed at most; the total covers all."""
@@ -46,6 +47,22 @@ def clip_table(summaries: Sequence[ClipSummary]) -> Table:
             _number(100.0 * summary.duty_factor, 0) + (" %" if math.isfinite(summary.duty_factor) else ""),
             "\n".join(notes),
         )
+    return table
+
+
+def fault_table(faults: Sequence[Fault]) -> Table:
+    """What is wrong with plans."""
+    table = Table(title="faults")
+    table.add_column("plan")
+    table.add_column("footstep", justify="right")
+    table.add_column("fault")
+    table.add_column("severity")
+    table.add_column("what")
+    for fault in faults[:MOST_ROWS]:
+        number = "" if fault.footstep < 0 else str(fault.footstep)
+        table.add_row(fault.plan, number, fault.kind, fault.severity, fault.message)
+    if len(faults) > MOST_ROWS:
+        table.add_row(f"and {len(faults) - MOST_ROWS} more", *[""] * 4)
     return table
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from usdfoot.analysis.examples import build_examples
 from usdfoot.analysis.standing import find_standing_pose
+from usdfoot.engine.given_roots import guide_headings
 from usdfoot.engine.kernels import LibraryArrays
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.planting import Planting, cut_motions, plant_samples, prepare_planting
@@ -22,6 +23,7 @@ from usdfoot.engine.seams import measure_seams
 from usdfoot.engine.segments import cut_segments
 from usdfoot.engine.stand import with_stand
 from usdfoot.engine.styles import contact_styles
+from usdfoot.engine.time_warps import extreme_warps, longest_step
 from usdfoot.engine.weights import Landings, weigh_steps
 from usdfoot.errors import ClipError, UsdfootError
 from usdfoot.model.agent import Agent, Crowd
@@ -144,7 +146,7 @@ def animate_crowd(
             problems += [Problem(severity="error", where=agent.source, message=str(error)) for agent in agents]
             continue
         found, faults = animate_apart(partial(animate_agents, prepared, crowd=crowd, options=options), agents)
-        problems += [*prepared.problems, *faults]
+        problems += [*prepared.problems, *faults, *extreme_warps(agents, found, options)]
         motions.update({motion.name: motion for motion in found})
     return [motions[agent.name] for agent in crowd.agents if agent.name in motions], problems
 
@@ -180,8 +182,8 @@ def prepare_steps(
     """Weights, seams, prints and swings of all steps of agents that share one library."""
     lowest = min(float(agent.plan.positions[:, 1].min()) for agent in agents)
     ground = Ground(crowd.terrain, fallback_height=lowest)
-    contacts = lay_contacts([agent.plan for agent in agents])
-    segments = cut_segments(contacts, options)
+    contacts = guide_headings(lay_contacts([agent.plan for agent in agents]), agents)
+    segments = cut_segments(contacts, options, longest_step=longest_step(library.examples, options))
     setup = Setup(
         skeleton=library.source.skeleton,
         pelvis=library.source.biped.pelvis,

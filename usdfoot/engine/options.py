@@ -41,6 +41,11 @@ class EngineOptions:
     """Longest step without a flight, in lengths of the leg; a footstep beyond it is out of reach."""
     stand_time: float = 0.5
     """A double support longer than this is stood through [s]."""
+    least_time_warp: float = 0.5
+    """Planned duration of a step over that of its clips ([B] 5) below which it is named as hurried."""
+    most_time_warp: float = 2.0
+    """The same above which a step is named as drawn out; the body stands on both feet for as long as the plan lets it
+    and then steps at a better pace."""
     stand_seam_time: float = 0.45
     """Time to settle into, and out of, a stand [s]."""
     event_shift: float = 0.06
@@ -73,6 +78,9 @@ class EngineOptions:
         for name in ("seam_time", "stand_time", "stand_seam_time"):
             if not getattr(self, name) > 0.0:
                 raise UsdfootError(name, f"is {getattr(self, name)}", "must be above 0 s")
+        if not 0.0 < self.least_time_warp <= 1.0 <= self.most_time_warp:
+            extremes = f"is {self.least_time_warp} to {self.most_time_warp}"
+            raise UsdfootError("time_warp", extremes, "the least must be above 0, the most no less than 1")
         if self.root_weight is not None and not 0.0 <= self.root_weight <= 1.0:
             raise UsdfootError("root_weight", f"is {self.root_weight}", "must be a number between 0 and 1")
         if self.root_weight_within is not None and not 0.0 <= self.root_weight_within < float("inf"):

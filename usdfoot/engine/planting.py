@@ -11,6 +11,8 @@ import warp as wp
 from usdfoot.engine.detours import plan_detours
 from usdfoot.engine.feet import ContactFeet, device_feet, lead_swings, roll_contacts
 from usdfoot.engine.frames import Frames, lay_frames
+from usdfoot.engine.given_roots import given_roots
+from usdfoot.engine.landings import GROUND_AXES
 from usdfoot.engine.plant import plant_feet
 from usdfoot.engine.poses import Feet, Layout, Poses, PoseSource, pose_feet
 from usdfoot.engine.results import achieved_contacts
@@ -115,6 +117,11 @@ def cut_motions(
     """Samples cut into one motion an agent, the pelvis relative to its root."""
     layout, frames, poses = planting.layout, planted.frames, planted.poses
     root = root_at(layout.path, frames.segments, frames.times)
+    roots = given_roots(agents)
+    given, places = roots.positions(frames.agents, frames.times)
+    root[np.flatnonzero(given)[:, None], GROUND_AXES] = places[:, GROUND_AXES]
+    given, yaws = roots.yaws(frames.agents, frames.times)
+    root[given, 3] = yaws
     origins = layout.origins[frames.agents]
     turn = quaternion.yaw_quaternion(-root[:, 3])
     pelvis = quaternion.rotate(turn, poses.pelvis_positions.numpy() + (origins - root[:, :3]))

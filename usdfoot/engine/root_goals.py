@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdfoot.engine.given_roots import given_roots
 from usdfoot.engine.poses import Setup
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
@@ -43,7 +44,7 @@ def root_goals(setup: Setup, agents: Sequence[Agent]) -> RootGoals:
         asked[steps] = True
     rooted = np.isin(segments.agents, segments.agents[asked]) & ~segments.stands
     velocities = np.zeros((count, 2))
-    velocities[steps] = _planned_velocities(setup, steps)
+    velocities[steps] = _given_velocities(setup, agents, steps, _planned_velocities(setup, steps))
     return RootGoals(weights=weights, replace_distances=distances, velocities=velocities, rooted=rooted)
 
 
@@ -74,4 +75,18 @@ def _planned_velocities(setup: Setup, steps: IntArray) -> FloatArray:
     unknown = unknown[unknown + 1 < len(steps)]
     same = contacts.agents[supports[unknown]] == contacts.agents[supports[np.minimum(unknown + 1, len(steps) - 1)]]
     velocities[unknown[same]] = velocities[unknown[same] + 1]
+    return velocities
+
+
+def _given_velocities(setup: Setup, agents: Sequence[Agent], steps: IntArray, planned: FloatArray) -> FloatArray:
+    """The `planned` velocities (N, 2), where a root trajectory is given over the step the trajectory's."""
+    contacts, segments, roots = setup.contacts, setup.segments, given_roots(agents)
+    owners, ends, begins = segments.agents[steps], segments.ends[steps], segments.knot_times[steps, 0]
+    given, after = roots.positions(owners, ends)
+    _, before = roots.positions(owners, begins)
+    headings = contacts.headings[segments.supports[steps] + 1][given]
+    moved = (after - before)[:, [0, 2]] / (ends - begins)[given, None]
+    velocities = planned.copy()
+    within = ends[given] <= contacts.ends[owners[given]]
+    velocities[np.flatnonzero(given)[within]] = planar.rotate(-headings, moved)[within]
     return velocities

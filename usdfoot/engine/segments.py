@@ -15,6 +15,10 @@ from usdfoot.model.examples import LIFTOFF_PHASES, event_knots
 __all__ = ["Segments", "cut_segments", "phases_at"]
 
 
+SHORTEST_STAND = 0.25
+"""Double supports shorter than this are part of the step however long that takes [s]."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Segments:
     """M segments in order of agent and time."""
@@ -39,20 +43,28 @@ class Segments:
         return len(self.supports)
 
 
-def cut_segments(contacts: ContactTable, options: EngineOptions) -> Segments:
-    """Cuts every agent's time into steps (strike to strike) and stands (long double supports)."""
+def cut_segments(contacts: ContactTable, options: EngineOptions, *, longest_step: float = np.inf) -> Segments:
+    """Cuts every agent's time into steps (strike to strike) and stands (long double supports).
+
+    Args:
+        contacts: Of all agents.
+        options: Say how long a double support is stood through.
+        longest_step: In steps that take longer [s], shorter double supports than that are stood through.
+    """
     candidates = np.flatnonzero(contacts.has_previous)
     has_next = contacts.has_next[candidates]
     strikes = contacts.strikes[candidates]
     released = contacts.liftoffs[candidates - 1]
     ends = contacts.ends[contacts.agents[candidates]]
     standing_start = (strikes == contacts.strikes[candidates - 1]) & ~contacts.has_previous[candidates - 1]
-    stands = np.where(has_next, (released - strikes > options.stand_time) | standing_start, ends > strikes)
-    stand_ends = np.where(
-        has_next, np.minimum(released, contacts.strikes[np.minimum(candidates + 1, len(contacts.sides) - 1)]), ends
-    )
+    following = contacts.strikes[np.minimum(candidates + 1, len(contacts.sides) - 1)]
+    known = contacts.steps[candidates - 1] >= 0  # before a mid-gait start the clips say when it lifts off
+    drawn_out = known & (following - strikes > longest_step) & (released - strikes > SHORTEST_STAND)
+    waits = (released - strikes > options.stand_time) | drawn_out | standing_start
+    stands = np.where(has_next, waits, ends > strikes)
+    stand_ends = np.where(has_next, np.minimum(released, following), ends)
     step_begins = np.where(stands, released, strikes)
-    step_ends = np.where(has_next, contacts.strikes[np.minimum(candidates + 1, len(contacts.sides) - 1)], -np.inf)
+    step_ends = np.where(has_next, following, -np.inf)
     supports = np.concatenate([candidates[stands], candidates[has_next]])
     kinds = np.concatenate([np.ones(stands.sum(), bool), np.zeros(has_next.sum(), bool)])
     begins = np.concatenate([strikes[stands], step_begins[has_next]])

@@ -15,6 +15,7 @@ from usdfoot.engine.root_goals import RootGoals
 from usdfoot.engine.root_weights import RootedSteps, weigh_rooted
 from usdfoot.engine.segments import cut_segments
 from usdfoot.engine.styles import continue_styles
+from usdfoot.engine.time_warps import blended_durations, longest_step
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable, with_headings
@@ -170,7 +171,7 @@ def _solve(
     twists = blend_twists(setup, queries, corrected.examples, corrected.weights)
     blend = with_steps(blend, steps, corrected.examples, corrected.weights, twists)
     setup = place_departures(setup, blend)
-    blended = np.sum(blend.weights * examples.durations[blend.examples], axis=1)
+    blended = blended_durations(examples, blend.examples, blend.weights)
     planned = segments.knot_times[:, -1] - segments.knot_times[:, 0]
     warps = np.where(segments.stands, 1.0, planned / blended)
     return setup, blend, _Solution(offsets=offsets, hull_distances=hull_distances, time_warps=warps)
@@ -197,7 +198,7 @@ def place_departures(setup: Setup, blend: StepBlend) -> Setup:
     liftoffs[supports - 1] = segments.begins[rows] + released
     contacts = replace(contacts, positions=positions, yaws=yaws, liftoffs=liftoffs)
     contacts = replace(contacts, headings=_keep_start(with_headings(contacts).headings, contacts, supports))
-    segments = cut_segments(contacts, setup.options)
+    segments = cut_segments(contacts, setup.options, longest_step=longest_step(examples, setup.options))
     return replace(
         setup,
         contacts=contacts,

@@ -59,6 +59,8 @@ class ContactTable:
     """First strike of each agent's plan [s], shape (A,)."""
     ends: FloatArray
     """Last liftoff of each agent's plan [s], shape (A,)."""
+    given_headings: FloatArray | None = None
+    """Headings at the strikes that come from a root trajectory [rad], not a number for others, shape (C,)."""
 
     @property
     def has_next(self) -> BoolArray:
@@ -168,12 +170,14 @@ def _lay_after(table: dict[str, FloatArray], rows: IntArray, ends: FloatArray) -
 
 
 def with_headings(contacts: ContactTable) -> ContactTable:
-    """The table with headings made anew from its yaws."""
+    """The table with headings made anew: as given, else from its yaws."""
     yaws = contacts.yaws
     previous = np.concatenate([yaws[:1], yaws[:-1]])
     headings = previous + 0.5 * planar.wrap_angle(yaws - previous)
     starts = contacts.first[:-1]
     headings[starts] = headings[starts + 1]
+    if contacts.given_headings is not None:
+        headings = np.where(np.isnan(contacts.given_headings), headings, contacts.given_headings)
     jumps = planar.wrap_angle(np.diff(headings, prepend=0.0))
     jumps[starts] = headings[starts]
     total = np.cumsum(jumps)

@@ -9,7 +9,7 @@ import numpy as np
 
 from usdfoot.errors import PlanError
 from usdfoot.maths import planar
-from usdfoot.maths.types import FloatArray
+from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.plan import FootstepPlan
 
 __all__ = ["RootTrajectory", "root_distances", "sample_trajectories", "sample_trajectory", "trajectory_of_velocities"]
@@ -69,22 +69,25 @@ def sample_trajectory(trajectory: RootTrajectory, times: FloatArray) -> FloatArr
     return np.stack([np.interp(times, trajectory.times, column) for column in trajectory.positions.T], axis=1)
 
 
-def sample_trajectories(trajectories: Sequence[RootTrajectory], times: FloatArray, values: FloatArray) -> FloatArray:
-    """Values at times of every trajectory, straight between samples and held outside them, for all at once.
+def sample_trajectories(
+    trajectories: Sequence[RootTrajectory], numbers: IntArray, times: FloatArray, values: FloatArray
+) -> FloatArray:
+    """Values at times of many trajectories, straight between samples and held outside them, for all at once.
 
     Args:
         trajectories: A of them.
-        times: [s], shape (A, N).
+        numbers: Which trajectory is asked, shape (...).
+        times: [s], shape (...).
         values: One a sample, those of all trajectories one after the other, shape (sum of K, C).
 
     Returns:
-        Shape (A, N, C).
+        Shape (..., C).
     """
     own = np.concatenate([trajectory.times for trajectory in trajectories])
-    ends = np.cumsum([len(trajectory.times) for trajectory in trajectories])[:, None]
-    low = np.broadcast_to(np.concatenate([[0], ends[:-1, 0]])[:, None], times.shape)
-    high = np.broadcast_to(ends - 2, times.shape)
-    for _ in range(int(np.max(ends - low)).bit_length()):  # halves the range in which the sample before each time lies
+    ends = np.cumsum([len(trajectory.times) for trajectory in trajectories])
+    low, high = np.concatenate([[0], ends[:-1]])[numbers], ends[numbers] - 2
+    most = max(len(trajectory.times) for trajectory in trajectories)
+    for _ in range(most.bit_length()):  # halves the range in which the sample before each time lies
         middle = (low + high + 1) // 2
         after = own[middle] <= times
         low, high = np.where(after, middle, low), np.where(after, high, middle - 1)

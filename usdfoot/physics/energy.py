@@ -11,8 +11,8 @@ from usdfoot.physics.samples import Samples
 
 __all__ = ["Forces", "cross", "leg_forces", "sample_costs", "segment_energies", "spline_samples"]
 
-NARROW = 1e-12
-"""Two legs whose directions differ by a smaller squared sine press along one line."""
+NARROW = 1e-6
+"""Two legs whose directions differ by a smaller sine press along one line."""
 NEAREST = 1e-9
 """Smallest distance of the centre of mass from a support [m]."""
 
@@ -74,16 +74,16 @@ def leg_forces(
     pushes = np.einsum("mli,mi->ml", directions, wanted)
     cosines = np.einsum("mi,mi->m", directions[:, 0], directions[:, 1])
     shares = pushes - cosines[:, None] * pushes[:, ::-1]  # both legs' parts of the force in their plane, times sin^2
-    both = standing.all(axis=1) & (shares > 0.0).all(axis=1) & (cosines**2 < 1.0 - NARROW)
-    planes = np.flatnonzero(both)
+    normals = cross(across[:, 0], across[:, 1])
+    areas = np.sqrt(np.einsum("mi,mi->m", normals, normals))
+    apart = areas > NARROW * distances[:, 0] * distances[:, 1]
+    planes = np.flatnonzero(standing.all(axis=1) & (shares > 0.0).all(axis=1) & apart)
+    normals, areas = normals[planes] / areas[planes, None], areas[planes]
     pushes = np.where(standing, np.maximum(pushes, 0.0), 0.0)
     leg = pushes[:, 1] > pushes[:, 0]
     rays = np.where(leg[:, None], directions[:, 1], directions[:, 0])
     push = np.maximum(pushes[:, 0], pushes[:, 1])
     residuals = wanted - push[:, None] * rays
-    normals = cross(across[planes, 0], across[planes, 1])
-    areas = np.sqrt(np.einsum("mi,mi->m", normals, normals))
-    normals = normals / areas[:, None]
     residuals[planes] = np.einsum("mi,mi->m", normals, wanted[planes])[:, None] * normals
     return Forces(
         wanted=wanted,

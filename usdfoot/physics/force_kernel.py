@@ -12,7 +12,7 @@ import warp as wp
 __all__ = ["Force", "acceleration_weights", "leg_force", "position_weights"]
 
 NEAREST = wp.constant(wp.float64(1.0e-9))
-NARROW = wp.constant(wp.float64(1.0e-12))
+NARROW = wp.constant(wp.float64(1.0e-6))
 
 
 @wp.struct
@@ -79,16 +79,16 @@ def leg_force(
     push_left = wp.dot(ray_left, wanted)
     push_right = wp.dot(ray_right, wanted)
     cosine = wp.dot(ray_left, ray_right)
+    cross = wp.cross(across_left, across_right)
+    area = wp.length(cross)
     force = Force()
     if (
         stands_left
         and stands_right
         and push_left > cosine * push_right
         and push_right > cosine * push_left
-        and cosine * cosine < one - NARROW
+        and area > NARROW * distance_left * distance_right
     ):
-        cross = wp.cross(across_left, across_right)
-        area = wp.length(cross)
         normal = cross / area
         apart = left - right
         out = wp.dot(normal, wanted)

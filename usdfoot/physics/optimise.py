@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -17,12 +18,12 @@ from usdfoot.physics.heading import FootHeadings, OrientationScript, body_orient
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.results import StepForces, measure_forces
 from usdfoot.physics.run_up import extend_contacts
-from usdfoot.physics.samples import lay_samples
+from usdfoot.physics.samples import Samples, lay_samples
 from usdfoot.physics.solve import optimise_unknowns
-from usdfoot.physics.spline import ComSpline, Knots, controls_of, lay_knots
+from usdfoot.physics.spline import ComSpline, Knots, lay_knots
 from usdfoot.physics.support import Stance, find_stance
 
-__all__ = ["ComMotion", "ComSample", "optimise_com", "optimise_contacts"]
+__all__ = ["ComMotion", "ComSample", "optimise_com", "optimise_contacts", "solve_motion", "start_unknowns"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,10 +53,22 @@ class ComMotion:
     spline: ComSpline
     headings: FootHeadings
     scripts: tuple[OrientationScript | None, ...]
-    energies: FloatArray
-    """[P]'s E of each agent, shape (A,)."""
-    steps: StepForces
-    """What each contact's motion violates."""
+    samples: Samples
+    """Where E was evaluated."""
+
+    @cached_property
+    def energies(self) -> FloatArray:
+        """[P]'s E of each agent over its own time, shape (A,)."""
+        return self._figures[0]
+
+    @cached_property
+    def steps(self) -> StepForces:
+        """What each contact's motion violates."""
+        return self._figures[1]
+
+    @cached_property
+    def _figures(self) -> tuple[FloatArray, StepForces]:
+        return measure_forces(self.contacts, self.spline, self.biped, self.samples, self.options)
 
     def evaluate(self, agents: IntArray, times: FloatArray) -> ComSample:
         """The body of `agents` (F,) at `times` (F,) [s]."""
@@ -99,12 +112,24 @@ def optimise_contacts(
     options = options or PhysicsOptions()
     extended = extend_contacts(contacts, strides=options.run_up)
     knots = lay_knots(extended, parts=options.parts, longest_segment=options.longest_segment)
+    start = start_unknowns(extended, knots, biped)
+    return solve_motion(contacts, extended, knots, start, biped, options, scripts)
+
+
+def solve_motion(
+    contacts: ContactTable,
+    extended: ContactTable,
+    knots: Knots,
+    start: FloatArray,
+    biped: PhysicsBiped,
+    options: PhysicsOptions,
+    scripts: Sequence[OrientationScript | None],
+) -> ComMotion:
+    """The motion over `contacts`, solved over `extended` contacts from the unknowns `start` (K, 6) at the knots."""
     headings = lay_headings(extended)
     samples = lay_samples(extended, knots, biped, headings, scripts, options)
-    start = start_unknowns(extended, knots, biped)
     solve = search_unknowns if options.solver == "greedy" else optimise_unknowns
     unknowns = solve(samples, knots, start, options)
-    energies, steps = measure_forces(contacts, knots, biped, samples, controls_of(unknowns, knots.begins), options)
     return ComMotion(
         contacts=contacts,
         biped=biped,
@@ -112,8 +137,7 @@ def optimise_contacts(
         spline=ComSpline(knots=knots, positions=unknowns[:, :3], velocities=unknowns[:, 3:]),
         headings=headings,
         scripts=tuple(scripts),
-        energies=energies,
-        steps=steps,
+        samples=samples,
     )
 
 

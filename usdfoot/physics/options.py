@@ -24,6 +24,8 @@ class PhysicsOptions:
 
     solver: str = "lm"
     """lm = reweighted least squares by Levenberg and Marquardt; greedy = [P] Figure 10."""
+    tolerance: float = 3e-5
+    """Relative decrease of E in a step at which lm has converged."""
     gravity: float = 9.81
     """[m/s^2]."""
     comfort: float = 3000.0
@@ -52,7 +54,7 @@ class PhysicsOptions:
         for name, least in (("run_up", 0), ("parts", 1)):
             if getattr(self, name) < least:
                 raise UsdfootError(name, f"is {getattr(self, name)}", f"{least} or more is possible")
-        for name in ("gravity", "comfort", "longest_segment", "heading_window"):
+        for name in ("tolerance", "gravity", "comfort", "longest_segment", "heading_window"):
             value = getattr(self, name)
             if not (np.isfinite(value) and value > 0.0):
                 raise UsdfootError(name, f"is {value:.4g}", "a positive number is possible")

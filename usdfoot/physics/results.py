@@ -13,7 +13,7 @@ from usdfoot.physics.biped import PhysicsBiped
 from usdfoot.physics.energy import leg_forces, sample_costs, spline_samples
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.samples import Samples
-from usdfoot.physics.spline import Knots
+from usdfoot.physics.spline import ComSpline
 from usdfoot.physics.support import find_stance
 
 __all__ = ["StepForces", "measure_forces"]
@@ -35,22 +35,21 @@ class StepForces:
 
 def measure_forces(
     contacts: ContactTable,
-    knots: Knots,
+    spline: ComSpline,
     biped: PhysicsBiped,
     samples: Samples,
-    controls: FloatArray,
     options: PhysicsOptions,
 ) -> tuple[FloatArray, StepForces]:
     """[P]'s E of each agent over its own time (A,), and the figures of all contacts.
 
     Args:
         contacts: Of the motion, without its run-up.
-        knots: Of the spline.
+        spline: As optimised.
         biped: The character.
         samples: Of the spline.
-        controls: The optimised spline, shape (S, 4, 3).
         options: Gravity and comfort.
     """
+    knots, controls = spline.knots, spline.controls
     positions, accelerations = spline_samples(samples, controls)
     forces = leg_forces(samples.supports, samples.standing, positions, accelerations, options.gravity)
     count, instants = len(contacts.sides), samples.times.shape[1]
@@ -63,7 +62,10 @@ def measure_forces(
     stands = samples.standing.any(axis=1)
     pushing = forces.pushes > 0.0
     pushing[forces.planes] = True
-    rises = positions[:, 1] - np.repeat(controls[:, 0, 1], instants)
+    index = np.arange(count)
+    before = np.where(contacts.has_previous, index - 1, index)
+    takeoffs = spline.evaluate(contacts.agents, np.maximum(contacts.liftoffs, contacts.liftoffs[before]))[0][:, 1]
+    rises = positions[:, 1] - takeoffs[rows]
     stretches = np.linalg.norm(positions[:, None] - samples.anchors, axis=-1) - biped.maximal_length
     jump, overstretch = np.zeros(count), np.zeros(count)
     np.maximum.at(jump, rows, np.where(inside & ~stands, rises, 0.0))

@@ -17,7 +17,8 @@ def extend_contacts(contacts: ContactTable, *, strides: int) -> ContactTable:
     """The table with each plan's first and last stride repeated beyond its ends, and its time extended by them.
 
     Without them the centre of mass would be free to begin anywhere: a body that need not come from somewhere falls
-    into its first step. Plans that begin or end standing, and those of fewer than three footsteps, keep what they have.
+    into its first step. Plans that begin or end standing keep what they have; those of fewer than three footsteps are
+    extended by the contacts that are laid around them.
 
     Args:
         contacts: As laid from the plans.
@@ -57,8 +58,10 @@ def extend_contacts(contacts: ContactTable, *, strides: int) -> ContactTable:
     return with_headings(
         replace(
             table,
-            starts=np.where(begins, table.strikes[starts[:-1]], contacts.starts),
-            ends=np.where(ends, table.strikes[starts[1:] - 1], contacts.ends),
+            starts=np.minimum(table.strikes[starts[:-1]], contacts.starts),
+            ends=np.where(
+                table.steps[starts[1:] - 1] < 0, np.maximum(table.strikes[starts[1:] - 1], contacts.ends), contacts.ends
+            ),
         )
     )
 

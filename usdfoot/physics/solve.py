@@ -16,8 +16,8 @@ __all__ = ["device_problem", "first_segments", "optimise_unknowns"]
 
 SOFTNESSES = (0.1, 0.01)
 """The norm of the force is rounded off below these, one after the other [m/s^2]."""
-TOLERANCES = (1e-3, 1e-5)
-"""Relative decrease of E in a step at which an agent has converged."""
+COARSE = 1e-3
+"""Relative decrease of E in a step at which an agent has converged, before the last softness."""
 ITERATIONS = 60
 """Most steps for each softness."""
 
@@ -35,7 +35,8 @@ def optimise_unknowns(samples: Samples, knots: Knots, unknowns: FloatArray, opti
         wp.zeros(len(knots.starts), dtype=wp.int32, device="cpu"),
     ]
     segments = first_segments(knots)
-    for softness, tolerance in zip(SOFTNESSES, TOLERANCES, strict=True):
+    for softness in SOFTNESSES:
+        tolerance = options.tolerance if softness == SOFTNESSES[-1] else COARSE
         wp.launch(
             minimise,
             dim=len(knots.starts),

@@ -48,6 +48,11 @@ class ComSpline:
     velocities: FloatArray
     """Its velocity there, in time: C1 whatever the durations [m/s], shape (K, 3)."""
 
+    @property
+    def controls(self) -> FloatArray:
+        """Begin position, begin velocity, end position, end velocity of each segment, shape (S, 4, 3)."""
+        return controls_of(np.concatenate([self.positions, self.velocities], axis=1), self.knots.begins)
+
     def evaluate(self, agents: IntArray, times: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Position, velocity and acceleration [m, m/s, m/s^2] at F times, shape (F, 3) each.
 

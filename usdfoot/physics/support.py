@@ -77,7 +77,8 @@ def find_stance(
 
 def print_orientations(contacts: ContactTable) -> FloatArray:
     """Print frames to world, xyzw, shape (C, 4): +Y along the ground's normal, +Z the foot's heading."""
-    tilt = quaternion.between(np.array([0.0, 1.0, 0.0]), contacts.normals)
+    x, y, z = contacts.normals.T
+    tilt = quaternion.normalised(np.stack([z, np.zeros_like(x), -x, 1.0 + y], axis=1))
     return quaternion.compose(tilt, quaternion.yaw_quaternion(contacts.yaws))
 
 

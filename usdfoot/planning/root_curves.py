@@ -82,13 +82,14 @@ def build_root_curves(trajectories: Sequence[RootTrajectory], *, smoothing_time:
     grid = np.arange(int(np.ceil((ends - starts).max() / SPACING)) + 2) * SPACING
     clock = np.minimum(grid, (ends - starts)[:, None])  # (A, F)
     inside = grid <= (ends - starts)[:, None] + 0.5 * SPACING
+    rows = np.broadcast_to(np.arange(len(trajectories))[:, None], clock.shape)
     places = np.concatenate([trajectory.positions for trajectory in trajectories])
-    given = sample_trajectories(trajectories, starts[:, None] + clock, places)
+    given = sample_trajectories(trajectories, rows, starts[:, None] + clock, places)
     smoothed = _fitted(given, inside, smoothing_time / SPACING)
     distances = np.where(inside, np.linalg.norm((smoothed - given)[..., [0, 2]], axis=-1), 0.0)
     counts = inside.sum(axis=1)
     last = counts - 1
-    rows = np.arange(len(starts))
+    agents = np.arange(len(starts))
     back = np.maximum(last - 3, 0)
     elapsed = np.maximum(last - back, 1)[:, None] * SPACING
     return RootCurves(
@@ -96,7 +97,7 @@ def build_root_curves(trajectories: Sequence[RootTrajectory], *, smoothing_time:
         ends=ends,
         positions=_held(smoothed, last),
         yaws=_headings(trajectories, starts, clock, smoothed, inside, smoothing_time),
-        end_velocities=(smoothed[rows, last] - smoothed[rows, back]) / elapsed,
+        end_velocities=(smoothed[agents, last] - smoothed[agents, back]) / elapsed,
         deviations=np.stack([distances.sum(axis=1) / counts, distances.max(axis=1)], axis=1),
     )
 
@@ -140,8 +141,9 @@ def _headings(
     yaws = _travel_yaws(_held(positions, last)[..., [0, 2]], np.array([t.rest_yaw for t in trajectories]), last)
     given = np.array([trajectory.yaws is not None for trajectory in trajectories])
     if given.any():
+        rows = np.broadcast_to(np.arange(len(trajectories))[:, None], clock.shape)
         values = np.concatenate([np.zeros(len(t.times)) if t.yaws is None else t.yaws for t in trajectories])
-        own = sample_trajectories(trajectories, starts[:, None] + clock, values[:, None])[..., 0]
+        own = sample_trajectories(trajectories, rows, starts[:, None] + clock, values[:, None])[..., 0]
         yaws = np.where(given[:, None], own, yaws)
     return _held(_fitted(yaws[..., None], inside, smoothing_time / SPACING)[..., 0], last)
 

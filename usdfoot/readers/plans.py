@@ -15,12 +15,13 @@ from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import PlanError
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.draft import PlanDraft
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.stage import authored, start_code
 
-__all__ = ["is_plan", "path_orientations", "read_plan"]
+__all__ = ["is_plan", "path_orientations", "read_draft", "read_plan"]
 
 _logger = logging.getLogger(__name__)
 
@@ -48,6 +49,16 @@ def read_plan(prim: Usd.Prim, units: StageUnits) -> tuple[FootstepPlan, tuple[Pr
     Raises:
         PlanError: If the prim is no PointInstancer, lacks an array, or the plan is inconsistent.
     """
+    draft, problems = read_draft(prim, units)
+    return draft.checked(), problems
+
+
+def read_draft(prim: Usd.Prim, units: StageUnits) -> tuple[PlanDraft, tuple[Problem, ...]]:
+    """As `read_plan`, but whether the arrays are a plan is not checked.
+
+    Raises:
+        PlanError: If the prim is no PointInstancer or lacks an array.
+    """
     where = str(prim.GetPath())
     if not prim.IsA(UsdGeom.PointInstancer):
         kind = prim.GetTypeName() or "an untyped prim"
@@ -58,7 +69,7 @@ def read_plan(prim: Usd.Prim, units: StageUnits) -> tuple[FootstepPlan, tuple[Pr
     positions = units.points_to_canonical(local @ matrix[:3, :3] + matrix[3, :3])
     orientations, problems = _orientations(prim, units, matrix, sides, positions)
     weights = authored(prim, Token.ROOT_WEIGHTS)
-    plan = FootstepPlan(
+    draft = PlanDraft(
         name=where,
         sides=sides,
         positions=positions,
@@ -68,7 +79,7 @@ def read_plan(prim: Usd.Prim, units: StageUnits) -> tuple[FootstepPlan, tuple[Pr
         root_weights=np.zeros(len(sides)) if weights is None else np.array(weights, dtype=float),
         styles=tuple(str(style) for style in authored(prim, Token.STYLES) or ()),
     )
-    return plan, problems
+    return draft, problems
 
 
 def path_orientations(sides: IntArray, positions: FloatArray) -> FloatArray:

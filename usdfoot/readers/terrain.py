@@ -23,7 +23,7 @@ from usdfoot.readers.skins import inherited_target
 from usdfoot.readers.stage import StagePrims, authored, start_code
 from usdfoot.readers.triangles import triangulate
 
-__all__ = ["read_terrain"]
+__all__ = ["no_terrain", "read_terrain"]
 
 _logger = logging.getLogger(__name__)
 
@@ -64,6 +64,11 @@ def read_terrain(
         except TerrainError as error:
             problems.append(Problem(severity="error", where=str(mesh.GetPath()), message=str(error)))
     return _joined(parts), tuple(problems)
+
+
+def no_terrain() -> Terrain:
+    """Terrain without meshes."""
+    return _joined([])
 
 
 def _joined(parts: Sequence[_MeshTriangles]) -> Terrain:

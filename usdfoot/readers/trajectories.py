@@ -119,6 +119,17 @@ class TrajectoryReader:
             )
         return trajectory
 
+    def read_all(self, prim: Usd.Prim) -> tuple[tuple[int | None, RootTrajectory], ...]:
+        """All trajectories a prim holds, each with its id among points; ids seen only once are left out.
+
+        Raises:
+            PlanError: If the prim holds none.
+        """
+        if not (prim.IsA(UsdGeom.Points) or prim.IsA(UsdGeom.PointInstancer)):
+            return ((None, self.read(prim, None)),)
+        numbers, counts = np.unique(self._cloud(prim).ids, return_counts=True)
+        return tuple((int(number), self._point(prim, int(number))) for number in numbers[counts > 1])
+
     def _point(self, prim: Usd.Prim, number: int | None) -> RootTrajectory:
         if number is None:
             raise PlanError(prim.GetPath(), "holds many trajectories", f"author int64 {Token.ID} on the agent")

@@ -22,10 +22,11 @@ from usdfoot.readers.agents import AgentSource
 from usdfoot.readers.casting import Casting
 from usdfoot.readers.characters import only_character, read_character
 from usdfoot.readers.clip_sources import ClipFinder
+from usdfoot.readers.names import unique_name
 from usdfoot.readers.paths import find_paths, read_paths
 from usdfoot.readers.stage import StagePrims
 
-__all__ = ["Walker", "plan_walkers", "read_walkers"]
+__all__ = ["Walker", "only_proportions", "plan_walkers", "read_walkers"]
 
 _logger = logging.getLogger(__name__)
 
@@ -78,7 +79,7 @@ def read_walkers(
             errors[source.name] = error
     if free_paths:
         names = {source.name for source in sources}
-        body = _only_proportions(casting)
+        body = only_proportions(prims, units, foreign=casting.foreign)
         for prim in find_paths(stage):
             if prim.GetPath() in curves:
                 continue
@@ -88,7 +89,7 @@ def read_walkers(
                 errors[str(prim.GetPath())] = error
                 continue
             for path in found:
-                name = _unique(prim.GetName(), names)
+                name = unique_name(prim.GetName(), names)
                 walkers.append(Walker(name=name, agent="", path=path, proportions=body))
     return tuple(walkers), errors
 
@@ -125,12 +126,18 @@ def _casting(stage: Usd.Stage, prims: StagePrims, units: StageUnits, sources: Se
     return Casting(prims=prims, foreign=foreign, units=units, frame_codes=np.zeros(1), finder=ClipFinder(stage, prims))
 
 
-def _only_proportions(casting: Casting) -> Proportions:
-    """Those of the stage's only character; a person's where there is none or several."""
+def only_proportions(prims: StagePrims, units: StageUnits, *, foreign: Sequence[Usd.Prim] = ()) -> Proportions:
+    """Those of the stage's only character; a person's where there is none or several.
+
+    Args:
+        prims: Of the stage.
+        units: Of the stage.
+        foreign: Prims that are no part of a character.
+    """
     try:
-        character = read_character(only_character(casting.prims, casting.foreign), casting.units, np.zeros(1))
+        character = read_character(only_character(prims, foreign), units, np.zeros(1))
     except UsdfootError as error:
-        _logger.info("paths that no agent follows are planned for a person of 1.75 m: %s", error)
+        _logger.info("those whom no character is given are planned as a person of 1.75 m: %s", error)
         return Proportions()
     return proportions_of(character.skeleton, character.biped)
 
@@ -149,13 +156,3 @@ def _curves(
     if isinstance(found, UsdfootError):
         raise found
     return found
-
-
-def _unique(name: str, taken: set[str]) -> str:
-    """The name, with a number added if it is taken; from now on it is."""
-    candidate, count = name, 0
-    while candidate in taken:
-        count += 1
-        candidate = f"{name}_{count}"
-    taken.add(candidate)
-    return candidate

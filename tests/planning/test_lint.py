@@ -1,0 +1,135 @@
+"""Lint: a good plan has no fault, each kind of fault is found where it was made, and what can be mended is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from tests.engine.plans import way
+from tests.planning.terrains import slab, terrain_of
+from usdfoot.errors import PlanError
+from usdfoot.maths import quaternion
+from usdfoot.model.draft import PlanDraft
+from usdfoot.model.ground import Ground
+from usdfoot.planning.lint import lint_plans
+from usdfoot.planning.mend import mend_plans, mend_times
+from usdfoot.planning.prints import print_orientations
+from usdfoot.planning.proportions import Proportions
+
+LEVEL = terrain_of([slab((-20.0, 20.0), (-20.0, 20.0), (0.0, 0.0))])
+BODY = Proportions()
+
+
+def faults(*plans, terrain=LEVEL):
+    return lint_plans(plans, Ground(terrain), bodies=[BODY] * len(plans))
+
+
+def moved(plan, index, offset):
+    positions = plan.positions.copy()
+    positions[index] += offset
+    return replace(plan, positions=positions)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"length": 0.9, "step_time": 0.4, "duty": 0.4},
+        {"turn": 0.4, "length": 0.3},
+        {"length": 0.0, "turn": 0.5},
+        {"length": -0.4},
+        {"sideways": 0.1, "length": 0.2},
+        {"stand_first": 0.5, "stand_last": 0.5},
+    ],
+)
+def test_walks_runs_turns_and_stands_are_clean(options):
+    assert not faults(way(10, **options))
+
+
+@pytest.mark.parametrize(
+    ("offset", "kind"),
+    [
+        ((0.0, 0.0, 1.2), "unreachable"),
+        ((0.0, 0.1, 0.0), "offGround"),
+        ((-0.4, 0.0, 0.0), "crossing"),
+        ((19.0, 0.0, 19.0), "offTerrain"),
+    ],
+)
+def test_a_footstep_elsewhere_is_found(offset, kind):
+    plan = moved(way(9), 4, offset)
+    found = {(fault.footstep, fault.kind) for fault in faults(plan)}
+    assert (4, kind) in found
+    assert {footstep for footstep, _ in found} <= {4, 5}
+
+
+def test_steep_ground_walls_and_water_are_found():
+    plan = way(8, length=0.3)
+    slope = slab((-9.0, 9.0), (-1.0, 5.0), (-1.0, 5.0))
+    on_slope = replace(plan, positions=plan.positions * [1, 0, 1] + plan.positions[:, [2, 2, 2]] * [0, 1, 0])
+    laid = replace(on_slope, orientations=print_orientations(plan.yaws, np.tile([0.0, 0.5**0.5, -(0.5**0.5)], (8, 1))))
+    assert {fault.kind for fault in faults(laid, terrain=terrain_of([slope]))} == {"steep"}
+    plan = way(8)
+    water = terrain_of([slab((-20.0, 20.0), (-20.0, 20.0), (0.0, 0.0))], walkable=[False])
+    assert {fault.kind for fault in faults(plan, terrain=water)} == {"offTerrain"}
+    z = float(plan.positions[4, 2]) - 0.1
+    step = terrain_of([slab((-9.0, 9.0), (-9.0, z), (0.15, 0.15)), slab((-9.0, 9.0), (z, 20.0), (0.0, 0.0))])
+    heights = np.where(plan.positions[:, 2] < z, 0.15, 0.0)
+    down = replace(plan, positions=plan.positions + heights[:, None] * [0.0, 1.0, 0.0])
+    assert [(fault.footstep, fault.kind) for fault in faults(down, terrain=step)] == [(4, "obstructed")]
+
+
+def test_flights_nobody_can_make_and_swings_nobody_has_time_for():
+    run = way(9, length=0.9, step_time=0.4, duty=0.4)
+    long = replace(run, positions=run.positions * [1, 1, 5] - [0, 0, 18])
+    assert {fault.kind for fault in faults(long)} == {"flight"}
+    strikes = run.strike_times + np.where(np.arange(9) > 4, 1.5, 0.0)
+    later = replace(run, strike_times=strikes, liftoff_times=run.liftoff_times + strikes - run.strike_times)
+    assert [(fault.footstep, fault.kind) for fault in faults(later)] == [(5, "flight")]
+    liftoffs = run.liftoff_times.copy()
+    liftoffs[3] = run.strike_times[5] - 0.05
+    assert [(fault.footstep, fault.kind) for fault in faults(replace(run, liftoff_times=liftoffs))] == [(5, "hurried")]
+
+
+def test_feet_of_two_people_in_one_place_are_found_and_set_apart():
+    one = way(9)
+    other = replace(moved(one, slice(None), (0.03, 0.0, 0.02)), name="/Other")
+    found = faults(one, other)
+    assert {fault.kind for fault in found} == {"collision"}
+    assert {fault.plan for fault in found} == {one.name, "/Other"}
+    later = replace(other, strike_times=other.strike_times + 60.0, liftoff_times=other.liftoff_times + 60.0)
+    assert not faults(one, later)
+    mended = mend_plans([one, other], Ground(LEVEL), bodies=[BODY] * 2)
+    assert not [fault for fault in faults(*mended) if fault.severity == "error"]
+    assert np.abs(mended[0].positions - one.positions).max() < 0.4
+
+
+def test_what_is_good_stays_and_what_hovers_or_crosses_is_mended():
+    plan = way(9)
+    hill = terrain_of([slab((-20.0, 20.0), (-20.0, 20.0), (-2.0, 2.0))])
+    (same,) = mend_plans([plan], Ground(LEVEL), bodies=[BODY])
+    assert same is plan
+    crossed = moved(plan, 4, (-0.4, 0.0, 0.0))
+    for bad, terrain in ((plan, hill), (crossed, LEVEL)):
+        assert faults(bad, terrain=terrain)
+        assert not faults(*mend_plans([bad], Ground(terrain), bodies=[BODY]), terrain=terrain)
+    (laid,) = mend_plans([plan], Ground(hill), bodies=[BODY])
+    up = quaternion.rotate(laid.orientations, np.array([0.0, 1.0, 0.0]))
+    assert_allclose(up[1:, 2], -0.1 / np.hypot(1.0, 0.1), atol=1e-6)
+
+
+def test_times_are_mended_or_refused():
+    plan = way(8)
+    draft = PlanDraft(**vars(plan))
+    order = np.array([0, 1, 3, 2, 4, 5, 7, 6])
+    shuffled = PlanDraft(**{name: value if name == "name" else value[order] for name, value in vars(draft).items()})
+    with pytest.raises(PlanError):
+        shuffled.checked()
+    assert_allclose(mend_times(shuffled).checked().positions, plan.positions)
+    liftoffs = plan.liftoff_times.copy()
+    liftoffs[2], liftoffs[5] = 0.0, 99.0
+    mended = mend_times(replace(draft, liftoff_times=liftoffs)).checked()
+    kept = np.isin(np.arange(8), [2, 5], invert=True)
+    assert_allclose(mended.liftoff_times[kept], plan.liftoff_times[kept])
+    with pytest.raises(PlanError, match="both left"):
+        mend_times(replace(draft, sides=np.zeros(8, dtype=int))).checked()

@@ -1,0 +1,97 @@
+"""Plans from trajectories: they keep to them, and to each other's distance."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from tests.planning.terrains import bridge, slab, terrain_of
+from usdfoot.importers.pedestrians import import_pedestrians
+from usdfoot.maths import planar
+from usdfoot.model.ground import Ground
+from usdfoot.model.trajectory import RootTrajectory
+from usdfoot.planning.collisions import feet_of, find_collisions
+from usdfoot.planning.proportions import Proportions
+from usdfoot.planning.trajectories import TrajectoryOptions, plan_trajectories
+
+LEVEL = Ground(terrain_of([slab((-60.0, 60.0), (-60.0, 60.0), (0.0, 0.0))]))
+
+
+def line(start, velocity, *, duration=8.0, begin=0.0, name="/Line", spacing=0.4):
+    times = np.arange(0.0, duration + 1e-9, spacing)
+    return RootTrajectory(
+        name=name, times=begin + times, positions=np.array(start) + times[:, None] * np.array(velocity)
+    )
+
+
+def roots(plan, times):
+    """Middle of consecutive footsteps, at the strike of the later one, straight between."""
+    middles = 0.5 * (plan.positions[1:] + plan.positions[:-1])
+    return np.stack([np.interp(times, plan.strike_times[1:], middles[:, i]) for i in range(3)], axis=1)
+
+
+@pytest.mark.parametrize("speed", [0.4, 0.9, 1.4, 1.9, 3.0])
+def test_a_steady_walk_is_kept_to_a_centimetre(speed):
+    velocity = speed * np.array([np.sin(0.7), 0.0, np.cos(0.7)])
+    path = line((1.0, 0.0, -2.0), velocity, begin=2.0)
+    (plan,) = plan_trajectories([path], LEVEL)
+    times = np.linspace(3.0, 8.5, 50)
+    across = planar.rotate(np.float64(-0.7), (roots(plan, times) - path.positions[0])[:, [0, 2]])
+    assert_allclose(across[:, 0], 0.0, atol=0.01)
+    assert_allclose(across[:, 1], speed * (times - 2.0), atol=0.03)
+    assert not plan.starts_standing and not plan.ends_standing
+    flight = plan.liftoff_times[2:-2] < plan.strike_times[3:-1]
+    assert flight.all() == (speed > 2.1)
+
+
+def test_who_stands_does_not_step_and_who_stops_stands_side_by_side():
+    still = RootTrajectory(
+        name="/Still", times=np.array([0.0, 9.0]), positions=np.array([(0.0, 0.0, 0.0)] * 2), rest_yaw=0.3
+    )
+    walk = line((5.0, 0.0, 0.0), (0.0, 0.0, 1.2), duration=4.0)
+    stop = RootTrajectory(
+        name="/Stop",
+        times=np.append(walk.times, walk.times[-1] + np.array([1.0, 5.0])),
+        positions=np.concatenate([walk.positions, walk.positions[-1:], walk.positions[-1:]]),
+    )
+    standing, stopping = plan_trajectories([still, stop], LEVEL)
+    assert len(standing) == 2 and standing.starts_standing and standing.ends_standing
+    assert_allclose(standing.yaws, [0.4, 0.2], atol=0.01)  # toes out
+    assert stopping.ends_standing
+    apart = stopping.positions[-1] - stopping.positions[-2]
+    assert abs(apart[2]) < 0.03 and abs(apart[0]) == pytest.approx(Proportions().step_width, rel=0.2)
+
+
+def test_levels_are_followed():
+    over = line((0.0, 0.0, -2.0), (0.0, 0.0, 1.2), duration=13.0, name="/Over")
+    under = line((-6.0, 0.0, 6.0), (1.2, 0.0, 0.0), duration=10.0, name="/Under")
+    up, flat = plan_trajectories([over, under], Ground(bridge()))
+    assert up.positions[:, 1].max() == pytest.approx(2.0)
+    assert_allclose(flat.positions[:, 1], 0.0, atol=1e-6)
+
+
+def test_people_who_walk_into_each_other_are_kept_apart():
+    pairs = [
+        line((0.0, 0.0, -5.0), (0.0, 0.0, 1.2), name="/A"),
+        line((0.03, 0.0, 5.0), (0.0, 0.0, -1.2), name="/B"),
+        line((0.15, 0.0, -5.3), (0.0, 0.0, 1.2), name="/C"),
+        RootTrajectory(name="/D", times=np.array([0.0, 8.0]), positions=np.array([(0.0, 0.0, 2.0)] * 2)),
+    ]
+    bodies = [Proportions()] * len(pairs)
+    for apart, count in ((False, True), (True, False)):
+        plans = plan_trajectories(pairs, LEVEL, options=TrajectoryOptions(apart=apart))
+        assert bool(len(find_collisions(feet_of(plans, bodies)).depths)) == count
+
+
+def test_nobody_collides_on_different_levels():
+    both = [line((0.0, height, 4.2), (0.0, 0.0, 0.9), duration=3.0, name=f"/{height}") for height in (0.0, 2.0)]
+    plans = plan_trajectories(both, Ground(bridge()), options=TrajectoryOptions(apart=False))
+    assert plans[1].positions[0, 1] == pytest.approx(2.0)
+    assert not len(find_collisions(feet_of(plans, [Proportions()] * 2)).depths)
+
+
+def test_the_first_minute_of_a_square_full_of_students_walks_without_stepping_on_feet(shared_data):
+    everyone, _ = import_pedestrians(shared_data / "people" / "students001.txt", unit="m", rate=25.0)
+    early = [trajectory for trajectory in everyone if trajectory.end < 30.0]
+    plans = plan_trajectories(early, LEVEL)
+    assert len(plans) > 40
+    assert not len(find_collisions(feet_of(plans, [Proportions()] * len(plans))).depths)

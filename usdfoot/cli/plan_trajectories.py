@@ -1,0 +1,116 @@
+"""usdfoot plan trajectories: footsteps for everyone who moves."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+
+from usdfoot.cli.console import print_problems, results_console, shown_progress
+from usdfoot.cli.tables import plan_table
+
+__all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
+
+NAME = "trajectories"
+HELP = "footsteps for everyone who moves: animated prims, pedestrian data"
+DESCRIPTION = (
+    "Plans footsteps along trajectories: agents with usdfoot:agent:trajectory, or animated Points and PointInstancers "
+    "with ids, or animated Xforms of a USD scene; or a file of pedestrian data (ETH, UCY, Juelich, PedPy, JuPedSim, "
+    "CSV). People and their feet are kept apart."
+)
+EPILOG = """\
+example:
+  usdfoot plan trajectories crowd_zara.usda -o plans.usdc
+  usdfoot plan trajectories students001.txt --unit m --rate 25 --scene plaza.usda -o plans.usdc
+
+units and rates are never guessed: where a file does not state them, --unit and --rate are needed. y of a file is
+north, -Z on a Y-up stage.
+
+to animate: sublayer plans.usdc and the scene in one stage (.usdc keeps times exactly, .usda to six digits).
+
+exit codes: 0 all planned, 1 some skipped (listed), 2 nothing written
+
+in Python:
+  from usdfoot.pipeline.plan_trajectories import TrackFormat, plan_track_file
+  report = plan_track_file("students001.txt", "plans.usdc", track_format=TrackFormat(unit="m", rate=25))
+"""
+USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+LAYOUTS = ("auto", "eth", "obsmat", "juelich", "vsp")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's arguments."""
+    parser.add_argument("source", metavar="SOURCE", help="USD scene, or file of pedestrian data")
+    parser.add_argument("-o", "--output", metavar="PLANS", required=True, help="layer to write: .usd, .usda or .usdc")
+    parser.add_argument("--agents", metavar="GLOB", default="*", help="names or prim paths of agents (default: all)")
+    parser.add_argument("--prims", metavar="GLOB", default="", help="paths of animated prims to take, agents or not")
+    parser.add_argument("--unit", default="", help="of a file's positions: m, cm, mm, ft, in, or metres a unit")
+    parser.add_argument("--rate", metavar="HZ", type=rate, default=0.0, help="frames a second of a file")
+    parser.add_argument(
+        "--layout", choices=LAYOUTS, default="auto", help="columns of a file that does not name them (default: auto)"
+    )
+    parser.add_argument("--scene", help="USD file whose units, terrain and character the plans of a file are for")
+    parser.add_argument(
+        "--smoothing", metavar="SECONDS", type=smoothing, default=0.3, help="filter on positions (default: 0.3)"
+    )
+    parser.add_argument(
+        "--apart",
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help="move people and feet that are in each other (default: on)",
+    )
+
+
+def rate(text: str) -> float:
+    """A rate above 0 [Hz]."""
+    value = _number(text)
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} is no rate; give frames a second, like 25")
+    return value
+
+
+def smoothing(text: str) -> float:
+    """A time, 0 or more [s]."""
+    value = _number(text)
+    if not 0.0 <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} is no time; give seconds, like 0.3")
+    return value
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Plan; 0 = everyone, 1 = some skipped."""
+    from usdfoot.pipeline.plan_trajectories import TrackFormat, plan_scene_trajectories, plan_track_file
+    from usdfoot.planning.trajectories import TrajectoryOptions
+
+    options = TrajectoryOptions(smoothing_time=arguments.smoothing, apart=arguments.apart)
+    with shown_progress(quiet=arguments.quiet) as progress:
+        if Path(arguments.source).suffix.lower() in USD_SUFFIXES:
+            report = plan_scene_trajectories(
+                arguments.source,
+                arguments.output,
+                agents=arguments.agents,
+                prims=arguments.prims,
+                options=options,
+                progress=progress,
+            )
+        else:
+            report = plan_track_file(
+                arguments.source,
+                arguments.output,
+                track_format=TrackFormat(unit=arguments.unit, rate=arguments.rate, layout=arguments.layout),
+                scene=arguments.scene,
+                options=options,
+                progress=progress,
+            )
+    print_problems(report.problems, quiet=arguments.quiet)
+    console = results_console()
+    console.print(plan_table(report.plans))
+    console.print(f"wrote {report.file}", soft_wrap=True)
+    return 1 if report.skipped else 0

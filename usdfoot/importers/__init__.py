@@ -1,0 +1,1 @@
+"""Files that are not USD, as what usdfoot plans and animates."""

@@ -1,0 +1,156 @@
+"""Pedestrian data: tracks of people from text files (ETH and UCY, Juelich, PedPy, JuPedSim, CSV) and JuPedSim's SQLite.
+
+Ground coordinates (x, y) are a map's: y north, seen from above. Canonical they become (x, -y): x stays, north is -z.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import sqlite3
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from usdfoot.errors import TrackError
+from usdfoot.importers.track_tables import TrackTable, read_track_table
+from usdfoot.maths.types import FloatArray
+from usdfoot.model.report import Problem
+from usdfoot.model.trajectory import RootTrajectory
+
+__all__ = ["UNITS", "import_pedestrians"]
+
+_logger = logging.getLogger(__name__)
+
+UNITS: Mapping[str, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}
+"""Metres in a unit that files name."""
+SQLITE_MAGIC = b"SQLite format 3\x00"
+LONGEST_GAP = 10.0
+"""Someone not seen for longer than this is another one when seen again [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Scale:
+    """What the numbers of a file mean."""
+
+    metres: float
+    """In a unit of length."""
+    rate: float
+    """Frames, or units of time, in a second."""
+
+
+def import_pedestrians(
+    file: str | os.PathLike[str], *, unit: str = "", rate: float = 0.0, layout: str = "auto"
+) -> tuple[tuple[RootTrajectory, ...], tuple[Problem, ...]]:
+    """Trajectories of all people of a file, in the canonical world, and what was left out.
+
+    Args:
+        file: Text or SQLite file.
+        unit: Of the positions: m, cm, mm, ft, in, or a number of metres a unit (for pixels). Needed unless the file
+            says it.
+        rate: Frames a second that the frame numbers count. Needed unless the file says it or has times in seconds.
+        layout: auto, or one of `track_tables.LAYOUTS`: what the columns are.
+
+    Raises:
+        TrackError: If the file cannot be read, a line is malformed, or neither file nor options tell unit and rate.
+    """
+    path = Path(file)
+    table = _read_sqlite(path) if _is_sqlite(path) else read_track_table(path, layout=layout)
+    scale = _scale(path, table, unit, rate)
+    order = np.lexsort((table.frames, table.people))
+    people, frames, lines = table.people[order], table.frames[order], table.lines[order]
+    times = frames / scale.rate
+    same = np.diff(people) == 0
+    again = np.flatnonzero(same & (np.diff(frames) == 0.0))
+    if again.size:
+        raise TrackError(
+            f"{path}:{lines[again[0] + 1]}",
+            f"person {people[again[0]]:g} is in frame {frames[again[0]]:g} twice, first in line {lines[again[0]]}",
+            "keep one of the two",
+        )
+    splits = np.flatnonzero(~same | (np.diff(times) > LONGEST_GAP)) + 1
+    parts = np.split(np.arange(len(order)), splits)
+    places = table.positions[order] * scale.metres * (1.0, -1.0)
+    found, problems = [], []
+    seen: dict[float, int] = {}
+    for part in parts:
+        person = float(people[part[0]])
+        seen[person] = seen.get(person, 0) + 1
+        name = f"{path.name} {person:g}" + (f" {seen[person]}" if seen[person] > 1 else "")
+        if len(part) < 2:
+            message = f"{path}:{lines[part[0]]}: person {person:g} is seen only once here and was left out"
+            problems.append(Problem(severity="warning", where=str(path), message=message))
+            continue
+        positions = np.insert(places[part], 1, 0.0, axis=1)
+        found.append(RootTrajectory(name=name, times=times[part], positions=positions))
+    return tuple(found), tuple(problems)
+
+
+def _scale(path: Path, table: TrackTable, unit: str, rate: float) -> _Scale:
+    """Unit and rate, of the file or as asked for; raises TrackError where they are unknown or differ."""
+    metres = _metres(unit, "unit") if unit else 0.0
+    if table.unit:
+        stated = _metres(table.unit, str(path))
+        if metres and not np.isclose(metres, stated):
+            raise TrackError(path, f"says its positions are in {table.unit}, not {unit}", "leave the unit out")
+        metres = stated
+    if not metres:
+        raise TrackError(
+            path, "does not say in which unit its positions are", "give --unit: m, cm, mm, or metres a unit, like 0.02"
+        )
+    if not (np.isfinite(rate) and rate >= 0.0):
+        raise TrackError("rate", f"is {rate:g}", "give frames a second, like 25")
+    if table.rate and rate and not np.isclose(table.rate, rate):
+        raise TrackError(path, f"says it has {table.rate:g} frames a second, not {rate:g}", "leave the rate out")
+    if not (table.rate or rate):
+        raise TrackError(path, "does not say how many frames a second it has", "give --rate, like 25")
+    _logger.info("%s: %g m a unit, %g frames a second, columns as %s", path, metres, table.rate or rate, table.layout)
+    return _Scale(metres=metres, rate=table.rate or rate)
+
+
+def _metres(unit: str, where: str) -> float:
+    if unit in UNITS:
+        return UNITS[unit]
+    try:
+        value = float(unit)
+    except ValueError:
+        value = np.nan
+    if not (np.isfinite(value) and value > 0.0):
+        raise TrackError(where, f"{unit!r} is no known unit", f"{', '.join(UNITS)} or metres a unit, like 0.02")
+    return value
+
+
+def _is_sqlite(path: Path) -> bool:
+    try:
+        with path.open("rb") as stream:
+            return stream.read(len(SQLITE_MAGIC)) == SQLITE_MAGIC
+    except OSError as error:
+        raise TrackError(path, f"cannot be read ({error.strerror})", "name a file of tracks") from error
+
+
+def _read_sqlite(path: Path) -> TrackTable:
+    """JuPedSim's trajectory file: metres, and its rate in the metadata."""
+    try:
+        connection = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)
+        try:
+            rows = connection.execute("SELECT frame, id, pos_x, pos_y FROM trajectory_data").fetchall()
+            found = connection.execute("SELECT value FROM metadata WHERE key = 'fps'").fetchone()
+        finally:
+            connection.close()
+        rate = float(found[0]) if found else 0.0
+        values: FloatArray = np.array(rows, dtype=float).reshape(-1, 4)
+    except (sqlite3.Error, TypeError, ValueError) as error:
+        raise TrackError(path, f"is no JuPedSim trajectory file ({error})", "write it with JuPedSim") from error
+    if not np.isfinite(values).all():
+        raise TrackError(path, "has positions that are not finite", "write it again")
+    return TrackTable(
+        layout="jupedsim",
+        people=values[:, 1],
+        frames=values[:, 0],
+        positions=values[:, 2:],
+        lines=np.arange(1, len(values) + 1),
+        unit="m",
+        rate=rate,
+    )

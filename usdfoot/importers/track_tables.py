@@ -1,0 +1,251 @@
+"""Track tables: text files with one position of one person a line, whatever the order of their columns."""
+
+from __future__ import annotations
+
+import logging
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from usdfoot.errors import TrackError
+from usdfoot.maths.types import FloatArray, IntArray
+
+__all__ = ["LAYOUTS", "TrackTable", "read_track_table"]
+
+_logger = logging.getLogger(__name__)
+
+LAYOUTS = {
+    "eth": ("frame", "id", "x", "y"),
+    "obsmat": ("frame", "id", "x", "z", "y", "vx", "vz", "vy"),
+    "juelich": ("id", "frame", "x", "y", "z"),
+    "vsp": (),
+}
+"""Columns by layout; more at the end are ignored. vsp are UCY's splines, which tell their columns themselves."""
+WORDS = {
+    "id": ("id", "persid", "ped", "pedid", "pedestrian", "person", "agent", "agentid", "trackid", "track", "personid"),
+    "frame": ("frame", "fr", "frameid", "framenumber"),
+    "time": ("t", "time", "timestamp", "seconds"),
+    "x": ("x", "posx", "pos_x"),
+    "y": ("y", "posy", "pos_y"),
+}
+"""What columns are called in headers, in small letters without the unit."""
+CLEARLY = 3.0
+"""One reading of unnamed columns is right if people move this much less from sample to sample than in the other."""
+RATE = re.compile(r"(?:framerate|frame rate|fps)\s*[:=]?\s*([0-9.]+)", re.IGNORECASE)
+COLUMN_UNIT = re.compile(r"(?<![a-z])[xy]\s*[/\[(]\s*(mm|cm|m|ft|in)\b", re.IGNORECASE)
+UNIT = re.compile(r"\bunits?\s*[:=]\s*(mm|cm|m|ft|in)\b", re.IGNORECASE)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackTable:
+    """N positions as they stand in a file."""
+
+    layout: str
+    """How the columns were read, for messages."""
+    people: FloatArray
+    """Number of the person, shape (N,)."""
+    frames: FloatArray
+    """Frame, or time where `rate` is 1, shape (N,)."""
+    positions: FloatArray
+    """Map x and y in the file's unit, shape (N, 2)."""
+    lines: IntArray
+    """Line of the file, from 1, shape (N,)."""
+    unit: str
+    """As the file says, empty if it does not."""
+    rate: float
+    """Frames a second as the file says, 0 if it does not."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Lines:
+    """A file's lines that hold numbers."""
+
+    comments: str
+    names: tuple[str, ...]
+    """Of the columns, if a header tells them."""
+    numbers: IntArray
+    """Line numbers, shape (N,)."""
+    values: FloatArray
+    """Shape (N, C)."""
+
+
+def read_track_table(path: Path, *, layout: str = "auto") -> TrackTable:
+    """The table in a text file.
+
+    Columns are those of the layout, or those a header names, or those of the only layout in which people do not jump.
+
+    Raises:
+        TrackError: If the file is no text, a line is malformed (named), or its columns are unknown.
+    """
+    if layout != "auto" and layout not in LAYOUTS:
+        raise TrackError("layout", f"{layout!r} is unknown", f"auto, {', '.join(LAYOUTS)} are known")
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise TrackError(path, f"cannot be read ({error.strerror})", "name a file of tracks") from error
+    except UnicodeDecodeError as error:
+        raise TrackError(path, "is no text file", "tracks are lines of numbers") from error
+    rows = text.splitlines()
+    if layout == "vsp" or (layout == "auto" and "number of splines" in text[:200].lower()):
+        return _read_splines(path, rows)
+    lines = _numbers(path, rows)
+    if layout == "auto" and lines.names:
+        return _named(path, lines, lines.names, "its header")
+    if layout == "auto":
+        layout = _likely_layout(path, lines)
+    columns = LAYOUTS[layout]
+    if lines.values.shape[1] < 4 or (layout == "obsmat" and lines.values.shape[1] < 5):
+        what = f"has {lines.values.shape[1]} columns"
+        raise TrackError(f"{path}:{lines.numbers[0]}", what, f"{layout} files have {' '.join(columns)}")
+    return _named(path, lines, columns, layout)
+
+
+def _numbers(path: Path, rows: Sequence[str]) -> _Lines:
+    """All lines of numbers; a first line of words names the columns, as the last comment may."""
+    comments: list[str] = []
+    names: tuple[str, ...] = ()
+    numbers: list[int] = []
+    values: list[list[float]] = []
+    for number, row in enumerate(rows, start=1):
+        content = row.split("#", 1)[0].replace(",", " ").replace(";", " ").split()
+        if "#" in row:
+            comments.append(row.split("#", 1)[1])
+        if not content:
+            continue
+        if not values and not names and not _is_number(content[0]):
+            comments.append(row)
+            names = _column_names(row)
+            if names:
+                continue
+        try:
+            values.append([float(word) for word in content])
+        except ValueError:
+            bad = next(word for word in content if not _is_number(word))
+            raise TrackError(f"{path}:{number}", f"{bad!r} is no number", "a line is numbers only") from None
+        numbers.append(number)
+        if len(values[-1]) != len(values[0]):
+            what = f"has {len(values[-1])} numbers, the lines before have {len(values[0])}"
+            raise TrackError(f"{path}:{number}", what, "every line needs the same columns")
+        if not np.isfinite(values[-1]).all():
+            raise TrackError(f"{path}:{number}", "has a number that is not finite", "leave the line out")
+    if not values:
+        raise TrackError(path, "has no line of numbers", "a line is a position of a person")
+    for comment in reversed(comments):
+        names = names or _column_names(comment)
+    return _Lines(
+        comments="\n".join(comments), names=names, numbers=np.array(numbers, dtype=int), values=np.array(values)
+    )
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def _column_names(header: str) -> tuple[str, ...]:
+    """Our names of the columns a line names, unknown ones as they stand; empty if it names no table."""
+    words = [re.split(r"[/\[(]", word)[0].strip("\"' ").lower() for word in re.split(r"[\s,;]+", header.strip())]
+    known = {alias: name for name, aliases in WORDS.items() for alias in aliases}
+    names = tuple(known.get(word.replace("_", "") if word not in known else word, word) for word in words)
+    needed = {"id", "x", "y"} <= set(names) and ("frame" in names or "time" in names)
+    return names if needed else ()
+
+
+def _named(path: Path, lines: _Lines, columns: Sequence[str], layout: str) -> TrackTable:
+    """The table with columns of these names."""
+    count = lines.values.shape[1]
+    at = {name: columns.index(name) for name in ("id", "frame", "time", "x", "y") if name in columns}
+    if max(at.values()) >= count:
+        raise TrackError(f"{path}:{lines.numbers[0]}", f"has {count} columns", f"needed are {' '.join(columns)}")
+    clock = at.get("frame", at.get("time", 0))
+    rate = RATE.search(lines.comments)
+    unit = COLUMN_UNIT.search(lines.comments) or UNIT.search(lines.comments)
+    try:
+        frames_per_second = 1.0 if "frame" not in at else float(rate[1]) if rate else 0.0
+    except ValueError:
+        raise TrackError(path, f"says its frame rate is {rate[1]!r}" if rate else "", "it is a number") from None
+    return TrackTable(
+        layout=layout,
+        people=lines.values[:, at["id"]],
+        frames=lines.values[:, clock],
+        positions=lines.values[:, [at["x"], at["y"]]],
+        lines=lines.numbers,
+        unit=unit[1].lower() if unit else "",
+        rate=frames_per_second,
+    )
+
+
+def _likely_layout(path: Path, lines: _Lines) -> str:
+    """The layout of columns nobody named: that in which people jump least, or else the usual one, with a warning."""
+    if lines.values.shape[1] < 4:
+        raise TrackError(
+            f"{path}:{lines.numbers[0]}",
+            f"has {lines.values.shape[1]} numbers",
+            "needed are frame, person, x and y, or a header that names the columns",
+        )
+    if lines.values.shape[1] == 8:
+        return "obsmat"
+    jumps = {layout: _jumps(_named(path, lines, LAYOUTS[layout][:4], layout)) for layout in ("eth", "juelich")}
+    best, other = sorted(jumps, key=lambda layout: jumps[layout])
+    if not jumps[best] * CLEARLY < jumps[other]:
+        best = "eth" if lines.values.shape[1] == 4 else "juelich"
+        _logger.warning(
+            "%s: people move alike whichever column is the person; as usual with %d columns it is read as %s. "
+            "name the layout if that is wrong",
+            path,
+            lines.values.shape[1],
+            " ".join(LAYOUTS[best]),
+        )
+    return best
+
+
+def _jumps(table: TrackTable) -> float:
+    """Median distance between samples of a person that follow each other, infinite if there are none."""
+    order = np.lexsort((table.frames, table.people))
+    same = np.diff(table.people[order]) == 0
+    distances = np.linalg.norm(np.diff(table.positions[order], axis=0), axis=1)[same]
+    return float(np.median(distances)) if distances.size else np.inf
+
+
+def _read_splines(path: Path, rows: Sequence[str]) -> TrackTable:
+    """UCY's .vsp: for each person a number of control points, then a line x, y, frame, gaze for each."""
+    found: list[tuple[float, float, float, float, int]] = []
+    expected, person = 0, -1
+    for number, row in enumerate(rows, start=1):
+        words = row.replace(",", " ").split()
+        if not words:
+            continue
+        heading = re.match(r"\s*(\d+)\s*-", row)
+        if heading and expected == 0:
+            if person >= 0 or "control" in row.lower():
+                person, expected = person + 1, int(heading[1])
+            continue
+        if person < 0 or expected == 0:
+            if _is_number(words[0]) and person >= 0:
+                raise TrackError(f"{path}:{number}", "is a control point too many", "correct the number before them")
+            continue
+        if len(words) < 3 or not all(_is_number(word) and np.isfinite(float(word)) for word in words[:3]):
+            raise TrackError(f"{path}:{number}", "is no control point", "needed are x, y and frame")
+        x, y, frame = (float(word) for word in words[:3])
+        found.append((frame, person, x, y, number))
+        expected -= 1
+    if expected:
+        raise TrackError(f"{path}:{len(rows)}", f"ends {expected} control points early", "the file is cut off")
+    if not found:
+        raise TrackError(path, "has no control points", "a .vsp file lists splines")
+    values = np.array(found)
+    return TrackTable(
+        layout="vsp",
+        people=values[:, 1],
+        frames=values[:, 0],
+        positions=values[:, 2:4],
+        lines=values[:, 4].astype(int),
+        unit="",
+        rate=0.0,
+    )

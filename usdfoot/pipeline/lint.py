@@ -1,0 +1,205 @@
+"""Lint: the plans of a scene checked, and mended where the remedy is obvious."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from usdfoot.analysis.examples import build_examples
+from usdfoot.bridge.scene import Scene, StageInfo
+from usdfoot.errors import PlanError, SceneError, UsdfootError
+from usdfoot.model.agent import Agent
+from usdfoot.model.clip import ClipLibrary
+from usdfoot.model.ground import Ground
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.report import Problem
+from usdfoot.pipeline.plan import save_plans
+from usdfoot.planning.lint import Fault, LintLimits, lint_clips, lint_plans
+from usdfoot.planning.mend import mend_plans, mend_times
+from usdfoot.planning.proportions import Proportions, proportions_of
+from usdfoot.readers.names import unique_name
+from usdfoot.readers.plans import is_plan, read_draft
+from usdfoot.readers.scene import read_scene
+from usdfoot.readers.stage import StagePrims, collect_prims, open_stage, read_stage_info
+from usdfoot.readers.terrain import read_terrain
+from usdfoot.spaces.library import FootstepSpaces, build_spaces
+from usdfoot.writers.plans import PlannedAgent
+
+__all__ = ["LintReport", "lint_scene"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LintReport:
+    """What was found."""
+
+    plans: Mapping[str, FootstepPlan]
+    """By prim path; after mending, if that was asked for."""
+    faults: tuple[Fault, ...]
+    """What is wrong with them."""
+    problems: tuple[Problem, ...]
+    """What could not be checked."""
+    file: Path | None = None
+    """Layer with the mended plans, if that was asked for and any changed."""
+
+    @property
+    def clean(self) -> bool:
+        """Whether no footstep has an error."""
+        return not any(fault.severity == "error" for fault in self.faults)
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain dictionaries for `--json`."""
+        return {
+            "clean": self.clean,
+            "plans": len(self.plans),
+            "footsteps": sum(len(plan) for plan in self.plans.values()),
+            "faults": [fault.to_json() for fault in self.faults],
+            "problems": [problem.message for problem in self.problems],
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Walkers:
+    """Who walks the plans, as far as the scene says."""
+
+    agents: Mapping[str, Agent]
+    """By the name of the plan."""
+    libraries: tuple[ClipLibrary, ...]
+
+    def body(self, plan: str) -> Proportions:
+        """Proportions of who walks a plan; a person's if nobody does."""
+        if plan not in self.agents:
+            return Proportions()
+        library = self.libraries[self.agents[plan].library]
+        return proportions_of(library.skeleton, library.biped)
+
+
+def lint_scene(
+    scene: str | os.PathLike[str],
+    *,
+    limits: LintLimits | None = None,
+    clips: bool = True,
+    fix: str | os.PathLike[str] | None = None,
+) -> LintReport:
+    """Check all plans of a scene, and those its agents' paths give, against terrain, bodies, clips and each other.
+
+    Args:
+        scene: USD file with plans; without agents the plans are checked for a person.
+        limits: What is still right.
+        clips: Also check what the agents' clips reach.
+        fix: Layer to write with what can be mended: times, heights, crossing and colliding feet.
+
+    Raises:
+        SceneError: If the scene cannot be opened or has no plan.
+        OutputError: If the layer cannot be written.
+    """
+    stage = open_stage(scene)
+    info, prims = read_stage_info(stage), collect_prims(stage)
+    terrain, terrain_problems = read_terrain(stage, prims, info.units)
+    found, malformed, mended_times = _read_plans(prims, info, mend=fix is not None)
+    crowd, problems = _read_crowd(scene)
+    walkers = _Walkers(
+        agents={agent.plan.name: agent for agent in crowd.crowd.agents} if crowd else {},
+        libraries=crowd.crowd.libraries if crowd else (),
+    )
+    plans = found | {name: agent.plan for name, agent in walkers.agents.items() if name not in found}
+    if not plans and not malformed:
+        raise SceneError(info.identifier, "has no footstep plan", "make some: usdfoot plan --help")
+    bodies = [walkers.body(name) for name in plans]
+    lowest = min((float(plan.positions[:, 1].min()) for plan in plans.values()), default=0.0)
+    ground = Ground(terrain, fallback_height=lowest)
+    file = None
+    if fix is not None:
+        mended = dict(zip(plans, mend_plans(list(plans.values()), ground, bodies=bodies), strict=True))
+        changed = {name for name in plans if mended[name] is not plans[name]} | mended_times
+        plans = mended
+        file = _save(changed, plans, walkers, info, fix) if changed else None
+    faults = [*malformed, *lint_plans(list(plans.values()), ground, bodies=bodies, limits=limits)]
+    if clips:
+        more, clip_problems = _lint_clips(plans, walkers)
+        faults, problems = faults + more, problems + clip_problems
+    problems = [*terrain_problems, *problems]
+    return LintReport(plans=plans, faults=tuple(faults), problems=tuple(problems), file=file)
+
+
+def _read_plans(
+    prims: StagePrims, info: StageInfo, *, mend: bool
+) -> tuple[dict[str, FootstepPlan], list[Fault], set[str]]:
+    """Plans by prim path, what is wrong with those that are none, and whose times were mended."""
+    plans: dict[str, FootstepPlan] = {}
+    faults, mended = [], set()
+    for prim in prims.instancers:
+        if not is_plan(prim):
+            continue
+        name = str(prim.GetPath())
+        try:
+            draft, _ = read_draft(prim, info.units)
+            try:
+                plans[name] = draft.checked()
+            except PlanError:
+                if not mend:
+                    raise
+                plans[name] = mend_times(draft).checked()
+                mended.add(name)
+        except PlanError as error:
+            text = f"{error.what}. {error.remedy}" if error.remedy else error.what
+            faults.append(Fault(plan=name, footstep=-1, kind="malformed", severity="error", value=0.0, message=text))
+    return plans, faults, mended
+
+
+def _read_crowd(scene: str | os.PathLike[str]) -> tuple[Scene | None, list[Problem]]:
+    """Agents with their characters and clips; None if the scene has none that can be used."""
+    try:
+        return read_scene(scene), []
+    except UsdfootError as error:
+        message = f"checked for a person, without clips: {error}"
+        return None, [Problem(severity="warning", where=error.where, message=message)]
+
+
+def _lint_clips(plans: Mapping[str, FootstepPlan], walkers: _Walkers) -> tuple[list[Fault], list[Problem]]:
+    """Faults against the clips of those who walk, each library prepared once."""
+    faults, problems = [], []
+    spaces: dict[int, tuple[FootstepSpaces, str] | None] = {}
+    for name, agent in walkers.agents.items():
+        try:
+            if agent.library not in spaces:
+                spaces[agent.library] = None
+                spaces[agent.library] = _prepare(walkers.libraries[agent.library])
+            prepared = spaces[agent.library]
+            if prepared is not None and agent.motion != "physics":
+                faults += lint_clips(plans[name], prepared[0], style=prepared[1], reach=agent.ik_reach)
+        except UsdfootError as error:
+            problems.append(Problem(severity="warning", where=error.where, message=str(error)))
+    return faults, problems
+
+
+def _prepare(library: ClipLibrary) -> tuple[FootstepSpaces, str]:
+    """Footstep spaces of a library, and the style of plans that name none."""
+    examples, _ = build_examples(library)
+    styles = list(examples.styles)
+    return build_spaces(examples), "default" if "default" in styles else max(sorted(set(styles)), key=styles.count)
+
+
+def _save(
+    changed: set[str],
+    plans: Mapping[str, FootstepPlan],
+    walkers: _Walkers,
+    info: StageInfo,
+    output: str | os.PathLike[str],
+) -> Path:
+    """A layer with the mended plans, to which their agents point."""
+    taken: set[str] = set()
+    mended = []
+    for name in sorted(changed):
+        agent = walkers.agents.get(name)
+        mended.append(
+            PlannedAgent(
+                name=unique_name(name.rsplit("/", 1)[-1], taken),
+                plan=replace(plans[name], name=name),
+                size=walkers.body(name).foot_length,
+                agent=agent.source if agent else "",
+            )
+        )
+    return save_plans(mended, output, info, made_by={"planner": "lint --fix"})

@@ -1,0 +1,188 @@
+"""Plan trajectories: tracks of people, on a stage or in a file, become a layer of footstep plans."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from usdfoot.bridge.scene import StageInfo
+from usdfoot.bridge.units import StageUnits
+from usdfoot.errors import SceneError, UsdfootError
+from usdfoot.importers.pedestrians import import_pedestrians
+from usdfoot.model.ground import Ground
+from usdfoot.model.report import Problem
+from usdfoot.model.terrain import Terrain
+from usdfoot.pipeline.plan import PlanReport, save_plans
+from usdfoot.planning.proportions import Proportions
+from usdfoot.planning.trajectories import TrajectoryOptions, plan_trajectories
+from usdfoot.readers.agents import list_agents, select_agents
+from usdfoot.readers.movers import Mover, read_movers
+from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
+from usdfoot.readers.terrain import no_terrain, read_terrain
+from usdfoot.readers.walkers import only_proportions
+from usdfoot.writers.plans import PlannedAgent
+
+__all__ = ["TrackFormat", "plan_scene_trajectories", "plan_track_file"]
+
+FILE_RATE = 24.0
+"""Time codes a second of plans for no scene."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackFormat:
+    """What the numbers of a file of tracks mean, where it does not say so itself."""
+
+    unit: str = ""
+    """m, cm, mm, ft, in, or metres a unit."""
+    rate: float = 0.0
+    """Frames a second."""
+    layout: str = "auto"
+    """Order of the columns: auto, or one of `importers.track_tables.LAYOUTS`."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Surroundings:
+    """The stage that plans are made for."""
+
+    info: StageInfo
+    terrain: Terrain
+    body: Proportions
+    problems: tuple[Problem, ...]
+
+
+def plan_scene_trajectories(
+    scene: str | os.PathLike[str],
+    output: str | os.PathLike[str],
+    *,
+    agents: str = "*",
+    prims: str = "",
+    options: TrajectoryOptions | None = None,
+    progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
+) -> PlanReport:
+    """Plan footsteps for everyone who moves on a stage and write them as a layer.
+
+    These are the agents with usdfoot:agent:trajectory; without any, all animated Points and PointInstancers with ids;
+    without any, all animated Xforms.
+
+    Args:
+        scene: The USD scene; never changed.
+        output: Layer to write: /Plans/<name>, and an `over` of each agent that points at its plan.
+        agents: Glob on agents' names or paths.
+        prims: Glob on the paths of prims to take instead.
+        options: Of the planner.
+        progress: Told what begins: "read", "plan", "write".
+
+    Raises:
+        SceneError: If the scene cannot be opened or nothing moves.
+        OutputError: If the layer cannot be written.
+    """
+    progress("read", 0, 0)
+    stage = open_stage(scene)
+    info, found = read_stage_info(stage), collect_prims(stage)
+    everyone, agent_problems = list_agents(stage, found)
+    movers, errors = read_movers(stage, info.units, sources=select_agents(everyone, agents), pattern=prims)
+    terrain, terrain_problems = read_terrain(stage, found, info.units)
+    body = only_proportions(found, info.units, foreign=tuple(source.plan for source in everyone))
+    problems = (*agent_problems, *terrain_problems, *(_problem(error) for error in errors))
+    around = _Surroundings(info=info, terrain=terrain, body=body, problems=problems)
+    if not movers:
+        reasons = [problem.message for problem in problems if problem.severity == "error"]
+        remedy = "" if reasons else "animate Xforms, or Points with ids"
+        raise SceneError(
+            info.identifier, "no trajectory can be planned" if reasons else "nothing moves", remedy, reasons
+        )
+    return _planned(movers, around, output, options or TrajectoryOptions(), progress)
+
+
+def plan_track_file(
+    file: str | os.PathLike[str],
+    output: str | os.PathLike[str],
+    *,
+    track_format: TrackFormat | None = None,
+    scene: str | os.PathLike[str] | None = None,
+    options: TrajectoryOptions | None = None,
+    progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
+) -> PlanReport:
+    """Plan footsteps for the people of a file of pedestrian data and write them as a layer.
+
+    Args:
+        file: ETH, UCY, Juelich, PedPy, JuPedSim or CSV; its y is north, which is -Z on a Y-up stage.
+        output: Layer to write, /Plans/person_<id>.
+        track_format: Unit, rate and columns, where the file does not tell them.
+        scene: Stage the plans are for: its units, terrain and character; None = metres, Y up, level ground, a person.
+        options: Of the planner.
+        progress: Told what begins: "read", "plan", "write".
+
+    Raises:
+        TrackError: If the file cannot be read or does not say what its numbers mean.
+        SceneError: If the scene cannot be opened.
+        OutputError: If the layer cannot be written.
+    """
+    progress("read", 0, 0)
+    given = track_format or TrackFormat()
+    trajectories, problems = import_pedestrians(file, unit=given.unit, rate=given.rate, layout=given.layout)
+    around = _read_surroundings(scene) if scene else _nowhere(file)
+    movers = [
+        Mover(name=_prim_name(trajectory.name, Path(file).name), agent="", trajectory=trajectory)
+        for trajectory in trajectories
+    ]
+    if not movers:
+        raise SceneError(file, "nobody is in it twice", "a track is two positions or more")
+    around = _Surroundings(
+        info=around.info, terrain=around.terrain, body=around.body, problems=(*around.problems, *problems)
+    )
+    return _planned(movers, around, output, options or TrajectoryOptions(), progress)
+
+
+def _planned(
+    movers: tuple[Mover, ...] | list[Mover],
+    around: _Surroundings,
+    output: str | os.PathLike[str],
+    options: TrajectoryOptions,
+    progress: Callable[[str, int, int], None],
+) -> PlanReport:
+    progress("plan", 0, 0)
+    lowest = min(float(mover.trajectory.positions[:, 1].min()) for mover in movers)
+    ground = Ground(around.terrain, fallback_height=lowest)
+    trajectories = [mover.trajectory for mover in movers]
+    plans = plan_trajectories(trajectories, ground, proportions=around.body, options=options)
+    planned = [
+        PlannedAgent(name=mover.name, plan=plan, size=around.body.foot_length, agent=mover.agent)
+        for mover, plan in zip(movers, plans, strict=True)
+    ]
+    progress("write", 0, 0)
+    made_by = {"planner": "trajectories", "options": asdict(options)}
+    file = save_plans(planned, output, around.info, made_by=made_by)
+    return PlanReport(file=file, plans={part.name: part.plan for part in planned}, problems=around.problems)
+
+
+def _read_surroundings(scene: str | os.PathLike[str]) -> _Surroundings:
+    stage = open_stage(scene)
+    info, prims = read_stage_info(stage), collect_prims(stage)
+    terrain, problems = read_terrain(stage, prims, info.units)
+    return _Surroundings(info=info, terrain=terrain, body=only_proportions(prims, info.units), problems=tuple(problems))
+
+
+def _nowhere(file: str | os.PathLike[str]) -> _Surroundings:
+    """Level ground in metres, Y up."""
+    info = StageInfo(
+        identifier=str(file),
+        units=StageUnits(meters_per_unit=1.0, up_axis="Y", time_codes_per_second=FILE_RATE),
+        frames_per_second=FILE_RATE,
+        start_code=0.0,
+        end_code=0.0,
+        layers=(str(file),),
+    )
+    return _Surroundings(info=info, terrain=no_terrain(), body=Proportions(), problems=())
+
+
+def _prim_name(name: str, file_name: str) -> str:
+    """person_<id>, with what else makes the trajectory's name unique."""
+    return "person_" + re.sub(r"\W+", "_", name.removeprefix(file_name).strip()).replace("-", "_")
+
+
+def _problem(error: UsdfootError) -> Problem:
+    return Problem(severity="error", where=error.where, message=str(error))

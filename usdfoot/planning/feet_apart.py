@@ -1,0 +1,92 @@
+"""Feet apart: footsteps of different people that would be in one place at one time are moved."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from usdfoot.maths import planar
+from usdfoot.maths.types import FloatArray
+from usdfoot.model.biped import LEFT
+from usdfoot.planning.collisions import FootTable, Instants, near_feet, overlaps
+
+__all__ = ["set_feet_apart", "uncross"]
+
+CLEARANCE = 0.03
+"""Wanted between soles [m]."""
+FARTHEST = 0.4
+"""A footstep is moved this far at most [m]."""
+SEARCHES, ROUNDS = 15, 12
+"""How often near feet are looked for, and how often they are moved in between."""
+NEAR = 0.1
+"""Feet this far apart are watched while others move [m]."""
+
+
+def set_feet_apart(feet: FootTable, *, narrowest: FloatArray) -> FootTable:
+    """The table with footsteps moved apart until no feet overlap, or as far as they may be moved.
+
+    Each overlap pushes both feet away by half of it; a swinging foot passes that on to the footsteps it swings between.
+
+    Args:
+        feet: Of all people.
+        narrowest: Least distance across between a foot and its own other one [m], shape (S,).
+    """
+    start = feet.positions[:, [0, 2]]
+    for _ in range(SEARCHES):
+        first, second = near_feet(feet, slack=NEAR)
+        for _ in range(ROUNDS):
+            depths, directions = overlaps(feet, first, second)
+            depths = depths + CLEARANCE
+            if not np.any(depths > 0.5 * CLEARANCE):
+                break
+            offsets = feet.positions[:, [0, 2]] + _pushes(feet, first, second, depths, directions) - start
+            lengths = np.maximum(np.linalg.norm(offsets, axis=1, keepdims=True), 1e-12)
+            feet = _placed(feet, start + offsets * np.minimum(1.0, FARTHEST / lengths))
+        feet = uncross(feet, narrowest=narrowest)
+        first, second = near_feet(feet, slack=0.0)
+        if not np.any(overlaps(feet, first, second)[0] > 0.0):
+            break
+    return feet
+
+
+def uncross(feet: FootTable, *, narrowest: FloatArray) -> FootTable:
+    """The table with every foot on its own side of the other: it comes down further out where it would cross.
+
+    Args:
+        feet: Of all people.
+        narrowest: Least distance across between a foot and the other one [m], shape (S,).
+    """
+    points = feet.positions[:, [0, 2]]
+    outward = np.where(feet.sides == LEFT, 1.0, -1.0)
+    first = np.flatnonzero(feet.numbers == 0)
+    counts = np.diff(first, append=len(feet.owners))
+    for number in range(1, int(counts.max())):
+        rows = first[counts > number] + number
+        mean = feet.yaws[rows - 1] + 0.5 * planar.wrap_angle(feet.yaws[rows] - feet.yaws[rows - 1])
+        across = outward[rows, None] * planar.direction(mean + 0.5 * np.pi)
+        apart = np.sum((points[rows] - points[rows - 1]) * across, axis=1)
+        points[rows] += np.maximum(narrowest[rows] - apart, 0.0)[:, None] * across
+    return _placed(feet, points)
+
+
+def _placed(feet: FootTable, points: FloatArray) -> FootTable:
+    positions = feet.positions.copy()
+    positions[:, [0, 2]] = points
+    return replace(feet, positions=positions)
+
+
+def _pushes(
+    feet: FootTable, first: Instants, second: Instants, depths: FloatArray, directions: FloatArray
+) -> FloatArray:
+    """Where to move every footstep [m]: the mean of what its overlaps ask for, shape (S, 2)."""
+    deep = np.flatnonzero(depths > 0.0)
+    push = 0.5 * depths[deep, None] * directions[deep]
+    sums, counts = np.zeros((len(feet.owners), 2)), np.zeros(len(feet.owners))
+    for instants, sign in ((first[deep], 1.0), (second[deep], -1.0)):
+        norm = (1.0 - instants.shares) ** 2 + instants.shares**2
+        for index, share in ((instants.steps, 1.0 - instants.shares), (instants.steps + 2, instants.shares)):
+            used = share > 0.0
+            np.add.at(sums, index[used], sign * (share / norm)[used, None] * push[used])
+            np.add.at(counts, index[used], share[used])
+    return sums / np.maximum(counts, 1e-9)[:, None]

@@ -1,0 +1,85 @@
+"""Mend: what lint finds and where the remedy is obvious."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from usdfoot.model.draft import PlanDraft
+from usdfoot.model.ground import Ground
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.planning.collisions import feet_of, find_collisions
+from usdfoot.planning.feet_apart import set_feet_apart, uncross
+from usdfoot.planning.prints import lay_prints
+from usdfoot.planning.proportions import Proportions
+
+__all__ = ["mend_plans", "mend_times"]
+
+OVERLAP = 0.25
+"""Double support given to feet that leave too late, over the step time."""
+FALLBACK_CONTACT = 0.7
+"""Contact of a foot whose liftoff is wrong and that has no further footstep [s]."""
+NEAR_GROUND = 0.5
+"""Prints this far above or below the ground are laid on it [m]."""
+OFF_GROUND = 0.02
+"""Those nearer stay as they are [m]."""
+NARROW = 0.6
+"""Least distance between a foot and its other one across, over that of an easy step."""
+
+
+def mend_times(draft: PlanDraft) -> PlanDraft:
+    """The draft in order of strike, every liftoff after its strike and before the foot's next.
+
+    Arrays of different lengths and feet that do not alternate are left as they are: what was meant cannot be known.
+    """
+    lengths = {len(getattr(draft, name)) for name in vars(draft) if name != "name"}
+    if len(lengths) != 1 or len(draft.sides) < 2:
+        return draft
+    if np.any(np.diff(draft.strike_times) < 0.0):
+        order = np.argsort(draft.strike_times, kind="stable")
+        draft = replace(draft, **{name: getattr(draft, name)[order] for name in vars(draft) if name != "name"})
+    strikes, liftoffs = draft.strike_times, draft.liftoff_times.copy()
+    latest = np.full(len(strikes), np.inf)
+    latest[:-2] = strikes[1:-1] + OVERLAP * (strikes[2:] - strikes[1:-1])
+    usual = np.where(np.isfinite(latest), latest, strikes + FALLBACK_CONTACT)
+    late = np.flatnonzero(strikes[2:] <= liftoffs[:-2])
+    early = np.flatnonzero(~(liftoffs > strikes))
+    wrong = np.union1d(late, early)
+    liftoffs[wrong] = np.maximum(usual[wrong], strikes[wrong] + 1e-3)
+    return replace(draft, liftoff_times=liftoffs)
+
+
+def mend_plans(plans: Sequence[FootstepPlan], ground: Ground, *, bodies: Sequence[Proportions]) -> list[FootstepPlan]:
+    """The plans with crossing feet uncrossed, feet of different people set apart and prints laid on the ground.
+
+    A plan where none of that is needed stays exactly as it is.
+    """
+    feet = feet_of(plans, bodies)
+    narrowest = np.array([NARROW * body.step_width for body in bodies])[feet.owners]
+    start = feet.positions
+    crossing = uncross(feet, narrowest=np.zeros(len(start)))
+    crossed = np.unique(feet.owners[(crossing.positions != start).any(axis=1)])
+    feet = replace(feet, positions=np.where(np.isin(feet.owners, crossed)[:, None], crossing.positions, start))
+    if len(plans) > 1 and len(find_collisions(feet).depths):
+        feet = set_feet_apart(feet, narrowest=narrowest)
+    moved = (feet.positions != start).any(axis=1)
+    if ground.has_terrain:
+        prints = lay_prints(ground, feet.positions[:, [0, 2]], feet.yaws, feet.positions[:, 1])
+        away = prints.positions[:, 1] - feet.positions[:, 1]
+        laid = (moved | (np.abs(away) > OFF_GROUND)) & (np.abs(away) < NEAR_GROUND)
+    else:
+        prints, laid = None, np.zeros(len(start), dtype=bool)
+    mended = []
+    for index, plan in enumerate(plans):
+        own = feet.owners == index
+        if not (moved | laid)[own].any():
+            mended.append(plan)
+            continue
+        positions, orientations = feet.positions[own], plan.orientations.copy()
+        if prints is not None:
+            positions = np.where(laid[own, None], prints.positions[own], positions)
+            orientations = np.where(laid[own, None], prints.orientations[own], orientations)
+        mended.append(replace(plan, positions=positions, orientations=orientations))
+    return mended

@@ -1,0 +1,223 @@
+"""Plans from trajectories: footsteps, of any number of people at once, that keep to where they were."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d
+
+from usdfoot.analysis.timing import TimingRule, time_steps
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.ground import Ground
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.trajectory import RootTrajectory
+from usdfoot.planning.collisions import FootTable
+from usdfoot.planning.elbow_room import keep_apart
+from usdfoot.planning.feet_apart import set_feet_apart, uncross
+from usdfoot.planning.footholds import foot_places
+from usdfoot.planning.gait import TOE_OUT, natural_lengths, overlap_shares
+from usdfoot.planning.prints import follow_ground, lay_prints
+from usdfoot.planning.proportions import Proportions
+from usdfoot.planning.root_curves import SPACING, RootCurves, build_root_curves
+
+__all__ = ["TrajectoryOptions", "plan_trajectories", "step_along_curves"]
+
+STILL = 0.15
+"""Slower people stand [m/s]."""
+TURN = np.radians(35.0)
+"""Turn that takes a step of its own [rad]."""
+QUICKEST = 1.4
+"""Most steps a second of turning on the spot, over those of short steps."""
+CLOSING = 1.0
+"""Steps they go on for after they stop, so that the feet stand side by side."""
+ONSET = 0.75
+"""Part of a step from the start of a motion to the first strike."""
+SWING = 0.57
+"""Least time of a swing over that of a short step."""
+NARROW = 0.6
+"""Least distance between the feet across, over that of an easy step: legs do not cross."""
+STAND = 0.3
+"""Least time that both feet stand at the end [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrajectoryOptions:
+    """How trajectories become footsteps."""
+
+    smoothing_time: float = 0.3
+    """Standard deviation of the filter on positions [s]: takes out jitter and the sway of tracked heads."""
+    apart: bool = True
+    """Keep people, and their feet, out of each other."""
+    elbow_room: float = 0.5
+    """Least distance between the roots of two people, if `apart` [m]."""
+
+
+def plan_trajectories(
+    trajectories: Sequence[RootTrajectory],
+    ground: Ground,
+    *,
+    proportions: Proportions | None = None,
+    options: TrajectoryOptions | None = None,
+) -> list[FootstepPlan]:
+    """Footstep plans of people who move as trajectories say, all made together.
+
+    Steps are as long and quick as people of that speed choose; those who hardly move stand, and turn on the spot. Who
+    moves at the first or last sample walks there, who does not stands. The feet stay on the level of the terrain they
+    begin on.
+
+    Args:
+        trajectories: One a person.
+        ground: Terrain to conform to.
+        proportions: Of all of them; None = people.
+        options: Smoothing, and whether people avoid each other.
+    """
+    if not trajectories:
+        return []
+    options, body = options or TrajectoryOptions(), proportions or Proportions()
+    curves = build_root_curves(trajectories, smoothing_time=options.smoothing_time)
+    several = options.apart and len(trajectories) > 1
+    if several:
+        curves = keep_apart(curves, distance=options.elbow_room)
+    feet = step_along_curves(curves, body)
+    narrowest = np.full(len(feet.owners), NARROW * body.step_width)
+    feet = uncross(feet, narrowest=narrowest)
+    if several:
+        feet = set_feet_apart(feet, narrowest=narrowest)
+    return _laid([trajectory.name for trajectory in trajectories], feet, ground)
+
+
+def step_along_curves(curves: RootCurves, body: Proportions) -> FootTable:
+    """Footsteps along curves, at the heights of the curves.
+
+    The root is midway between the feet whenever one strikes, so a footstep lies where the root is half a step later, to
+    its side.
+    """
+    rule = TimingRule(leg_length=body.leg_length)
+    speeds, rates = _cadences(curves, rule)
+    frames = np.clip(np.ceil((curves.ends - curves.starts) / SPACING).astype(int), 1, rates.shape[1] - 1)
+    phases = np.concatenate([np.zeros((len(rates), 1)), np.cumsum(rates[:, :-1] * SPACING, axis=1)], axis=1)
+    people = np.arange(len(rates))
+    starts_still, ends_still = rates[:, 0] <= 0.0, rates[people, frames - 1] <= 0.0
+    onsets = np.where(starts_still, ONSET, 0.0)
+    stepped = np.floor(phases[people, frames] - onsets + 1e-9).astype(int) + 1
+    counts = np.maximum(np.maximum(stepped, 0) + 2 * starts_still, 2)
+    owners = np.repeat(people, counts)
+    numbers = np.arange(len(owners)) - np.repeat(np.cumsum(counts) - counts, counts)
+    taken = numbers - 2 * starts_still[owners]
+    clock = _Clock(phases=phases, rates=rates, frames=frames, starts=curves.starts, still=ends_still)
+    strikes = clock.times(owners, np.where(taken < 0, 0.0, taken + onsets[owners]))
+    strikes[taken < 0] = curves.starts[owners[taken < 0]]
+    beside = clock.times(owners, np.where(taken < 0, 0.0, taken + onsets[owners] + 0.5))
+    beside[taken < 0] = strikes[taken < 0]
+    places, headings = curves.at(owners, beside)
+    sides = (numbers + owners) % 2
+    width, toe_out = np.full(len(owners), body.step_width), np.full(len(owners), TOE_OUT)
+    points, yaws = foot_places(places[:, [0, 2]], headings, sides, width, toe_out)
+    where = np.clip(((strikes - curves.starts[owners]) / SPACING).astype(int), 0, frames[owners])
+    liftoffs = _liftoffs(strikes, speeds[owners, where], numbers, counts, rule)
+    last = np.cumsum(counts) - 1
+    rest = np.maximum(curves.ends, strikes[last] + STAND)
+    for back in (0, 1):
+        liftoffs[last - back] = np.where(ends_still, rest, liftoffs[last - back])
+    return FootTable(
+        owners=owners,
+        numbers=numbers,
+        positions=np.stack([points[:, 0], places[:, 1], points[:, 1]], axis=-1),
+        yaws=yaws,
+        sides=sides,
+        strikes=strikes,
+        liftoffs=liftoffs,
+        last=numbers >= counts[owners] - 2,
+        heels=np.full(len(owners), body.heel),
+        toes=np.full(len(owners), body.toe),
+        half_widths=np.full(len(owners), body.half_width),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Clock:
+    """When people have taken how many steps."""
+
+    phases: FloatArray
+    """Steps taken until each frame, shape (A, F)."""
+    rates: FloatArray
+    """Steps a second, shape (A, F)."""
+    frames: IntArray
+    """Last frame of each, shape (A,)."""
+    starts: FloatArray
+    """[s], shape (A,)."""
+    still: BoolArray
+    """Who stands at the end, shape (A,)."""
+
+    def times(self, owners: IntArray, phases: FloatArray) -> FloatArray:
+        """When people (S,) reach phases (S,) [s]; beyond the end those who walk go on as they did, others wait."""
+        count = self.phases.shape[1]
+        whole = self.phases[np.arange(len(self.frames)), self.frames]
+        span = float(self.phases.max()) + 1.0
+        axis = (np.minimum(self.phases, whole[:, None]) + span * np.arange(len(self.frames))[:, None]).ravel()
+        inside = np.minimum(phases, whole[owners])
+        samples = np.interp(inside + span * owners, axis, np.arange(axis.size)) - owners * count
+        samples = np.minimum(samples, self.frames[owners])
+        rates = np.maximum(self.rates[owners, self.frames[owners] - 1], 0.5)
+        beyond = np.where(self.still[owners], 0.0, (phases - inside) / rates)
+        return np.asarray(self.starts[owners] + samples * SPACING + beyond)
+
+
+def _cadences(curves: RootCurves, rule: TimingRule) -> tuple[FloatArray, FloatArray]:
+    """Speeds [m/s] and steps a second at every frame, shape (A, F) each; 0 steps where they stand."""
+    velocities: FloatArray = np.gradient(curves.positions[..., [0, 2]], SPACING, axis=1)
+    frames = np.clip(((curves.ends - curves.starts) / SPACING).astype(int) - 1, 0, velocities.shape[1] - 1)
+    held = np.minimum(np.arange(velocities.shape[1]), frames[:, None])
+    speeds = np.linalg.norm(velocities, axis=2)
+    speeds = np.take_along_axis(speeds, held, axis=1)
+    slowest = 1.0 / float(time_steps(np.array([1e-3 * rule.leg_length]), rule).step_times[0])
+    lengths = np.maximum(natural_lengths(speeds.ravel(), rule).reshape(speeds.shape), 1e-6)
+    walking = np.where(speeds > STILL, np.maximum(speeds / lengths, slowest), 0.0)
+    turns = np.minimum(np.abs(np.gradient(curves.yaws, SPACING, axis=1)) / TURN, QUICKEST * slowest)
+    rates = np.maximum(walking, np.where(turns > 0.1, np.maximum(turns, slowest), 0.0))
+    reach = 2 * round(CLOSING / slowest / SPACING) + 1
+    before = maximum_filter1d(rates, reach, axis=1, origin=reach // 2, mode="constant")
+    return speeds, np.where(rates > 0.0, rates, np.where(before > 0.0, slowest, 0.0))
+
+
+def _liftoffs(
+    strikes: FloatArray, speeds: FloatArray, numbers: IntArray, counts: IntArray, rule: TimingRule
+) -> FloatArray:
+    """Each foot leaves when the overlap after the next strike is over, after a stand just in time for its next step."""
+    left = np.repeat(counts, counts) - 1 - numbers  # footsteps that follow
+    has_next, has_same = left > 0, left > 1
+    following = np.arange(len(strikes)) + np.minimum(2, left)
+    speed = np.maximum(speeds[following], 1e-3)
+    longest = float(time_steps(np.array([1e-3 * rule.leg_length]), rule).step_times[0])
+    natural = np.minimum(longest, natural_lengths(speed, rule) / speed)
+    shares = overlap_shares(speed, rule)
+    other = np.where(has_next, np.roll(strikes, -1), strikes + natural)
+    same = np.where(has_same, np.roll(strikes, -2), other + natural)
+    spans = np.minimum(natural, same - other)
+    liftoffs = np.maximum(other + shares * spans, same - (1.0 - np.minimum(shares, 0.4)) * natural)
+    swings = np.minimum(SWING * longest, 0.85 * (same - other))
+    walks = shares > 0.0
+    return np.where(walks, np.maximum(np.minimum(liftoffs, same - swings), strikes + 0.05), other + shares * spans)
+
+
+def _laid(names: Sequence[str], feet: FootTable, ground: Ground) -> list[FootstepPlan]:
+    """Plans of the footsteps, on the ground of the level each person keeps to."""
+    places, near = feet.positions[:, [0, 2]], feet.positions[:, 1]
+    level = follow_ground(ground, places, near, starts=feet.numbers == 0).heights
+    prints = lay_prints(ground, places, feet.yaws, level)
+    first = np.append(np.flatnonzero(feet.numbers == 0), len(feet.owners))
+    return [
+        FootstepPlan(
+            name=name,
+            sides=feet.sides[own],
+            positions=prints.positions[own],
+            orientations=prints.orientations[own],
+            strike_times=feet.strikes[own],
+            liftoff_times=feet.liftoffs[own],
+            root_weights=np.zeros(own.stop - own.start),
+        )
+        for i, name in enumerate(names)
+        for own in [slice(int(first[i]), int(first[i + 1]))]
+    ]
