@@ -7,7 +7,12 @@ same footsteps by the same engine: the *nearest*, whose steps land most alike in
 afterwards among all because its error is the smallest. *own* is the take's own clip: what cutting, warping and planting
 add by themselves.
 
-Example: python tools/replay.py clips.usdc --set correction=false --json
+With --motion physics the pelvis that physics puts over the same footsteps, without any clip, is compared with the
+take's: distances, rise and sway, and how late it rises.
+
+Examples:
+  python tools/replay.py clips.usdc --set correction=false --json
+  python tools/replay.py clips.usdc --motion physics
 """
 
 from __future__ import annotations
@@ -22,6 +27,7 @@ from fnmatch import fnmatchcase
 import numpy as np
 from pxr import Usd
 from replaying.leave_out import ReplayErrors, nearest_clips, replay_takes, with_clips
+from replaying.pelvis import pelvis_json, pelvis_table, replay_pelvises
 from replaying.takes import Take, read_take
 
 from usdfoot.engine.animate import PreparedLibrary, prepare_library
@@ -31,6 +37,8 @@ from usdfoot.maths.types import FloatArray
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.readers.libraries import read_libraries
 
+MOST_UNUSABLE = 2
+"""Takes of no more footsteps have no stride to compare."""
 MEASURES = ("pelvis_legs", "pelvis", "world_legs", "world")
 
 
@@ -57,6 +65,16 @@ def replay_library(
 ) -> list[Replay]:
     """Replays of all clips of a library whose name fits the glob `only`, in the library's order."""
     prepared = prepare_library(library, options)
+    takes = read_takes(library, whole=whole, only=only)
+    return [
+        replay
+        for rate in sorted({take.rate for take in takes})
+        for replay in _replay_rate(prepared, [take for take in takes if take.rate == rate], options, kinds)
+    ]
+
+
+def read_takes(library: ClipLibrary, *, whole: bool, only: str) -> list[Take]:
+    """The takes of a library whose name fits the glob `only` and whose footsteps can be found."""
     takes: list[Take] = []
     for index, clip in enumerate(library.clips):
         if fnmatchcase(clip.name, f"*{only}"):
@@ -64,11 +82,29 @@ def replay_library(
                 takes.append(read_take(library, index, whole=whole))
             except UsdfootError as error:
                 print(f"left out: {error}", file=sys.stderr)
-    return [
-        replay
-        for rate in sorted({take.rate for take in takes})
-        for replay in _replay_rate(prepared, [take for take in takes if take.rate == rate], options, kinds)
-    ]
+    return takes
+
+
+def print_pelvises(library_file: str, *, whole: bool, only: str, as_json: bool) -> int:
+    """Prints how far physics is from the pelvises of all takes; the exit code."""
+    names: list[str] = []
+    kinds: list[str] = []
+    errors = []
+    for library in read_libraries(library_file).libraries:
+        found = read_kinds(library_file, library)
+        takes = [take for take in read_takes(library, whole=whole, only=only) if len(take.plan) > MOST_UNUSABLE]
+        errors += replay_pelvises(library, takes)
+        names += [take.name.rsplit("/", 1)[-1] for take in takes]
+        kinds += [found.get(take.name, "") for take in takes]
+    if as_json:
+        rows = [
+            {"clip": name, "kind": kind, **pelvis_json(each)}
+            for name, kind, each in zip(names, kinds, errors, strict=True)
+        ]
+        print(json.dumps(rows, indent=1))
+    elif errors:
+        print(pelvis_table(names, kinds, errors))
+    return 0 if errors else 2
 
 
 def _replay_rate(
@@ -177,8 +213,11 @@ def main(argv: list[str] | None = None) -> int:
     )
     parser.add_argument("--whole", action="store_true", help="all footsteps of each take")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="an option of the engine")
+    parser.add_argument("--motion", choices=("clips", "physics"), default="clips", help="what walks the footsteps")
     parser.add_argument("--json", action="store_true", help="print JSON")
     arguments = parser.parse_args(argv)
+    if arguments.motion == "physics":
+        return print_pelvises(arguments.library, whole=arguments.whole, only=arguments.clips, as_json=arguments.json)
     options = options_of(arguments.set)
     replays: list[Replay] = []
     for library in read_libraries(arguments.library).libraries:

@@ -53,6 +53,18 @@ def test_figures_of_a_small_crowd(tools):
     assert all(value > 0.0 for value in figures.values())
 
 
+def test_physics_figures(tools, monkeypatch):
+    import benching.physics
+
+    from tests.physics.builders import human
+
+    monkeypatch.setattr(benching.physics, "STEPS", (4, 6))
+    monkeypatch.setattr(benching.physics, "AGENTS", 2)
+    figures = benching.physics.physics_times(human())
+    assert set(figures) == {"4 steps", "6 steps", "2 agents, 4 steps, each", "4 steps, greedy", "one footstep more"}
+    assert all(value > 0.0 for value in figures.values())
+
+
 def test_the_stopwatch_sees_named_functions(tools):
     from benching.stopwatch import best_time, function_times
 

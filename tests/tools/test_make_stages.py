@@ -9,7 +9,7 @@ from stagecraft.rig import human_rig
 FILES = (
     "human.usdc", "bird.usdc", "dinosaur.usdc", "clips.usdc", "terrain_flat.usda", "terrain_slope.usda",
     "terrain_stairs.usda", "terrain_stones.usda", "terrain_hills.usda", "obstacle_course.usda",
-    "stepping_stones.usda", "crowd.usda",
+    "stepping_stones.usda", "crowd.usda", "trajectories.usda",
 )  # fmt: skip
 
 

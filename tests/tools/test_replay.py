@@ -103,3 +103,31 @@ def test_json_of_real_clips(tools, shared_data, capsys):
 
     assert main([str(shared_data / "pab" / "pab_walk.usdc"), "--json"]) in (0, 2)
     assert isinstance(json.loads(capsys.readouterr().out), list)
+
+
+def test_physics_walks_where_people_walked(tools, shared_data, capsys):
+    from replay import main
+
+    clips = str(shared_data / "cmu" / "cmu_clips.usdc")
+    assert main([clips, "--motion", "physics", "--clips", "*02_0[12]", "--json"]) == 0
+    replays = json.loads(capsys.readouterr().out)
+    assert len(replays) == 2
+    for replay in replays:
+        assert replay["rms"] < 0.04
+        assert replay["rms_centred"] < 0.035
+        assert abs(replay["rise"] / replay["real_rise"] - 1.0) < 0.25
+        assert abs(replay["lag"]) < 0.1
+
+
+def test_pelvis_errors_of_the_walker_itself(tools, library):
+    from replaying.pelvis import pelvis_table, replay_pelvises
+    from replaying.takes import read_take
+
+    take = read_take(library.source, 2, whole=True)
+    errors = replay_pelvises(library.source, [take])[0]
+    parts = np.array([errors.vertical, errors.lateral, errors.forward])
+    assert_allclose(np.linalg.norm(parts), errors.rms)
+    assert errors.rms_centred <= errors.rms
+    assert errors.real_rise == pytest.approx(0.0, abs=1e-9)  # its pelvis keeps its height
+    assert errors.rise > 0.0
+    assert "all (1), mean" in pelvis_table(["walk"], ["walk"], [errors])

@@ -153,6 +153,23 @@ def test_agents_point_at_plans_clips_and_characters(stages):
                     assert stage.GetPrimAtPath(target), (agent.GetPath(), name, target)
 
 
+def test_followers_point_at_animated_xforms_and_points_that_hold_their_ids(stages):
+    stage = Usd.Stage.Open(str(stages / "trajectories.usda"))
+    agents = [
+        prim for prim in stage.GetPrimAtPath("/World").GetChildren() if prim.HasRelationship("usdfoot:agent:trajectory")
+    ]
+    assert len(agents) == 6
+    for agent in agents:
+        (target,) = agent.GetRelationship("usdfoot:agent:trajectory").GetTargets()
+        prim = stage.GetPrimAtPath(target)
+        if prim.IsA(UsdGeom.Points):
+            ids = prim.GetAttribute("ids")
+            held = [agent.GetAttribute("usdfoot:agent:id").Get() in ids.Get(code) for code in ids.GetTimeSamples()]
+            assert sum(held) > 10
+        else:
+            assert len(UsdGeom.Xformable(prim).GetTimeSamples()) > 10
+
+
 def test_the_hills_are_gentle():
     normals = hills().face_normals()
     assert 5.0 < np.degrees(np.arccos(normals[:, 1].min())) < 15.0

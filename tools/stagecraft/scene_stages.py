@@ -4,23 +4,25 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from pxr import Gf, Usd, UsdGeom
+from pxr import Gf, Sdf, Usd, UsdGeom
 
 from stagecraft.course import obstacle_course
 from stagecraft.crowd import crowd_plans
 from stagecraft.plan_prim import Plan, author_plan, last_code
 from stagecraft.rotation import FloatArray
-from stagecraft.stage_file import new_stage, relate
+from stagecraft.stage_file import CODES_PER_SECOND, extent_of, new_stage, relate, uniform, vectors
 from stagecraft.stones import stepping_stones
 from stagecraft.terrain_stages import author_block
 from stagecraft.terrains import hills
+from stagecraft.trajectories import Way, tracked_ways, xform_ways
 
 
 def write_scenes(folder: Path) -> None:
-    """Write the obstacle course, the stepping stones and the crowd into `folder`."""
+    """Write the obstacle course, the stepping stones, the crowd and the trajectories into `folder`."""
     _write_course(folder / "obstacle_course.usda")
     _write_stones(folder / "stepping_stones.usda")
     _write_crowd(folder / "crowd.usda")
+    _write_trajectories(folder / "trajectories.usda")
 
 
 def _write_course(path: Path) -> None:
@@ -56,6 +58,59 @@ def _write_crowd(path: Path) -> None:
     stage.Save()
 
 
+def _write_trajectories(path: Path) -> None:
+    stage = _scene(path, [], "six people who follow trajectories over hilly ground")
+    _terrain(stage, "Hills", "terrain_hills.usda", np.zeros(3))
+    _character_in_library(stage)
+    UsdGeom.Scope.Define(stage, "/World/Trajectories")
+    for way in xform_ways(hills()):
+        _author_xform(stage, f"/World/Trajectories/{way.name}", way)
+        _follower(stage, way.name, f"/World/Trajectories/{way.name}")
+    tracked = tracked_ways(hills())
+    _author_points(stage, "/World/Trajectories/Tracked", tracked)
+    for way in tracked:
+        agent = _follower(stage, way.name, "/World/Trajectories/Tracked")
+        uniform(agent, "usdfoot:agent:id", Sdf.ValueTypeNames.Int64, way.number)
+    stage.SetEndTimeCode(CODES_PER_SECOND * max(float(way.times[-1]) for way in tracked))
+    stage.Save()
+
+
+def _author_xform(stage: Usd.Stage, path: str, way: Way) -> None:
+    """A way as time samples of an Xform, with its headings if it has any."""
+    xform = UsdGeom.Xform.Define(stage, path)
+    move = xform.AddTranslateOp()
+    turn = xform.AddRotateYOp() if way.yaws is not None else None
+    for number, time in enumerate(way.times.tolist()):
+        code = round(time * CODES_PER_SECOND, 6)
+        move.Set(Gf.Vec3d(*np.round(way.places[number], 6).tolist()), code)
+        if turn and way.yaws is not None:
+            turn.Set(round(float(np.degrees(way.yaws[number])), 4), code)
+
+
+def _author_points(stage: Usd.Stage, path: str, ways: Sequence[Way]) -> None:
+    """Ways as points with ids, in each sample those who are there, in changing order."""
+    points = UsdGeom.Points.Define(stage, path)
+    times = np.unique(np.round(np.concatenate([way.times for way in ways]), 6))
+    for sample, time in enumerate(times.tolist()):
+        there = [(way, number) for way in ways for number in np.flatnonzero(np.abs(way.times - time) < 1e-6)]
+        there = there[sample % len(there) :] + there[: sample % len(there)]
+        code = round(time * CODES_PER_SECOND, 6)
+        places = np.array([way.places[number] for way, number in there])
+        points.GetPointsAttr().Set(vectors(places), code)
+        points.GetIdsAttr().Set([way.number for way, _ in there], code)
+        points.GetExtentAttr().Set(extent_of(places), code)
+
+
+def _follower(stage: Usd.Stage, name: str, trajectory: str) -> Usd.Prim:
+    """An agent prim that follows a trajectory with the character in the library."""
+    prim = UsdGeom.Xform.Define(stage, f"/World/{name}").GetPrim()
+    prim.AddAppliedSchema("UsdfootAgentAPI")
+    relate(prim, "usdfoot:agent:trajectory", [trajectory])
+    relate(prim, "usdfoot:agent:clips", ["/World/Library/Motion/Clips"])
+    relate(prim, "usdfoot:agent:character", ["/World/Library/Character"])
+    return prim
+
+
 def _scene(path: Path, plans: Sequence[Plan], made_by: str) -> Usd.Stage:
     """A stage with its plans and the library of clips."""
     stage = new_stage(path, "World", "Xform", made_by)
@@ -67,7 +122,7 @@ def _scene(path: Path, plans: Sequence[Plan], made_by: str) -> Usd.Stage:
     library.CreateVisibilityAttr(UsdGeom.Tokens.invisible)
     UsdGeom.Xform.Define(stage, "/World/Library/Motion").GetPrim().GetReferences().AddReference("./clips.usdc")
     stage.SetStartTimeCode(0)
-    stage.SetEndTimeCode(float(np.ceil(max(last_code(plan) for plan in plans))))
+    stage.SetEndTimeCode(float(np.ceil(max([last_code(plan) for plan in plans], default=0.0))))
     return stage
 
 

@@ -23,7 +23,7 @@ def add_physics_flags(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("physics and hybrid")
     group.add_argument("--gravity", metavar="M/S2", type=number, default=9.81, help="default: %(default)s")
     group.add_argument(
-        "--comfort", metavar="K", type=number, default=100.0, help="comfort against physics (default: %(default)s)"
+        "--comfort", metavar="K", type=number, default=3000.0, help="comfort against physics (default: %(default)s)"
     )
     group.add_argument(
         "--solver", choices=("lm", "greedy"), default="lm", help="least squares, or the paper's (default: %(default)s)"

@@ -32,7 +32,7 @@ class PhysicsOptions:
     """[P]'s k: weight of comfort against physics [1/(m s^2)]."""
     support: str = "smooth"
     """smooth = from heel to toe over the contact; print = [P]: the middle of the print, at last the toe."""
-    leg_play: float = 1.25
+    leg_play: float = 1.0
     """How much the comfortable length of a leg varies over its contact as people's does; 0 = constant over a flat foot,
     as in [P]."""
     parts: int = 2

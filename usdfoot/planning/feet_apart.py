@@ -19,6 +19,8 @@ FARTHEST = 0.4
 """A footstep is moved this far at most [m]."""
 SEARCHES, ROUNDS = 15, 12
 """How often near feet are looked for, and how often they are moved in between."""
+RELAXING = 0.8
+"""With every search the own feet may come this much nearer to each other across, over before."""
 NEAR = 0.1
 """Feet this far apart are watched while others move [m]."""
 
@@ -33,7 +35,8 @@ def set_feet_apart(feet: FootTable, *, narrowest: FloatArray) -> FootTable:
         narrowest: Least distance across between a foot and its own other one [m], shape (S,).
     """
     start = feet.positions[:, [0, 2]]
-    for _ in range(SEARCHES):
+    best, least = feet, np.inf
+    for search in range(SEARCHES):
         first, second = near_feet(feet, slack=NEAR)
         for _ in range(ROUNDS):
             depths, directions = overlaps(feet, first, second)
@@ -43,11 +46,14 @@ def set_feet_apart(feet: FootTable, *, narrowest: FloatArray) -> FootTable:
             offsets = feet.positions[:, [0, 2]] + _pushes(feet, first, second, depths, directions) - start
             lengths = np.maximum(np.linalg.norm(offsets, axis=1, keepdims=True), 1e-12)
             feet = _placed(feet, start + offsets * np.minimum(1.0, FARTHEST / lengths))
-        feet = uncross(feet, narrowest=narrowest)
+        feet = uncross(feet, narrowest=narrowest * RELAXING**search)
         first, second = near_feet(feet, slack=0.0)
-        if not np.any(overlaps(feet, first, second)[0] > 0.0):
+        left = float(np.maximum(overlaps(feet, first, second)[0], 0.0).sum())
+        if left < least:
+            best, least = feet, left
+        if left <= 0.0:
             break
-    return feet
+    return best
 
 
 def uncross(feet: FootTable, *, narrowest: FloatArray) -> FootTable:
@@ -89,4 +95,4 @@ def _pushes(
             used = share > 0.0
             np.add.at(sums, index[used], sign * (share / norm)[used, None] * push[used])
             np.add.at(counts, index[used], share[used])
-    return sums / np.maximum(counts, 1e-9)[:, None]
+    return sums / np.maximum(counts, 1.0)[:, None]
