@@ -11,6 +11,7 @@ FILES = (
     "terrain_stairs.usda", "terrain_stones.usda", "terrain_hills.usda", "obstacle_course.usda",
     "stepping_stones.usda", "crowd.usda", "trajectories.usda", "terrain_spiral.usda", "physics_bird_walk.usda",
     "physics_bird_tracks.usda", "physics_dinosaur_stairs.usda", "physics_dinosaur_leaps.usda", "physics_human_run.usda",
+    "plaza.usda", "river.usda",
 )  # fmt: skip
 
 

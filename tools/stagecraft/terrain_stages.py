@@ -58,6 +58,30 @@ def author_block(stage: Usd.Stage, path: str, centre: np.ndarray, size: np.ndarr
     uniform(mesh.GetPrim(), "usdfoot:obstacle:margin", Sdf.ValueTypeNames.Float, margin)
 
 
+def author_prism(stage: Usd.Stage, path: str, outline: np.ndarray, *, height: float, margin: float) -> None:
+    """Author an upright prism that must not be walked into; its outline (K, 2) is clockwise in (x, z)."""
+    count = len(outline)
+    points = np.concatenate([np.insert(outline, 1, level, axis=1) for level in (0.0, height)])
+    turned = np.roll(np.arange(count), -1)
+    sides = np.stack([np.arange(count), turned, turned + count, np.arange(count) + count], axis=1)
+    along = points[turned] - points[:count]
+    walls = np.cross(along, [0.0, 1.0, 0.0])
+    mesh = define_mesh(
+        stage,
+        path,
+        points=points,
+        counts=np.array([count, count, *[4] * count]),
+        indices=np.concatenate([np.arange(count)[::-1], np.arange(count) + count, sides.ravel()]),
+        normals=np.concatenate(
+            [[[0.0, -1.0, 0.0], [0.0, 1.0, 0.0]], walls / np.linalg.norm(walls, axis=1, keepdims=True)]
+        ),
+        colours=np.array([[0.62, 0.36, 0.30]]),
+        per="uniform",
+    )
+    mesh.GetPrim().AddAppliedSchema("UsdfootObstacleAPI")
+    uniform(mesh.GetPrim(), "usdfoot:obstacle:margin", Sdf.ValueTypeNames.Float, margin)
+
+
 def _write(path: Path, surfaces: Sequence[Surface], made_by: str) -> None:
     stage = new_stage(path, "Terrain", "Xform", made_by)
     for surface in surfaces:

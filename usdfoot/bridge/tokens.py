@@ -114,6 +114,8 @@ class Agent:
     PATH: Final = "usdfoot:agent:path"
     TRAJECTORY: Final = "usdfoot:agent:trajectory"
     ID: Final = "usdfoot:agent:id"
+    GOAL: Final = "usdfoot:agent:goal"
+    SPEED: Final = "usdfoot:agent:speed"
     CHARACTER: Final = "usdfoot:agent:character"
     CLIPS: Final = "usdfoot:agent:clips"
     MOTION: Final = "usdfoot:agent:motion"
