@@ -29,7 +29,7 @@ class PhysicsOptions:
     gravity: float = 9.81
     """[m/s^2]."""
     comfort: float = 3000.0
-    """[P]'s k: weight of comfort against physics [1/(m s^2)]."""
+    """[P]'s k: weight of comfort against physics, for a leg of 0.86 m [1/(m s^2)]."""
     support: str = "smooth"
     """smooth = from heel to toe over the contact; print = [P]: the middle of the print, at last the toe."""
     leg_play: float = 1.0
