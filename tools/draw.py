@@ -16,6 +16,8 @@ from stagedraw.raster import cover
 from stagedraw.soup import FloatArray, Soup, join
 from stagedraw.stage_soup import Character, character_soup, read_characters, static_soup
 
+PERSON = 2.3
+"""Diagonal of a striding person's box [m]; larger characters are seen from farther away."""
 MARKS = ((40, 110, 230), (240, 130, 20))
 
 
@@ -155,7 +157,8 @@ def _close(show: Show, followed: Character, codes: Sequence[float], number: int,
     low, high = own.corners.reshape(-1, 3).min(axis=0), own.corners.reshape(-1, 3).max(axis=0)
     middle = 0.5 * (low + high) + [0.0, -0.04, 0.0]
     yaw = _heading(show, followed, code)
-    views = [Camera(eye=middle + 5.2 * _toward(yaw + turn), target=middle, lens=2.35) for turn in (-1.15, 1.15)]
+    away = 5.2 * max(1.0, float(np.linalg.norm(high - low)) / PERSON)
+    views = [Camera(eye=middle + away * _toward(yaw + turn), target=middle, lens=2.35) for turn in (-1.15, 1.15)]
     others = join([show.static, *(soup for soup in soups if soup is not own)])
     return _picture(show, [own, others], max(views, key=lambda view: _shown(own, others, view)), size)
 

@@ -12,7 +12,9 @@ from stagecraft.clips_stage import make_clip, write_clips
 from stagecraft.dinosaur import dinosaur
 from stagecraft.figures import measure, table
 from stagecraft.gaits import all_clips
+from stagecraft.goal_stages import write_goal_scenes
 from stagecraft.human_stage import write_human
+from stagecraft.physics_stages import write_physics_scenes
 from stagecraft.rig import human_foot, human_rig
 from stagecraft.scene_stages import write_scenes
 from stagecraft.terrain_stages import write_terrains
@@ -29,6 +31,8 @@ def make_stages(folder: Path) -> list[Path]:
     write_clips(folder / "clips.usdc", clips, rig, human="./human.usdc")
     write_terrains(folder)
     write_scenes(folder)
+    write_goal_scenes(folder)
+    write_physics_scenes(folder)
     return sorted(folder.glob("*.usd?"))
 
 

@@ -9,7 +9,10 @@ import pytest
 
 from tests.engine.plans import crowd, way
 from tests.engine.walkers import WALKS, library_of
+from usdfoot.maths import planar, quaternion
 from usdfoot.model.clip import ClipLibrary
+from usdfoot.model.skeleton import forward_kinematics
+from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.physics.animate import animate_all
 from usdfoot.physics.motion_options import MotionOptions
 
@@ -46,3 +49,46 @@ def test_physics_needs_no_clips_and_turns_with_the_plan():
     motions, problems = animate_all(replace(scene, agents=agents), options=MotionOptions())
     assert not problems
     assert motions[0].results.status == ("ok",) * 6
+
+
+def test_the_body_faces_where_its_root_trajectory_does():
+    source = library_of(WALKS)
+    scene = crowd(source, [way(8)])
+    end = scene.agents[0].plan.liftoff_times.max()
+    sideways = RootTrajectory(
+        name="/Path",
+        times=np.array([0.0, end]),
+        positions=np.array([[0.0, 0, 0], [0, 0, 3]]),
+        yaws=np.array([0.7, 0.7]),
+    )
+    agents = (replace(scene.agents[0], motion="physics", root_trajectory=sideways),)
+    (motion,), problems = animate_all(replace(scene, agents=agents))
+    rest = forward_kinematics(
+        source.skeleton.parents, source.skeleton.rest_translations, source.skeleton.rest_rotations
+    )[1][source.biped.pelvis]
+    turned = quaternion.compose(motion.pelvis_rotations, quaternion.inverse(rest))
+    facing = quaternion.rotate(quaternion.compose(quaternion.yaw_quaternion(motion.root_yaws), turned), [0.0, 0.0, 1.0])
+    assert not problems and motion.results.placement_error.max() < 1e-4
+    assert np.abs(np.mean(planar.yaw_of(facing[:, [0, 2]])) - 0.7) < 0.05
+
+
+def test_plans_that_physics_cannot_make_are_told_per_step():
+    source = library_of(WALKS)
+    for plan in (way(6, length=3.0), way(6, length=0.0), way(8, step_time=0.05)):
+        scene = crowd(source, [plan])
+        motions, _ = animate_all(replace(scene, agents=(replace(scene.agents[0], motion="physics"),)))
+        assert np.isfinite(motions[0].pelvis_positions).all() and np.isfinite(motions[0].rotations).all()
+        assert np.isfinite(motions[0].results.forces.force_imbalance).all()
+    far = crowd(source, [way(6, length=3.0)])
+    motions, _ = animate_all(replace(far, agents=(replace(far.agents[0], motion="physics"),)))
+    assert "unreachable" in motions[0].results.status
+    assert motions[0].results.forces.force_imbalance.max() > 5.0
+
+
+def test_a_biped_with_impossible_legs_becomes_a_problem():
+    source = library_of(WALKS)
+    biped = replace(source.biped, nominal_leg_length=2.0)
+    scene = crowd(ClipLibrary(skeleton=source.skeleton, biped=biped, clips=()), [way(6)])
+    motions, problems = animate_all(replace(scene, agents=(replace(scene.agents[0], motion="physics"),)))
+    assert motions == []
+    assert [problem.severity for problem in problems] == ["error"] and "legLength" in problems[0].message

@@ -5,8 +5,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from tests.engine.plans import crowd, no_terrain
+from tests.engine.walkers import WALKS, library_of
 from tests.planning.terrains import slab, terrain_of
-from usdfoot.engine.animate import animate_agents
+from usdfoot.engine.animate import animate_agents, prepare_library
 from usdfoot.engine.follow_options import FollowOptions
 from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import PlanError
@@ -219,6 +220,21 @@ def test_feet_do_not_cross_on_a_jittery_way(walkers):
     headings = plan.yaws[:-1] + 0.5 * planar.wrap_angle(np.diff(plan.yaws))
     across = planar.rotate(-headings, np.diff(plan.positions, axis=0)[:, [0, 2]])[:, 0]
     assert np.min(np.where(plan.sides[1:] == 0, across, -across)) > 0.0
+
+
+def test_one_walk_stops_and_stands_as_well_as_it_can():
+    library = prepare_library(library_of(WALKS[7:8]), EngineOptions())
+    names = ("straight", "stop and go", "turn on the spot", "backward")
+    found = dict(zip(names, follow(library, [TRUTHS[name] for name in names]), strict=True))
+    assert found["straight"].distances.max() < 0.01
+    waits = found["stop and go"].plan.liftoff_times[:-1] - found["stop and go"].plan.strike_times[1:]
+    assert waits.max() > 1.0 and found["stop and go"].distances.mean() < 0.1
+    assert len(found["turn on the spot"].plan) == 2
+    assert isinstance(found["backward"], PlanError)  # it cannot, and does not go forward instead
+    plans = [found[name].plan for name in names[:3]]
+    scene = crowd(library.source, plans)
+    for motion in animate_agents(library, scene.agents, scene, options=EngineOptions()):
+        assert set(motion.results.status) <= {"ok", "outsideHull"} and motion.results.slide.max() < 1e-3
 
 
 @pytest.mark.parametrize(

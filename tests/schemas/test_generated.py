@@ -141,6 +141,7 @@ def test_fallbacks_are_those_of_the_contract(committed):
         tokens.Path.STEP_WIDTH: 0.0,
         tokens.Terrain.WALKABLE: True,
         tokens.Obstacle.MARGIN: 0.0,
+        tokens.Agent.SPEED: 0.0,
         tokens.Agent.MOTION: "clips",
         tokens.Agent.ROOT_WEIGHT: 0.0,
     }

@@ -9,7 +9,9 @@ from stagecraft.rig import human_rig
 FILES = (
     "human.usdc", "bird.usdc", "dinosaur.usdc", "clips.usdc", "terrain_flat.usda", "terrain_slope.usda",
     "terrain_stairs.usda", "terrain_stones.usda", "terrain_hills.usda", "obstacle_course.usda",
-    "stepping_stones.usda", "crowd.usda", "trajectories.usda",
+    "stepping_stones.usda", "crowd.usda", "trajectories.usda", "terrain_spiral.usda", "physics_bird_walk.usda",
+    "physics_bird_tracks.usda", "physics_dinosaur_stairs.usda", "physics_dinosaur_leaps.usda", "physics_human_run.usda",
+    "plaza.usda", "river.usda",
 )  # fmt: skip
 
 

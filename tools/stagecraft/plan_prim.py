@@ -32,6 +32,15 @@ SOLE = np.array(
     ]
 )
 """Outline of the right sole around the ball (x, z) [m], inner side at +x."""
+BIRD_SOLE = np.array(
+    [(-0.012, -0.085), (-0.018, -0.035), (-0.055, 0.050), (-0.022, 0.045), (0.0, 0.078), (0.022, 0.045), (0.055, 0.050),
+     (0.018, -0.035), (0.012, -0.085)]
+)  # fmt: skip
+DINOSAUR_SOLE = np.array(
+    [(-0.06, -0.07), (-0.09, 0.05), (-0.16, 0.22), (-0.10, 0.23), (-0.05, 0.12), (-0.03, 0.31), (0.03, 0.31),
+     (0.05, 0.12), (0.10, 0.23), (0.16, 0.22), (0.09, 0.05), (0.06, -0.07)]
+)  # fmt: skip
+"""Webbed and three-toed feet, likewise."""
 OVER_GROUND = 0.004
 """Height at which the prints are drawn over the ground [m]."""
 COLOURS = ((0.15, 0.45, 0.85), (0.90, 0.45, 0.10))
@@ -60,11 +69,11 @@ def lay_on(name: str, prints: Sequence[Footprint], surfaces: Sequence[Surface]) 
     return Plan(name=name, prints=tuple(on_ground), orientations=np.stack([across, normals, ahead], axis=-1))
 
 
-def author_plan(stage: Usd.Stage, path: str, plan: Plan) -> None:
-    """Author the plan at `path`."""
+def author_plan(stage: Usd.Stage, path: str, plan: Plan, *, sole: FloatArray = SOLE) -> None:
+    """Author the plan at `path`, its prints shaped like the right `sole`, shape (N, 2)."""
     instancer = UsdGeom.PointInstancer.Define(stage, path)
     UsdGeom.Scope.Define(stage, f"{path}/Prints")
-    targets = [_author_print(stage, f"{path}/Prints/{name}", side) for side, name in enumerate(("Left", "Right"))]
+    targets = [_author_print(stage, f"{path}/Prints/{name}", side, sole) for side, name in enumerate(("Left", "Right"))]
     relate(instancer.GetPrim(), "prototypes", targets)
     instancer.CreateProtoIndicesAttr([footprint.side for footprint in plan.prints])
     instancer.CreatePositionsAttr(vectors(np.array([footprint.position for footprint in plan.prints])))
@@ -91,8 +100,8 @@ def last_code(plan: Plan) -> float:
     return max(footprint.liftoff for footprint in plan.prints) * CODES_PER_SECOND
 
 
-def _author_print(stage: Usd.Stage, path: str, side: int) -> str:
-    outline = SOLE * [-1.0 if side == 0 else 1.0, 1.0]
+def _author_print(stage: Usd.Stage, path: str, side: int, sole: FloatArray) -> str:
+    outline = sole * [-1.0 if side == 0 else 1.0, 1.0]
     points = np.stack([outline[:, 0], np.full(len(outline), OVER_GROUND), outline[:, 1]], axis=1)
     order = np.arange(len(points)) if side else np.arange(len(points))[::-1]
     define_mesh(

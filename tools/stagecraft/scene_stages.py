@@ -27,7 +27,7 @@ def write_scenes(folder: Path) -> None:
 
 def _write_course(path: Path) -> None:
     course = obstacle_course()
-    stage = _scene(path, [course.plan], "an obstacle course after Beacco et al. 2015, Figure 1")
+    stage = new_scene(path, [course.plan], "an obstacle course after Beacco et al. 2015, Figure 1")
     middle = course.ground.points.mean(axis=0)
     _terrain(stage, "Flat", "terrain_flat.usda", middle)
     _terrain(stage, "Slope", "terrain_slope.usda", course.slope_at, yaw=90.0)
@@ -41,27 +41,27 @@ def _write_course(path: Path) -> None:
 
 def _write_stones(path: Path) -> None:
     plan = stepping_stones().plan
-    stage = _scene(path, [plan], "stepping stones after Beacco et al. 2015, Figure 7")
+    stage = new_scene(path, [plan], "stepping stones after Beacco et al. 2015, Figure 7")
     _terrain(stage, "Stones", "terrain_stones.usda", np.zeros(3))
-    _character_in_library(stage)
+    put_character(stage)
     _separate_agent(stage, "Walker", plan)
     stage.Save()
 
 
 def _write_crowd(path: Path) -> None:
     plans = crowd_plans([hills()])
-    stage = _scene(path, plans, "twelve people on hilly ground")
+    stage = new_scene(path, plans, "twelve people on hilly ground")
     _terrain(stage, "Hills", "terrain_hills.usda", np.zeros(3))
-    _character_in_library(stage)
+    put_character(stage)
     for plan in plans:
         _separate_agent(stage, plan.name, plan)
     stage.Save()
 
 
 def _write_trajectories(path: Path) -> None:
-    stage = _scene(path, [], "six people who follow trajectories over hilly ground")
+    stage = new_scene(path, [], "six people who follow trajectories over hilly ground")
     _terrain(stage, "Hills", "terrain_hills.usda", np.zeros(3))
-    _character_in_library(stage)
+    put_character(stage)
     UsdGeom.Scope.Define(stage, "/World/Trajectories")
     for way in xform_ways(hills()):
         _author_xform(stage, f"/World/Trajectories/{way.name}", way)
@@ -111,7 +111,7 @@ def _follower(stage: Usd.Stage, name: str, trajectory: str) -> Usd.Prim:
     return prim
 
 
-def _scene(path: Path, plans: Sequence[Plan], made_by: str) -> Usd.Stage:
+def new_scene(path: Path, plans: Sequence[Plan], made_by: str) -> Usd.Stage:
     """A stage with its plans and the library of clips."""
     stage = new_stage(path, "World", "Xform", made_by)
     UsdGeom.Scope.Define(stage, "/World/Terrain")
@@ -135,7 +135,8 @@ def _terrain(stage: Usd.Stage, name: str, asset: str, offset: FloatArray, *, yaw
         xform.AddRotateYOp().Set(yaw)
 
 
-def _character_in_library(stage: Usd.Stage) -> None:
+def put_character(stage: Usd.Stage) -> None:
+    """Reference the person as the library's character."""
     stage.DefinePrim("/World/Library/Character").GetReferences().AddReference("./human.usdc")
 
 

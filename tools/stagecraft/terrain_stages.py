@@ -8,7 +8,7 @@ from pxr import Sdf, Usd
 
 from stagecraft.stage_file import define_mesh, new_stage, uniform
 from stagecraft.stones import stepping_stones
-from stagecraft.terrains import Surface, flat, hills, slope, stairs
+from stagecraft.terrains import Surface, flat, hills, slope, spiral_stairs, stairs
 
 
 def write_terrains(folder: Path) -> None:
@@ -19,6 +19,7 @@ def write_terrains(folder: Path) -> None:
     _write(folder / "terrain_stairs.usda", [stairs()], "four stairs and a landing along +Z")
     _write(folder / "terrain_stones.usda", [*crossing.stones, crossing.water], "stepping stones over water")
     _write(folder / "terrain_hills.usda", [hills()], "a smooth hilly patch of 16 m")
+    _write(folder / "terrain_spiral.usda", [spiral_stairs()], "a spiral staircase of 18 stairs")
 
 
 def author_surface(stage: Usd.Stage, parent: str, surface: Surface) -> None:
@@ -50,6 +51,30 @@ def author_block(stage: Usd.Stage, path: str, centre: np.ndarray, size: np.ndarr
         counts=np.full(6, 4),
         indices=np.array(faces),
         normals=normals,
+        colours=np.array([[0.62, 0.36, 0.30]]),
+        per="uniform",
+    )
+    mesh.GetPrim().AddAppliedSchema("UsdfootObstacleAPI")
+    uniform(mesh.GetPrim(), "usdfoot:obstacle:margin", Sdf.ValueTypeNames.Float, margin)
+
+
+def author_prism(stage: Usd.Stage, path: str, outline: np.ndarray, *, height: float, margin: float) -> None:
+    """Author an upright prism that must not be walked into; its outline (K, 2) is clockwise in (x, z)."""
+    count = len(outline)
+    points = np.concatenate([np.insert(outline, 1, level, axis=1) for level in (0.0, height)])
+    turned = np.roll(np.arange(count), -1)
+    sides = np.stack([np.arange(count), turned, turned + count, np.arange(count) + count], axis=1)
+    along = points[turned] - points[:count]
+    walls = np.cross(along, [0.0, 1.0, 0.0])
+    mesh = define_mesh(
+        stage,
+        path,
+        points=points,
+        counts=np.array([count, count, *[4] * count]),
+        indices=np.concatenate([np.arange(count)[::-1], np.arange(count) + count, sides.ravel()]),
+        normals=np.concatenate(
+            [[[0.0, -1.0, 0.0], [0.0, 1.0, 0.0]], walls / np.linalg.norm(walls, axis=1, keepdims=True)]
+        ),
         colours=np.array([[0.62, 0.36, 0.30]]),
         per="uniform",
     )

@@ -15,6 +15,8 @@ RAMP, TOP, RAMP_HEIGHT = 1.74, 1.16, 0.30
 """Length of each ramp, of the top between them, and its height [m]: 9.8 degrees."""
 TREAD, RISER, STAIRS, LANDING = 0.30, 0.15, 4, 2.4
 """Depth and height of a stair [m], their number, and the depth of the landing above them [m]."""
+SPIRAL_RADIUS, SPIRAL_ANGLE, SPIRAL_RISE, SPIRAL_STAIRS = 3.0, 0.24, 0.18, 18
+"""Middle of the spiral staircase [m], angle [rad] and height [m] of a stair, number of stairs."""
 EARTH, STONE, WOOD, WATER, GRASS = (
     (0.50, 0.48, 0.44),
     (0.56, 0.55, 0.52),
@@ -83,6 +85,33 @@ def stairs(width: float = 1.8) -> Surface:
     end = STAIRS * TREAD + LANDING
     profile[-1] = (end, STAIRS * RISER)
     return _extrusion("Stairs", [*profile, (end, 0.0)], width, STONE)
+
+
+def spiral_stairs(width: float = 1.6) -> Surface:
+    """Wedges up to the left around the axis at x = SPIRAL_RADIUS, from the origin on; the last is thrice as deep."""
+    radius, angle, count = SPIRAL_RADIUS, SPIRAL_ANGLE, SPIRAL_STAIRS
+    points: list[tuple[float, float, float]] = []
+    indices: list[int] = []
+    shades: list[float] = []
+    for stair in range(count):
+        for part in range(3 if stair == count - 1 else 1):
+            ends = angle * (stair + part) + np.array([0.0, angle])
+            corners = [
+                (radius - reach * np.cos(end), reach * np.sin(end))
+                for end, reach in zip(ends.repeat(2), np.tile([radius - width / 2, radius + width / 2], 2), strict=True)
+            ]
+            start = len(points)
+            points += [(x, height, z) for height in (0.0, SPIRAL_RISE * (stair + 1)) for x, z in corners]
+            faces = [(4, 5, 7, 6), (0, 2, 3, 1), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+            indices += [start + index for face in faces for index in face]
+            shades += [1.0 - 0.08 * (stair % 2), 0.6, 0.8, 0.8, 0.85, 0.85]
+    return Surface(
+        name="SpiralStairs",
+        points=np.array(points),
+        counts=np.full(len(shades), 4),
+        indices=np.array(indices),
+        colours=np.array(STONE) * np.array(shades)[:, None],
+    )
 
 
 def hills(size: float = 16.0, cell: float = 0.32) -> Surface:

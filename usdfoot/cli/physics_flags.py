@@ -23,7 +23,7 @@ def add_physics_flags(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("physics and hybrid")
     group.add_argument("--gravity", metavar="M/S2", type=number, default=9.81, help="default: %(default)s")
     group.add_argument(
-        "--comfort", metavar="K", type=number, default=3000.0, help="comfort against physics (default: %(default)s)"
+        "--comfort", metavar="K", type=number, help="weight of comfort against physics (default: as people walk)"
     )
     group.add_argument(
         "--solver", choices=("lm", "greedy"), default="lm", help="least squares, or the paper's (default: %(default)s)"
@@ -73,7 +73,9 @@ def physics_options(arguments: argparse.Namespace) -> PhysicsOptions:
     """Options of the optimisation as given."""
     from usdfoot.physics.options import PhysicsOptions
 
-    return PhysicsOptions(solver=arguments.solver, gravity=arguments.gravity, comfort=arguments.comfort)
+    usual = PhysicsOptions()
+    comfort = usual.comfort if arguments.comfort is None else arguments.comfort
+    return PhysicsOptions(solver=arguments.solver, gravity=arguments.gravity, comfort=comfort)
 
 
 def body_style(arguments: argparse.Namespace) -> BodyStyle:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from types import ModuleType
 
-from usdfoot.cli import plan_lint, plan_path, plan_trajectories
+from usdfoot.cli import plan_crowd, plan_lint, plan_path, plan_scenario, plan_stones, plan_trajectories, plan_wander
 from usdfoot.cli.verbs import add_verb
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "PLANNERS", "add_arguments"]
@@ -20,7 +20,15 @@ example:
 
 each verb explains itself: usdfoot plan path --help
 """
-PLANNERS: tuple[ModuleType, ...] = (plan_path, plan_trajectories, plan_lint)
+PLANNERS: tuple[ModuleType, ...] = (
+    plan_path,
+    plan_trajectories,
+    plan_crowd,
+    plan_wander,
+    plan_stones,
+    plan_scenario,
+    plan_lint,
+)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -34,7 +34,7 @@ class FollowOptions:
     """Most a foot may be turned in against the other [rad]."""
     hurry: float = 1.5
     """Largest factor by which steps are quickened, or drawn out, where the clips know no such speed."""
-    overreach: float = 0.1
+    overreach: float = 0.25
     """How far beyond the clips' landings a footstep may lie [m]."""
     foot_spacing: float = 0.08
     """Least distance across between feet that do not cross in the clips [m]."""

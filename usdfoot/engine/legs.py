@@ -16,7 +16,7 @@ class LegRig:
     roles: wp.array2d(dtype=wp.int32)  # (2, 4) hip, knee, ankle, ball
     ball_offsets: wp.array(dtype=wp.vec3f)  # (2,) ball in the ankle's frame
     heel_offsets: wp.array(dtype=wp.vec3f)  # (2,) heel's sole point in the ankle's frame
-    flat_elevations: wp.array(dtype=wp.float32)  # (2,) of the direction from ankle to ball, foot flat [rad]
+    flat_forwards: wp.array(dtype=wp.vec3f)  # (2,) level direction ahead of the flat foot in the ankle's frame
     flat_toes: wp.array(dtype=wp.quatf)  # (2,) ball joint in the print's frame, foot flat
     ball_heights: wp.array(dtype=wp.float32)  # (2,)
     knee_axes: wp.array(dtype=wp.vec3f)  # (2,) hinge in the hip joint's frame, for a straight leg

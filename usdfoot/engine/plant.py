@@ -57,8 +57,8 @@ def soft_positive(x: float, width: float) -> float:
 @wp.func
 def heel_raise(rig: LegRig, side: int, leg: Leg) -> float:
     """Pitch of the blended foot against flat [rad], > 0 with the heel raised."""
-    direction = wp.normalize(leg.ball - leg.ankle)
-    return rig.flat_elevations[side] - wp.asin(wp.clamp(direction[1], -1.0, 1.0))
+    forward = wp.quat_rotate(leg.rotation_of_ankle, rig.flat_forwards[side])
+    return -wp.asin(wp.clamp(forward[1], -1.0, 1.0))
 
 
 @wp.func

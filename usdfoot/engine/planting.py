@@ -26,6 +26,8 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.motion import Motion, StepResults
 
 __all__ = ["Planted", "Planting", "cut_motions", "plant_frames", "plant_samples", "prepare_planting"]
+HALVINGS = 3
+"""How often the time between two frames is halved at most where a planted ball would drift."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,8 +83,10 @@ def plant_samples(planting: Planting, sample_times: FloatArray) -> Planted:
     poses = plant_frames(planting, frames)
     feet = pose_feet(layout.rig, poses)
     tolerance = layout.options.subframe_slide
-    drifting = drifting_frames(layout, planting.feet, frames, poses, feet, tolerance=tolerance)
-    if drifting.any():
+    for _ in range(HALVINGS):
+        drifting = drifting_frames(layout, planting.feet, frames, poses, feet, tolerance=tolerance)
+        if not drifting.any():
+            break
         added, frames, order = insert_frames(layout, frames, drifting)
         poses = merge_poses(poses, plant_frames(planting, added), order)
         feet = pose_feet(layout.rig, poses)

@@ -38,8 +38,6 @@ class Foot:
     """Ball in the ankle joint's frame [m], shape (3,)."""
     heel_offset: FloatArray
     """The heel's point of the sole in the ankle joint's frame [m], shape (3,)."""
-    elevation: float
-    """Of the direction from ankle to ball, negative down [rad]."""
     heel_behind: float
     """How far the heel lies behind the ankle [m]; negative: the foot has none and stands on its toes."""
 
@@ -74,7 +72,6 @@ def measure_feet(skeleton: Skeleton, biped: Biped, rolls: FloatArray) -> tuple[F
 def _foot(flat: FloatArray, toes: FloatArray, offset: FloatArray, ball_height: float) -> Foot:
     """A foot from its joints' rotations (4,) when flat and the ball in the ankle's frame (3,)."""
     across = quaternion.rotate(flat, offset)
-    length = float(np.linalg.norm(across))
     behind = float(heels_ahead(across[2], -across[1], np.array(ball_height)))
     heel = np.array([0.0, across[1] - ball_height, behind])
     return Foot(
@@ -82,7 +79,6 @@ def _foot(flat: FloatArray, toes: FloatArray, offset: FloatArray, ball_height: f
         toe_rotation=toes,
         ball_offset=offset,
         heel_offset=quaternion.rotate(quaternion.inverse(flat), heel),
-        elevation=float(np.arcsin(across[1] / length)),
         heel_behind=-behind,
     )
 
@@ -187,7 +183,9 @@ def _rig(skeleton: Skeleton, biped: Biped, feet: tuple[Foot, Foot], axes: FloatA
     arrays.roles = wp.array(np.array(roles, dtype=np.int32), dtype=wp.int32)
     arrays.ball_offsets = wp.array(np.array([foot.ball_offset for foot in feet], dtype=np.float32), dtype=wp.vec3f)
     arrays.heel_offsets = wp.array(np.array([foot.heel_offset for foot in feet], dtype=np.float32), dtype=wp.vec3f)
-    arrays.flat_elevations = wp.array(np.array([foot.elevation for foot in feet], dtype=np.float32), dtype=wp.float32)
+    inverses = quaternion.inverse(np.array([foot.flat_rotation for foot in feet]))
+    ahead = quaternion.rotate(inverses, np.array([0.0, 0.0, 1.0]))
+    arrays.flat_forwards = wp.array(ahead.astype(np.float32), dtype=wp.vec3f)
     arrays.flat_toes = wp.array(np.array([foot.toe_rotation for foot in feet], dtype=np.float32), dtype=wp.quatf)
     arrays.ball_heights = wp.array(biped.ball_heights.astype(np.float32), dtype=wp.float32)
     arrays.knee_axes = wp.array(axes.astype(np.float32), dtype=wp.vec3f)

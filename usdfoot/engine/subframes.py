@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 import warp as wp
 
+from usdfoot.analysis.figures import FRAME_TOLERANCE
 from usdfoot.engine.feet import ContactFeet
 from usdfoot.engine.frames import Frames, frames_at
 from usdfoot.engine.poses import Feet, Layout, Poses, pose_feet
@@ -72,7 +73,8 @@ def drifting_frames(
     for side in (0, 1):
         contact = frames.contacts[:, side]
         held = (contact[:-1] == contact[1:]) & (frames.agents[:-1] == frames.agents[1:])
-        held &= (frames.times[:-1] >= feet.flats[contact[:-1]]) & (frames.times[1:] <= liftoffs[contact[1:]])
+        held &= frames.times[:-1] >= feet.flats[contact[:-1]] - FRAME_TOLERANCE
+        held &= frames.times[1:] <= liftoffs[contact[1:]] + FRAME_TOLERANCE
         moved = np.linalg.norm(balls[:, side] - measured.balls[:-1, side], axis=1)
         drifting[:-1] |= held & (moved > tolerance)
     return drifting

@@ -17,6 +17,7 @@ from usdfoot.engine.rig import Rig, build_rest_rig
 from usdfoot.engine.root import lay_root
 from usdfoot.engine.segments import cut_segments
 from usdfoot.errors import UsdfootError
+from usdfoot.maths import quaternion
 from usdfoot.model.agent import Agent, Crowd
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.contact_table import lay_contacts, lay_on_ground
@@ -26,6 +27,7 @@ from usdfoot.model.motion import ForceResults, Motion, StepResults
 from usdfoot.model.report import Problem
 from usdfoot.physics.biped import PhysicsBiped, adjust_biped, measure_biped
 from usdfoot.physics.body import BodyPoses, HybridPoses, device_gait
+from usdfoot.physics.heading import OrientationScript
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.physics.optimise import ComMotion, optimise_contacts
 from usdfoot.physics.rhythm import lay_foot_rows
@@ -143,7 +145,7 @@ def plan_bodies(
         origins=np.array([agent.plan.positions[0] for agent in agents]),
         options=options,
     )
-    com = optimise_contacts(contacts, body.physics, options.physics)
+    com = optimise_contacts(contacts, body.physics, options.physics, scripts=_scripts(agents))
     source = BodyPoses(
         layout=layout,
         com=com,
@@ -160,7 +162,9 @@ def animate_hybrids(
 ) -> list[Motion]:
     """Motions whose style is that of clips and whose pelvis the optimised centre of mass carries."""
     steps = prepare_steps(library, agents, crowd, options=options)
-    com = optimise_contacts(steps.setup.contacts, _adjusted(library.source, options), options.physics)
+    com = optimise_contacts(
+        steps.setup.contacts, _adjusted(library.source, options), options.physics, scripts=_scripts(agents)
+    )
     clips = ClipPoses(setup=steps.setup, blend=steps.blend, arrays=steps.source.arrays)
     planting = prepare_planting(steps.setup, HybridPoses(clips=clips, com=com), _ground(agents, crowd))
     planted = plant_samples(planting, crowd.frame_times)
@@ -169,6 +173,16 @@ def animate_hybrids(
     forces = _forces(figures, com, agents)
     results = [replace(result, forces=force) for result, force in zip(results, forces, strict=True)]
     return cut_motions(planting, planted, results, agents)
+
+
+def _scripts(agents: Sequence[Agent]) -> list[OrientationScript | None]:
+    """Body orientation of agents whose root trajectory says which way it faces ([P] 2.6)."""
+    return [
+        OrientationScript(times=given.times, rotations=quaternion.yaw_quaternion(given.yaws))
+        if (given := agent.root_trajectory) is not None and given.yaws is not None
+        else None
+        for agent in agents
+    ]
 
 
 def _ground(agents: Sequence[Agent], crowd: Crowd) -> Ground:

@@ -103,18 +103,21 @@ class BodyPoses:
 
     def _pelvis_turn(self, sample: ComSample, rhythm: Rhythm, yaws: FloatArray) -> FloatArray:
         """Body frame to world with its oscillations, shape (F, 4)."""
-        style, options = self.style, self.com.options
-        ahead = np.sum(sample.velocities[:, [0, 2]] * planar.direction(yaws), axis=1)
-        froude = ahead * np.abs(ahead) / (options.gravity * self.com.biped.nominal_length)
+        style = self.style
         turn = np.stack(
             [
-                style.pitch * rhythm.bob + style.lean * np.clip(froude, -1.0, 2.0),
+                style.pitch * rhythm.bob + style.lean * np.clip(self._froude(sample, yaws), -1.0, 2.0),
                 -style.turn * rhythm.stride,
                 style.sway * rhythm.lean,
             ],
             axis=1,
         )
         return quaternion.compose(sample.orientations, quaternion.from_rotation_vector(turn))
+
+    def _froude(self, sample: ComSample, yaws: FloatArray) -> FloatArray:
+        """Froude number of the speed ahead, negative backward, shape (F,)."""
+        ahead = np.sum(sample.velocities[:, [0, 2]] * planar.direction(yaws), axis=1)
+        return ahead * np.abs(ahead) / (self.com.options.gravity * self.com.biped.nominal_length)
 
     def _signals(
         self, agents: IntArray, times: FloatArray, rhythm: Rhythm, yaws: FloatArray, sample: ComSample
@@ -129,7 +132,8 @@ class BodyPoses:
                 yaws = heading_of(sample.orientations)
                 rhythm = self._rhythm(agents, earlier, yaws)
             columns = (rhythm.stride, rhythm.lean, rhythm.bob, planar.wrap_angle(yaws - before))
-            for column, values in enumerate((*columns, sample.velocities[:, 1], np.ones(len(times)))):
+            haste = np.clip(self._froude(sample, yaws), 0.0, 1.0)
+            for column, values in enumerate((*columns, sample.velocities[:, 1], haste)):
                 signals[:, lag, column] = values
             before = yaws
         return signals
@@ -181,12 +185,19 @@ def device_gait(layout: Layout, biped: Biped, style: BodyStyle) -> GaitArrays:
         ("liftoffs", ends - clock, wp.float32),
         ("strike_pitches", strikes, wp.float32),
         ("liftoff_pitches", np.where(contacts.has_swing, liftoffs, 0.0), wp.float32),
+        ("retracted", _retractions(contacts, style) * biped.nominal_leg_length, wp.float32),
         ("flat_rotations", np.array([foot.flat_rotation for foot in layout.rig.feet]), wp.quatf),
     ):
         setattr(gait, name, wp.array(np.ascontiguousarray(values, dtype=np.float32), dtype=kind))
     gait.nominal = float(biped.nominal_leg_length)
-    gait.retracted = float(style.retraction * biped.nominal_leg_length)
     return gait
+
+
+def _retractions(contacts: ContactTable, style: BodyStyle) -> FloatArray:
+    """Length of the leg in the middle of the swing after each contact, as a part of the nominal one, shape (C,)."""
+    flies = contacts.has_next & (contacts.liftoffs < np.roll(contacts.strikes, -1))
+    over = flies | (contacts.has_swing & np.roll(flies, -1))
+    return np.where(over, style.run_retraction, style.retraction)
 
 
 def _pitches(layout: Layout, biped: Biped, style: BodyStyle) -> tuple[FloatArray, FloatArray, FloatArray]:

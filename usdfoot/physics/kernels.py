@@ -22,9 +22,9 @@ class GaitArrays:
     liftoffs: wp.array(dtype=wp.float32)  # +inf without a swing after
     strike_pitches: wp.array(dtype=wp.float32)  # heel up > 0 [rad]
     liftoff_pitches: wp.array(dtype=wp.float32)
+    retracted: wp.array(dtype=wp.float32)  # (C,) length of the virtual leg in the middle of the swing after [m]
     flat_rotations: wp.array(dtype=wp.quatf)  # (2,) ankle of the flat foot that points along +Z
     nominal: wp.float32  # length of the virtual leg [m]
-    retracted: wp.float32  # its length in mid swing
 
 
 @wp.func
@@ -75,7 +75,7 @@ def lead_foot(rig: LegRig, gait: GaitArrays, side: int, contact: int, time: floa
     across = ankle - leg.hip
     length = wp.length(across)
     longest = longest_leg(rig, leg)
-    allowed = longest + bump * (gait.retracted - longest)
+    allowed = longest + bump * (gait.retracted[contact] - longest)
     shortened = length - soft_positive(length - allowed, 0.04 * gait.nominal * bump)
     return wp.transformf(leg.hip + across * (shortened / wp.max(length, 1.0e-6)), turned)
 

@@ -16,9 +16,10 @@ from usdfoot.model.contact_table import ContactTable
 
 __all__ = ["SIGNALS", "FootRows", "Rhythm", "lay_foot_rows", "rhythm_at"]
 
-SIGNALS = ("stride", "lean", "bob", "turn", "rise", "one")
+SIGNALS = ("stride", "lean", "bob", "turn", "rise", "haste")
 """Columns that joints answer to: left foot ahead of the right one in legs; left leg carries 1 to right leg -1; a leg
-swings 0 to 1; what the heading changed since the lag before [rad]; the body's speed upward [m/s]; always 1."""
+swings 0 to 1; what the heading changed since the lag before [rad]; the body's speed upward [m/s]; Froude number of
+the speed ahead, 0 to 1."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -36,6 +36,8 @@ class BodyStyle:
     """The body leans forward by this at Froude number 1 [rad]."""
     retraction: float = 0.88
     """Length of the virtual leg in mid swing, as a part of the nominal one."""
+    run_retraction: float = 0.68
+    """The same in swings over a flight."""
     strike_pitch: float = 0.32
     """Toes up at the strike of feet with a heel [rad]."""
     liftoff_pitch: float = 0.85
@@ -55,6 +57,7 @@ class BodyStyle:
             ("hip_spacing", 0.0, 10.0),
             ("crouch", -0.2, 0.6),
             ("retraction", 0.3, 1.0),
+            ("run_retraction", 0.3, 1.0),
             ("strike_pitch", 0.0, 1.0),
             ("liftoff_pitch", 0.0, 1.2),
             ("tail_lag", 0.0, 1.0),

@@ -23,6 +23,8 @@ HANGING = np.radians(9.0)
 """How far hanging arms stand off [rad]."""
 ELBOW = np.radians(18.0)
 """Elbows of hanging arms stay bent by this [rad]."""
+RUNNING_ELBOW = np.radians(65.0)
+"""They bend by this more at Froude number 1 [rad]."""
 COUNTER_TURN = 2.2
 """The shoulders turn against the pelvis by as much as it turns, times this less one (Murray et al. 1964: equally)."""
 RISE = 0.08
@@ -106,6 +108,7 @@ def _answer_arms(gains: FloatArray, limbs: Limbs, style: BodyStyle, hanging: flo
         gains[limbs.upper_arms[side], stride, 0] += sign * hanging * style.arms
         gains[limbs.upper_arms[side], lean, 2] -= 0.5 * style.sway
         if limbs.lower_arms[side] != limbs.upper_arms[side]:
+            gains[limbs.lower_arms[side], SIGNALS.index("haste"), 0] -= hanging * RUNNING_ELBOW
             gains[limbs.lower_arms[side], stride, 0] += 0.5 * sign * hanging * style.arms
 
 

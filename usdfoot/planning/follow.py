@@ -16,9 +16,9 @@ from usdfoot.model.biped import LEFT
 from usdfoot.model.examples import Examples
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
-from usdfoot.model.trajectory import RootTrajectory, sample_trajectories
+from usdfoot.model.trajectory import RootTrajectory, sample_trajectories, sample_trajectory
 from usdfoot.planning.predictions import Gaits, build_gaits, choose_gaits, predict_steps
-from usdfoot.planning.rests import find_rests, leave_times
+from usdfoot.planning.rests import find_rests, leave_times, wait_times
 from usdfoot.planning.root_curves import RootCurves, build_root_curves
 from usdfoot.planning.strides import Stances, next_steps
 from usdfoot.planning.tracks import Tracks
@@ -113,6 +113,18 @@ def _walk(
             tracks.release(stances.agents[stays], curves.ends[stances.agents[stays]], back=back)
         stances, begins, rested = stances[~stays], begins[~stays], rested[~stays]
         steps = next_steps(gaits, curves, stances, begins=begins, rested=rested, longest=longest, options=options)
+        waits = wait_times(curves, stances, 0.5 * (steps.positions + stances.supports), steps.strikes, options=options)
+        if np.any(waits != steps.strikes):
+            stays, waiting = np.isinf(waits), waits > steps.strikes
+            for back in (0, 1):
+                tracks.release(stances.agents[stays], curves.ends[stances.agents[stays]], back=back)
+            later = np.maximum(waits - steps.durations, stances.times + SHORTEST_REST)
+            stances, begins, rested = (
+                stances[~stays],
+                np.where(waiting, later, begins)[~stays],
+                (rested | waiting)[~stays],
+            )
+            steps = next_steps(gaits, curves, stances, begins=begins, rested=rested, longest=longest, options=options)
         positions = _on_ground(ground, steps.positions, stances.supports[:, 1])
         tracks.release(stances.agents, steps.liftoffs, back=1)
         tracks.release(stances.agents, steps.support_liftoffs, back=0)
@@ -241,9 +253,12 @@ def _followed(
         plan, rounds = tracks.plan(agent, trajectory.end, ground, name=trajectory.name)
     except PlanError as error:
         return error
-    lost = np.flatnonzero(distances[rounds] > options.lost_distance)
+    waits = np.maximum(plan.strike_times[1:], plan.liftoff_times[:-1])  # until then a standing body stays where it is
+    middles = 0.5 * (plan.positions[1:] + plan.positions[:-1])
+    missed = np.linalg.norm((middles - sample_trajectory(trajectory, waits))[:, [0, 2]], axis=1)
+    lost = np.flatnonzero(missed > options.lost_distance)
     if lost.size:
-        return _lost(trajectory, float(plan.strike_times[lost[0]]), float(distances[rounds][lost[0]]))
+        return _lost(trajectory, float(waits[lost[0]]), float(missed[lost[0]]))
     return Following(
         trajectory=trajectory,
         plan=plan,

@@ -10,7 +10,7 @@ from usdfoot.analysis.timing import TimingRule, time_steps
 from usdfoot.maths.types import FloatArray
 from usdfoot.planning.proportions import Proportions
 
-__all__ = ["Gait", "derive_gait", "natural_lengths", "overlap_shares"]
+__all__ = ["TOE_OUT", "Gait", "derive_gait", "natural_lengths", "overlap_shares"]
 
 EASY_STEP = 0.8
 """Length of an easy walking step over the leg length."""

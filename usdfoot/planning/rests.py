@@ -11,8 +11,9 @@ from usdfoot.planning.predictions import Gaits
 from usdfoot.planning.root_curves import SPACING, RootCurves
 from usdfoot.planning.strides import Stances, seen_from_left
 
-__all__ = ["find_rests", "leave_times"]
+__all__ = ["find_rests", "leave_times", "wait_times"]
 
+GROUND_AXES = np.array([0, 2])
 UNEVEN_STANCE = 0.1
 """Feet this much farther apart or ahead of each other than in a stand are not left so [m]."""
 
@@ -44,3 +45,34 @@ def leave_times(curves: RootCurves, stances: Stances, *, options: FollowOptions)
     left = (away > options.leave_distance) | (turned > options.leave_turn)
     left &= (times > stances.times[:, None]) & (times <= own.ends[:, None])
     return np.asarray(np.where(left.any(axis=1), times[np.arange(len(times)), np.argmax(left, axis=1)], np.inf))
+
+
+def wait_times(
+    curves: RootCurves, stances: Stances, afters: FloatArray, strikes: FloatArray, *, options: FollowOptions
+) -> FloatArray:
+    """When N steps shall strike that would take the root farther from where it shall be than it is [s], shape (N,).
+
+    That is when the curve has come nearer to the root after the step, infinite if it never does. Steps that do not
+    lead away strike when they did. Clips without short steps leave no other way to stop.
+
+    Args:
+        curves: Of all agents.
+        stances: Where the agents stand.
+        afters: Roots after the steps [m], shape (N, 3).
+        strikes: When the steps strike if nobody waits [s], shape (N,).
+        options: Of following.
+    """
+    wanted, _ = curves.at(stances.agents, strikes)
+    gains = np.linalg.norm((stances.roots - wanted)[:, GROUND_AXES], axis=1)
+    gains -= np.linalg.norm((afters - wanted)[:, GROUND_AXES], axis=1)
+    times = strikes.copy()
+    rows = np.flatnonzero(gains < -options.leave_distance)
+    own = curves[stances.agents[rows]]
+    grid = own.starts[:, None] + SPACING * np.arange(own.yaws.shape[1])
+    places = own.positions[..., GROUND_AXES]
+    before = np.linalg.norm(places - stances.roots[rows][:, None, GROUND_AXES], axis=-1)
+    after = np.linalg.norm(places - afters[rows][:, None, GROUND_AXES], axis=-1)
+    helps = (after < before) & (grid > strikes[rows, None]) & (grid <= own.ends[:, None])
+    found = grid[np.arange(len(rows)), np.argmax(helps, axis=1)]
+    times[rows] = np.where(helps.any(axis=1), found, np.inf)
+    return times

@@ -22,7 +22,7 @@ from usdfoot.planning.prints import follow_ground, lay_prints
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.root_curves import SPACING, RootCurves, build_root_curves
 
-__all__ = ["TrajectoryOptions", "plan_trajectories", "step_along_curves"]
+__all__ = ["NARROW", "TrajectoryOptions", "lay_plans", "plan_trajectories", "step_along_curves"]
 
 STILL = 0.15
 """Slower people stand [m/s]."""
@@ -85,7 +85,7 @@ def plan_trajectories(
     feet = uncross(feet, narrowest=narrowest)
     if several:
         feet = set_feet_apart(feet, narrowest=narrowest)
-    return _laid([trajectory.name for trajectory in trajectories], feet, ground)
+    return lay_plans([trajectory.name for trajectory in trajectories], feet, ground)
 
 
 def step_along_curves(curves: RootCurves, body: Proportions) -> FootTable:
@@ -202,7 +202,7 @@ def _liftoffs(
     return np.where(walks, np.maximum(np.minimum(liftoffs, same - swings), strikes + 0.05), other + shares * spans)
 
 
-def _laid(names: Sequence[str], feet: FootTable, ground: Ground) -> list[FootstepPlan]:
+def lay_plans(names: Sequence[str], feet: FootTable, ground: Ground) -> list[FootstepPlan]:
     """Plans of the footsteps, on the ground of the level each person keeps to."""
     places, near = feet.positions[:, [0, 2]], feet.positions[:, 1]
     level = follow_ground(ground, places, near, starts=feet.numbers == 0).heights

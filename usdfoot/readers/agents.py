@@ -17,7 +17,14 @@ from usdfoot.model.report import Problem
 from usdfoot.readers.plans import is_plan
 from usdfoot.readers.stage import StagePrims, authored, targets
 
-__all__ = ["AgentOptions", "AgentSource", "list_agents", "read_agent_options", "select_agents"]
+__all__ = [
+    "AgentOptions",
+    "AgentSource",
+    "list_agents",
+    "list_agents_without_plans",
+    "read_agent_options",
+    "select_agents",
+]
 
 IK_REACH = 0.3
 """Largest IK correction where none is authored [m]."""
@@ -89,6 +96,24 @@ def list_agents(stage: Usd.Stage, prims: StagePrims) -> tuple[tuple[AgentSource,
     return tuple(sources), tuple(problems)
 
 
+def list_agents_without_plans(
+    stage: Usd.Stage, prims: StagePrims, *, with_goals: bool
+) -> tuple[tuple[AgentSource, ...], tuple[Problem, ...]]:
+    """Agents to make plans for, and those that cannot be used: those with a goal, or all that follow nothing."""
+    marked = prims.with_apis.get(Schema.AGENT, ())
+    followed = (Token.PLAN, Token.PATH, Token.TRAJECTORY)
+    sources, problems = [], []
+    for name, prim in zip(_unique_names([prim.GetName() for prim in marked]), marked, strict=True):
+        has_goal = bool(targets(prim, Token.GOAL))
+        if not has_goal and (with_goals or any(targets(prim, name) for name in followed)):
+            continue
+        try:
+            sources.append(_source(stage, prim, name, prim))
+        except (PlanError, SceneError) as error:
+            problems.append(Problem(severity="error", where=str(prim.GetPath()), message=str(error)))
+    return tuple(sources), tuple(problems)
+
+
 def select_agents(sources: Sequence[AgentSource], pattern: str) -> tuple[AgentSource, ...]:
     """Agents whose name or prim path matches a glob pattern.
 
@@ -148,7 +173,8 @@ def _default_plan(prim: Usd.Prim, default: Usd.Prim | None) -> Usd.Prim:
             prim.GetPath(),
             "has no footstep plan",
             f"point {Token.PLAN} at a PointInstancer with UsdfootPlanAPI, {Token.PATH} at BasisCurves, or "
-            f"{Token.TRAJECTORY} at an animated Xform",
+            f"{Token.TRAJECTORY} at an animated Xform"
+            + ("; or let usdfoot plan crowd make a plan" if targets(prim, Token.GOAL) else ""),
         )
     return default
 

@@ -96,6 +96,15 @@ class Casting:
         """
         return self.characters[self._character(source)[0]]
 
+    def library_of(self, source: AgentSource) -> ClipLibrary:
+        """The clips of an agent on its character; none if it has no clips.
+
+        Raises:
+            UsdfootError: If it has no character that can be used.
+        """
+        character, prim = self._character(source)
+        return self.libraries[self._library(source, character, prim, required=False)]
+
     def _character(self, source: AgentSource) -> tuple[int, Usd.Prim]:
         """Index of the agent's character, and its prim."""
         prim = source.character or (source.prim if source.is_authored and _holds_skeleton(source.prim) else None)

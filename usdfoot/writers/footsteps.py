@@ -129,6 +129,13 @@ def _write_results(prim: Sdf.PrimSpec, results: StepResults, units: StageUnits) 
         (names.CLIP_WEIGHTS, results.clip_weights),
     ):
         author(prim, name, ValueTypes.FloatArray, _floats(values), uniform=True)
+    if results.forces is not None:
+        for name, values in (
+            (names.FORCE_IMBALANCE, results.forces.force_imbalance),
+            (names.CLAMP_TIME, results.forces.clamp_time),
+            (names.JUMP_HEIGHT, results.forces.jump_height / per_unit),
+        ):
+            author(prim, name, ValueTypes.FloatArray, _floats(values), uniform=True)
     counts = Vt.IntArray.FromNumpy(np.asarray(results.clip_counts, dtype=np.int32))
     author(prim, names.STATUS, ValueTypes.TokenArray, Vt.TokenArray(results.status), uniform=True)
     author(prim, names.CLIP_COUNTS, ValueTypes.IntArray, counts, uniform=True)

@@ -1,0 +1,109 @@
+"""Planners of agents with goals from scene to layer, and the verbs that call them."""
+
+import numpy as np
+import pytest
+from pxr import Sdf, Usd, UsdValidation
+
+from usdfoot.cli.main import main
+from usdfoot.pipeline.plan_goals import GoalOptions, plan_scene_crowd, plan_scene_stones, plan_scene_wander
+from usdfoot.pipeline.plan_scenario import convert_scenario
+from usdfoot.planning.collisions import feet_of, find_collisions
+from usdfoot.planning.proportions import Proportions
+from usdfoot.readers.plans import read_plan
+from usdfoot.readers.stage import read_stage_info, targets
+
+CASE = """<SteerBenchTestCase xmlns="http://www.magix.ucla.edu/steerbench">
+<header><version>1.0</version><name>two</name><worldBounds><xmin>-9</xmin><xmax>9</xmax><ymin>0</ymin><ymax>0</ymax>
+<zmin>-9</zmin><zmax>9</zmax></worldBounds></header>
+<obstacle><xmin>-1</xmin><xmax>1</xmax><ymin>0</ymin><ymax>1</ymax><zmin>-1</zmin><zmax>1</zmax></obstacle>
+<agent><name>One</name><initialConditions><radius>0.3</radius><position><x>-5</x><y>0</y><z>0</z></position>
+<direction><x>1</x><y>0</y><z>0</z></direction><speed>0</speed></initialConditions><goalSequence><seekStaticTarget>
+<targetLocation><x>5</x><y>0</y><z>0</z></targetLocation><desiredSpeed>1.2</desiredSpeed></seekStaticTarget></goalSequence></agent>
+</SteerBenchTestCase>"""
+
+
+def plans_of(layer, scene) -> dict:
+    """Plans by agent prim path, read back over the scene."""
+    over = Sdf.Layer.CreateAnonymous(".usda")
+    over.subLayerPaths = [str(layer), str(scene)]
+    source = Usd.Stage.Open(str(scene))
+    stage = Usd.Stage.Open(over)
+    for key in ("metersPerUnit", "upAxis", "timeCodesPerSecond"):
+        stage.SetMetadata(key, source.GetMetadata(key))
+    found = {}
+    for prim in stage.Traverse():
+        for target in targets(prim, "usdfoot:agent:plan"):
+            found[str(prim.GetPath())], _ = read_plan(stage.GetPrimAtPath(target), read_stage_info(stage).units)
+    return found
+
+
+def test_the_plaza_becomes_a_layer_of_plans_that_keep_apart(stages, tmp_path):
+    pytest.importorskip("jupedsim")
+    scene, layer = stages / "plaza.usda", tmp_path / "plans.usda"
+    report = plan_scene_crowd(scene, layer, options=GoalOptions(agents="Visitor_[01]?"))
+    assert report.skipped == () and len(report.plans) == 12
+    plans = plans_of(layer, scene)
+    assert set(plans) == {f"/World/Agents/{name}" for name in report.plans}
+    assert len(find_collisions(feet_of(list(plans.values()), [Proportions()] * 12)).times) == 0
+
+
+def test_the_river_is_crossed_by_the_bow_and_not_by_the_dead_end(stages, tmp_path):
+    scene, layer = stages / "river.usda", tmp_path / "plans.usda"
+    report = plan_scene_stones(scene, layer, reach="biped")
+    (plan,) = plans_of(layer, scene).values()
+    assert report.skipped == () and plan.starts_standing and plan.ends_standing
+    middle = plan.positions[np.abs(plan.positions[:, 2]) < 2.5]
+    assert middle[:, 0].min() > 1.0, "the straight stones lie at -0.25 m"
+    assert np.all(plan.positions[:, 1] > 0.15), "never in the water"
+
+
+def test_where_no_stones_lead_the_verb_says_how_far_they_do(stages, tmp_path, capsys):
+    arguments = ["plan", "stones", str(stages / "river.usda"), "-o", str(tmp_path / "plans.usda"), "--reach", "biped"]
+    assert main([*arguments, "--on", "/World/Terrain/Straight_*"]) == 2
+    assert "the goal cannot be reached; the way over" in capsys.readouterr().err
+    assert not (tmp_path / "plans.usda").exists()
+
+
+def test_wanderers_get_the_same_bytes_from_the_same_seed(stages, tmp_path):
+    layers = [tmp_path / f"{name}.usda" for name in "abc"]
+    for layer, seed in zip(layers, (1, 1, 2), strict=True):
+        plan_scene_wander(stages / "plaza.usda", layer, options=GoalOptions(agents="Visitor_00"), steps=12, seed=seed)
+    one, same, other = (layer.read_bytes() for layer in layers)
+    assert one == same != other
+
+
+def test_a_scenario_becomes_a_valid_stage_that_can_be_planned(tmp_path, capsys):
+    file, scene, layer = tmp_path / "case.xml", tmp_path / "scene.usda", tmp_path / "plans.usda"
+    file.write_text(CASE)
+    assert main(["plan", "scenario", str(file), "-o", str(scene)]) == 0
+    assert "1 agents, 1 obstacles" in capsys.readouterr().out
+    context = UsdValidation.ValidationContext(UsdValidation.ValidationRegistry().GetOrLoadAllValidators())
+    assert [str(error.GetMessage()) for error in context.Validate(Usd.Stage.Open(str(scene)))] == []
+    assert main(["plan", "wander", str(scene), "-o", str(layer), "--steps", "60"]) == 0
+    (plan,) = plans_of(layer, scene).values()
+    assert plan.ends_standing and np.linalg.norm(plan.positions[-1] - [5.0, 0.0, 0.0]) < 0.5
+    assert np.abs(plan.positions[:, [0, 2]]).max(axis=1).min() > 1.0, "around the block"
+    again = tmp_path / "again.usda"
+    convert_scenario(file, again)
+    assert again.read_bytes() == scene.read_bytes()
+    file.write_text("<SteerBenchTestCase>\n<header>")
+    assert main(["plan", "scenario", str(file), "-o", str(scene)]) == 2
+    assert "case.xml, line 2: is not well-formed XML" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("way", ["crowd", "wander", "stones", "scenario"])
+def test_every_way_has_help_with_an_example_and_a_python_twin(way, capsys):
+    assert main(["plan", way, "--help"]) == 0
+    text = capsys.readouterr().out
+    assert f"usdfoot plan {way}" in text and "in Python" in text and "exit codes:" in text
+
+
+@pytest.mark.parametrize("bounds", ["1,2,3", "5,0,1,9", "a,b,c,d"])
+def test_bounds_that_are_none_are_refused(bounds, stages, capsys):
+    assert main(["plan", "wander", str(stages / "plaza.usda"), "-o", "x.usda", f"--bounds={bounds}"]) == 2
+    assert "is no area" in capsys.readouterr().err
+
+
+def test_a_scene_without_goals_says_what_to_do(stages, tmp_path, capsys):
+    assert main(["plan", "stones", str(stages / "crowd.usda"), "-o", str(tmp_path / "plans.usda")]) == 2
+    assert "has no agent with a goal" in capsys.readouterr().err

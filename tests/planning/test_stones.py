@@ -1,0 +1,132 @@
+"""Ways over stepping stones: the best there is, or how far one leads ([P] Figure 13)."""
+
+import itertools
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from tests.planning.terrains import slab, terrain_of
+from usdfoot.errors import PlanError
+from usdfoot.maths import planar
+from usdfoot.planning.proportions import Proportions
+from usdfoot.planning.reach import Reach, step_costs
+from usdfoot.planning.stone_tops import stones_on
+from usdfoot.planning.stones import HEADINGS, Stance, Stones, find_crossing, plan_stones, stance_at
+
+REACH = Reach(
+    outline=np.array([(-0.05, -0.3), (0.5, -0.3), (0.5, 0.9), (-0.05, 0.9)]),
+    comfortable=np.array([0.12, 0.6]),
+    spread=np.array([0.17, 0.34]),
+    rise=0.35,
+    turn=np.radians(45.0),
+    apart=0.09,
+)
+
+
+def stones_at(points, height: float = 0.0) -> Stones:
+    places = np.insert(np.asarray(points, dtype=float), 1, height, axis=1)
+    return Stones(name="/Stones", positions=places, normals=np.tile([0.0, 1.0, 0.0], (len(places), 1)))
+
+
+def straight(count: int = 6) -> np.ndarray:
+    side = np.where(np.arange(count) % 2, -0.06, 0.06)
+    return np.column_stack([side, 0.6 * np.arange(1, count + 1)])
+
+
+def turned(stance: Stance, yaw: float) -> Stance:
+    ground = planar.rotate(np.array(yaw), stance.positions[:, [0, 2]])
+    return Stance(positions=np.insert(ground, 1, 0.0, axis=1), yaw=stance.yaw + yaw)
+
+
+def test_even_stones_are_all_stepped_on_in_order():
+    goal = stance_at(np.array([0.0, 0.0, 4.2]), 0.0, REACH)
+    crossing = find_crossing(stones_at(straight()), stance_at(np.zeros(3), 0.0, REACH), goal, REACH)
+    assert crossing.footholds.tolist() == [-1, -1, 0, 1, 2, 3, 4, 5, -1, -1]
+    assert np.all(np.diff(crossing.sides) != 0)
+    assert crossing.sides[2] == 0, "the first stone lies on the left"
+    assert_allclose(crossing.yaws, 0.0, atol=1e-9)
+
+
+def test_it_is_the_cheapest_of_all_ways(generator):
+    """Against every sequence of at most four of five stones, turns and all, tried one after the other."""
+    stones = stones_at(generator.uniform([-0.6, 0.3], [0.6, 1.5], size=(5, 2)))
+    start, goal = stance_at(np.zeros(3), 0.0, REACH), stance_at(np.array([0.1, 0.0, 1.9]), 0.0, REACH)
+    crossing = find_crossing(stones, start, goal, REACH)
+    yaws = np.arange(HEADINGS) * 2.0 * np.pi / HEADINGS
+    turns = planar.wrap_angle(yaws[None] - yaws[:, None])
+    turning = np.where(np.abs(turns) <= REACH.turn + 1e-9, (turns / REACH.turn) ** 2, np.inf)
+
+    def cost_of(way: tuple[int, ...], side: int) -> float:
+        """Least cost over all headings of standing on `side`, then stepping on the stones of the way and the goal."""
+        costs = np.where(np.arange(HEADINGS) == 0, 0.0, np.inf)
+        place = start.positions[side]
+        sides = [(side + number) % 2 for number in range(1, len(way) + 2)]
+        targets = [*(stones.positions[stone] for stone in way), goal.positions[sides[-1]]]
+        for foot, target in zip(sides, targets, strict=True):
+            landings = planar.rotate(-yaws, np.tile((target - place)[[0, 2]], (HEADINGS, 1)))
+            steps = step_costs(REACH, landings, np.full(HEADINGS, foot), np.full(HEADINGS, target[1] - place[1]))
+            costs, place = np.min(costs[:, None] + turning, axis=0) + steps, target
+        return float(costs[0])
+
+    ways = [way for length in range(5) for way in itertools.permutations(range(5), length)]
+    assert crossing.cost == pytest.approx(min(cost_of(way, side) for way in ways for side in (0, 1)))
+
+
+def test_the_way_turns_with_the_stones(generator):
+    stones = stones_at(generator.uniform([-0.5, 0.2], [0.5, 2.6], size=(14, 2)))
+    start, goal = stance_at(np.zeros(3), 0.0, REACH), stance_at(np.array([0.0, 0.0, 3.0]), 0.0, REACH)
+    one = find_crossing(stones, start, goal, REACH)
+    around = stones_at(planar.rotate(np.array(0.7), stones.positions[:, [0, 2]]))
+    other = find_crossing(around, turned(start, 0.7), turned(goal, 0.7), REACH)
+    assert other.footholds.tolist() == one.footholds.tolist()
+    assert other.cost == pytest.approx(one.cost)
+    assert_allclose(other.yaws, one.yaws + 0.7, atol=1e-9)
+
+
+def test_a_plan_stands_at_both_ends_and_steps_only_on_stones():
+    goal = stance_at(np.array([0.0, 0.0, 4.2]), 0.0, REACH)
+    stones = stones_at(straight())
+    plan = plan_stones(stones, stance_at(np.zeros(3), 0.0, REACH), goal, REACH, name="/Plan")
+    assert plan.starts_standing and plan.ends_standing and plan.name == "/Plan"
+    assert_allclose(plan.positions[2:-2], stones.positions, atol=1e-12)
+
+
+def test_where_there_is_no_way_the_error_says_how_far_one_leads():
+    gap = np.delete(straight(10), [4, 5], axis=0)
+    goal = stance_at(np.array([0.0, 0.0, 6.6]), 0.0, REACH)
+    with pytest.raises(PlanError, match=r"4 of 8 footholds ends at foothold 3 .*4\.2. m before the goal.*1\.8. m from"):
+        find_crossing(stones_at(gap), stance_at(np.zeros(3), 0.0, REACH), goal, REACH)
+
+
+def test_a_stone_too_high_is_not_stepped_on():
+    places = np.insert(straight(3), 1, [0.0, 0.5, 0.0], axis=1)
+    stones = Stones(name="/Stones", positions=places, normals=np.tile([0.0, 1.0, 0.0], (3, 1)))
+    goal = stance_at(np.array([0.0, 0.0, 2.4]), 0.0, REACH)
+    with pytest.raises(PlanError, match="1 of 3 footholds"):
+        find_crossing(stones, stance_at(np.zeros(3), 0.0, REACH), goal, REACH)
+
+
+def test_bad_stones_are_refused():
+    with pytest.raises(PlanError, match="/Stones: has no footholds"):
+        stones_at(np.zeros((0, 2)))
+    with pytest.raises(PlanError, match="foothold 1 is not finite"):
+        stones_at([(0.0, 0.0), (np.nan, 0.0)])
+
+
+def test_footholds_of_meshes_are_on_walkable_level_tops_under_nothing():
+    terrain = terrain_of(
+        [
+            slab((-0.2, 0.2), (0.0, 0.4), (0.3, 0.3)),  # a stone
+            slab((1.0, 1.4), (0.0, 0.4), (0.0, 0.4)),  # 45 degrees steep
+            slab((2.0, 2.4), (0.0, 0.4), (0.3, 0.3)),  # under a roof
+            slab((1.9, 2.5), (-0.1, 0.5), (2.0, 2.0)),  # the roof, not walkable
+        ],
+        walkable=[True, True, True, False],
+    )
+    body = Proportions()
+    stones = stones_on(terrain, body=body, spacing=0.1)
+    assert len(stones.positions) == 9, "a grid of 0.1 m with its middle at the stone's, the foot's width from its edge"
+    assert np.all(np.abs(stones.positions - [0.0, 0.3, 0.2]) <= [0.2 - body.half_width, 1e-9, 0.2 - body.half_width])
+    with pytest.raises(PlanError, match=r"/Ground_0: is 0\.4 m by 0\.4 m, too large"):
+        stones_on(terrain, body=body, spacing=0.001)

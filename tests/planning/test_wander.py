@@ -1,0 +1,118 @@
+"""Wandering one footstep at a time, routes around obstacles, distances from them ([P] 4.2)."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from tests.planning.terrains import slab, terrain_of
+from usdfoot.errors import PlanError
+from usdfoot.model.ground import Ground
+from usdfoot.planning.routes import find_route
+from usdfoot.planning.wander import WanderOptions, join_footsteps, plan_wander, wander
+from usdfoot.planning.world import Obstacle, World, box_outline, clearances
+
+SQUARE = box_outline((-5.0, -5.0), (5.0, 5.0))
+WALL = Obstacle(name="/Wall", outline=box_outline((-4.0, 1.0), (5.0, 1.4)), margin=0.1)
+L_SHAPE = np.array([(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)])
+RADIUS = WanderOptions().radius
+
+
+def walk(seed: int = 1, world: World | None = None, **options):
+    start = np.array([0.0, 0.0, -2.0])
+    return plan_wander(world or World(bounds=SQUARE), start, 0.3, generator=np.random.default_rng(seed), **options)
+
+
+def test_distances_from_a_concave_outline_are_known():
+    world = World(obstacles=(Obstacle(name="/L", outline=L_SHAPE, margin=0.25),))
+    points = np.array([(1.5, 1.5), (0.5, 0.5), (3.0, 0.5), (3.0, 2.0), (-1.0, -1.0)])
+    expected = np.array([0.5, -0.5, 1.0, np.sqrt(2.0), np.sqrt(2.0)]) - 0.25
+    assert_allclose(clearances(world, points), expected, atol=1e-12)
+    backward = World(obstacles=(Obstacle(name="/L", outline=L_SHAPE[::-1], margin=0.25),), bounds=SQUARE)
+    assert_allclose(clearances(backward, points), np.minimum(expected, 5.0 - np.abs(points).max(axis=1)), atol=1e-12)
+    assert_array_equal(clearances(World(), points), np.inf)
+
+
+def test_the_way_around_a_wall_is_as_long_as_geometry_says():
+    world = World(bounds=SQUARE, obstacles=(WALL,))
+    start, goal = np.array([2.0, -1.0]), np.array([2.0, 3.0])
+    route = find_route(world, start, goal, radius=0.3, step=0.4)
+    length = route.distances.flat[route.cells_of(start[None])[0]]
+    corners = np.array([(-4.4, 1.0), (-4.4, 1.4)])  # radius and margin off the end of the wall
+    shortest = sum(np.linalg.norm(b - a) for a, b in zip([start, *corners], [*corners, goal], strict=True))
+    assert shortest - 0.3 < length < 1.083 * shortest + 4.0 * route.cell, "on a grid"
+
+
+def test_wandering_keeps_clear_of_everything_for_long():
+    places = np.random.default_rng(4).uniform(-4.0, 3.5, size=(8, 2))
+    places = places[np.linalg.norm(places - [0.0, -2.0], axis=1) > 1.5]
+    trees = tuple(Obstacle(name="/Tree", outline=box_outline(place, place + 0.5)) for place in places)
+    world = World(bounds=SQUARE, obstacles=trees)
+    plan = walk(world=world, steps=150)
+    assert len(plan) == 150
+    middles = 0.5 * (plan.positions[1:] + plan.positions[:-1])[:, [0, 2]]
+    assert clearances(world, plan.positions[:, [0, 2]]).min() > RADIUS - 0.1
+    assert np.ptp(middles, axis=0).min() > 4.0, "it gets about"
+
+
+def test_the_same_seed_gives_the_same_bytes_and_another_does_not():
+    one, same, other = walk(steps=30), walk(steps=30), walk(2, steps=30)
+    assert (
+        one.positions.tobytes() == same.positions.tobytes()
+        and one.strike_times.tobytes() == same.strike_times.tobytes()
+    )
+    assert one.positions.tobytes() != other.positions.tobytes()
+
+
+def test_goals_are_reached_around_a_wall_and_it_stands_there():
+    world = World(bounds=SQUARE, obstacles=(WALL,))
+    goal = np.array([2.0, 0.0, 3.0])
+    plan = walk(world=world, goals=[np.array([3.0, 0.0, 0.0]), goal], steps=200)
+    assert plan.starts_standing and plan.ends_standing
+    assert np.linalg.norm(plan.positions[-2:].mean(axis=0) - goal) <= WanderOptions().arrival + 1e-9
+    assert clearances(world, plan.positions[:, [0, 2]]).min() > RADIUS - 0.1
+
+
+def test_a_footstep_is_known_only_from_the_world_sent_before_it():
+    """A wall that appears is avoided from the next step on, and not before."""
+    goals = [np.array([0.0, 0.0, 4.0])]
+    start, free, walled = np.array([0.0, 0.0, -4.0]), World(bounds=SQUARE), World(bounds=SQUARE, obstacles=(WALL,))
+    ways = [wander(free, start, 0.0, generator=np.random.default_rng(3), goals=goals) for _ in range(2)]
+    before = [[next(way) for _ in range(5)] for way in ways]
+    for one, other in zip(*before, strict=True):
+        assert_array_equal(one.position, other.position)
+    through, around = list(ways[0]), [ways[1].send(walled), *ways[1]]
+    points = np.array([step.position for step in around])[:, [0, 2]]
+    assert clearances(walled, points).min() > RADIUS - 0.1
+    assert len(around) > len(through)
+    assert np.linalg.norm(points[-1] - [0.0, 4.0]) < 0.5
+
+
+def test_strikes_as_they_come_are_those_of_the_plan():
+    way = wander(World(bounds=SQUARE), np.zeros(3), 0.0, generator=np.random.default_rng(5), start_time=2.0)
+    footsteps = [next(way) for _ in range(12)]
+    plan = join_footsteps(footsteps, name="/Plan")
+    assert_allclose([step.strike_time for step in footsteps], plan.strike_times, atol=1e-9)
+
+
+def test_it_stays_on_walkable_ground_and_its_heights():
+    terrain = terrain_of(
+        [slab((-3.0, 3.0), (-3.0, 3.0), (0.0, 0.6)), slab((3.0, 9.0), (-3.0, 3.0), (0.0, 0.6))], walkable=[True, False]
+    )
+    plan = walk(world=World(ground=Ground(terrain)), steps=80)
+    assert np.abs(plan.positions[:, [0, 2]]).max() < 3.0
+    assert_allclose(plan.positions[:, 1], 0.1 * (plan.positions[:, 2] + 3.0), atol=1e-6)
+
+
+def test_what_cannot_be_is_said():
+    world = World(bounds=SQUARE, obstacles=(WALL,))
+    closed = World(bounds=SQUARE, obstacles=(Obstacle(name="/Bar", outline=box_outline((-5.0, 1.0), (5.0, 1.4))),))
+    with pytest.raises(PlanError, match=r"goal \(0\.00, 1\.20\) m: is within 0\.30 m of the obstacle /Wall"):
+        walk(world=world, goals=[np.array([0.0, 0.0, 1.2])])
+    with pytest.raises(PlanError, match="outside the bounds"):
+        walk(world=world, goals=[np.array([7.0, 0.0, 0.0])])
+    with pytest.raises(PlanError, match="cannot be reached from"):
+        walk(world=closed, goals=[np.array([0.0, 0.0, 3.0])])
+    with pytest.raises(PlanError, match=r"start .* too close to an obstacle"):
+        plan_wander(world, np.array([0.0, 0.0, 1.2]), 0.0, generator=np.random.default_rng(0))
+    with pytest.raises(PlanError, match=r"wander: has 1 footstep"):
+        walk(steps=1)

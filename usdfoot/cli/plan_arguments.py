@@ -1,0 +1,53 @@
+"""What the planners' verbs have in common: arguments and how results are shown."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import TYPE_CHECKING
+
+from usdfoot.cli.console import print_problems, results_console
+from usdfoot.cli.tables import plan_table
+
+if TYPE_CHECKING:
+    from usdfoot.pipeline.plan import PlanReport
+
+__all__ = ["add_agent_arguments", "add_scene_arguments", "print_plans", "quantity"]
+
+
+def add_scene_arguments(parser: argparse.ArgumentParser, scene: str) -> None:
+    """Add the scene and the layer to write."""
+    parser.add_argument("scene", metavar="SCENE", help=scene)
+    parser.add_argument("-o", "--output", metavar="PLANS", required=True, help="layer to write: .usd, .usda or .usdc")
+
+
+def add_agent_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add who is planned for, and how wide they are."""
+    parser.add_argument("--agents", metavar="GLOB", default="*", help="names or prim paths of agents (default: all)")
+    parser.add_argument(
+        "--radius",
+        metavar="METRES",
+        type=quantity,
+        default=0.25,
+        help="of their bodies seen from above (default: %(default)s)",
+    )
+
+
+def quantity(text: str) -> float:
+    """A number above 0."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number above 0")
+    return value
+
+
+def print_plans(report: PlanReport, *, quiet: bool) -> int:
+    """Problems on stderr, the plans on stdout; gives back the exit code."""
+    print_problems(report.problems, quiet=quiet)
+    console = results_console()
+    console.print(plan_table(report.plans))
+    console.print(f"wrote {report.file}", soft_wrap=True)
+    return 1 if report.skipped else 0

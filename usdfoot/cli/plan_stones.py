@@ -1,0 +1,70 @@
+"""usdfoot plan stones: a way over given footholds."""
+
+from __future__ import annotations
+
+import argparse
+
+from usdfoot.cli.console import shown_progress
+from usdfoot.cli.plan_arguments import add_scene_arguments, print_plans, quantity
+
+__all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
+
+NAME = "stones"
+HELP = "a comfortable way over stepping stones"
+DESCRIPTION = (
+    "Finds for each agent with usdfoot:agent:goal the most comfortable steps from where its prim stands to its last "
+    "goal, standing only on given footholds: the tops of the walkable terrain, or what --on names: terrain meshes, "
+    "Points, PointInstancers."
+)
+EPILOG = """\
+example:
+  usdfoot plan stones river.usda -o plans.usda
+  usdfoot plan stones river.usda -o plans.usda --on '/World/River/Stones/*' --reach biped
+
+where there is no way the error says how far one leads, and from where the next foothold is how far.
+
+exit codes: 0 all planned, 1 some agents skipped (listed), 2 nothing written
+
+in Python:
+  from usdfoot.planning.stones import Stones, plan_stones, stance_at
+  plan = plan_stones(stones, stance_at(start, yaw, reach), stance_at(goal, yaw, reach), reach)
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's arguments."""
+    add_scene_arguments(parser, "USD file with agents, goals and footholds")
+    parser.add_argument("--agents", metavar="GLOB", default="*", help="names or prim paths of agents (default: all)")
+    parser.add_argument("--on", metavar="GLOB", help="prim paths of footholds (default: all walkable terrain)")
+    parser.add_argument(
+        "--spacing",
+        metavar="METRES",
+        type=quantity,
+        default=0.12,
+        help="between the footholds tried on a mesh (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--reach",
+        choices=("clips", "biped"),
+        default="clips",
+        help="how far a step goes: as far as the clips land, or as the legs allow (default: %(default)s)",
+    )
+    parser.add_argument("--leaps", action="store_true", help="count clips with a flight too")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Plan; 0 = all agents, 1 = some skipped."""
+    from usdfoot.pipeline.plan_goals import GoalOptions, plan_scene_stones
+
+    with shown_progress(quiet=arguments.quiet) as progress:
+        report = plan_scene_stones(
+            arguments.scene,
+            arguments.output,
+            options=GoalOptions(agents=arguments.agents),
+            on=arguments.on,
+            spacing=arguments.spacing,
+            reach=arguments.reach,
+            leaps=arguments.leaps,
+            progress=progress,
+        )
+    return print_plans(report, quiet=arguments.quiet)

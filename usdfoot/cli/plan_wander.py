@@ -1,0 +1,80 @@
+"""usdfoot plan wander: one footstep at a time, at random or to goals."""
+
+from __future__ import annotations
+
+import argparse
+import re
+
+from usdfoot.cli.console import shown_progress
+from usdfoot.cli.plan_arguments import add_agent_arguments, add_scene_arguments, print_plans
+
+__all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
+
+NAME = "wander"
+HELP = "agents that wander at random or to goals around obstacles"
+DESCRIPTION = (
+    "Plans agents that follow nothing yet, one footstep at a time: at random, or to their usdfoot:agent:goal, on "
+    "walkable terrain and around what has UsdfootObstacleAPI. Agents do not see each other; that is "
+    "what usdfoot plan crowd is for."
+)
+EPILOG = """\
+example:
+  usdfoot plan wander park.usda -o plans.usda --steps 200 --seed 7
+  usdfoot plan wander park.usda -o plans.usda --bounds=-10,-10,10,10
+
+exit codes: 0 all planned, 1 some agents skipped (listed), 2 nothing written
+
+in Python, interactively: send() tells of a world that has changed
+  from usdfoot.planning.wander import wander
+  walk = wander(world, start, yaw, generator=numpy.random.default_rng(7))
+  footstep = next(walk)
+  footstep = walk.send(changed_world)
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's arguments."""
+    add_scene_arguments(parser, "USD file with agents, terrain and obstacles")
+    add_agent_arguments(parser)
+    parser.add_argument("--steps", metavar="N", type=count, default=100, help="footsteps at most (default: 100)")
+    parser.add_argument("--seed", metavar="N", type=int, default=0, help="of the random numbers (default: %(default)s)")
+    parser.add_argument(
+        "--bounds",
+        metavar="X0,Z0,X1,Z1",
+        type=box,
+        help="area to stay in [m]: x, and z, or on a Z-up stage minus y (default: the terrain alone ends it)",
+    )
+
+
+def count(text: str) -> int:
+    """A whole number of at least 2."""
+    if not text.isdigit() or int(text) < 2:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 2")
+    return int(text)
+
+
+def box(text: str) -> tuple[float, float, float, float]:
+    """Four numbers, the first two below the last two."""
+    parts = text.split(",")
+    if len(parts) == 4 and all(re.fullmatch(r"-?\d+(\.\d*)?", part) for part in parts):
+        x0, z0, x1, z1 = (float(part) for part in parts)
+        if x0 < x1 and z0 < z1:
+            return x0, z0, x1, z1
+    raise argparse.ArgumentTypeError(f"{text!r} is no area; give lowest x and z, highest x and z, like -10,-10,10,10")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Plan; 0 = all agents, 1 = some skipped."""
+    from usdfoot.pipeline.plan_goals import GoalOptions, plan_scene_wander
+
+    with shown_progress(quiet=arguments.quiet) as progress:
+        report = plan_scene_wander(
+            arguments.scene,
+            arguments.output,
+            options=GoalOptions(agents=arguments.agents, radius=arguments.radius),
+            steps=arguments.steps,
+            seed=arguments.seed,
+            bounds=arguments.bounds,
+            progress=progress,
+        )
+    return print_plans(report, quiet=arguments.quiet)

@@ -1,0 +1,133 @@
+"""Crowds: many seekers with goals, simulated by JuPedSim, stepping without treading on each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from usdfoot.errors import PlanError
+from usdfoot.maths.types import FloatArray
+from usdfoot.model.ground import Ground
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.report import Problem
+from usdfoot.model.terrain import Terrain
+from usdfoot.planning.collisions import FootTable, find_collisions
+from usdfoot.planning.elbow_room import keep_apart
+from usdfoot.planning.facing import face_tracks
+from usdfoot.planning.feet_apart import set_feet_apart, uncross
+from usdfoot.planning.root_curves import build_root_curves
+from usdfoot.planning.scenario import Scenario, Seeker
+from usdfoot.planning.trajectories import NARROW, lay_plans, step_along_curves
+
+if TYPE_CHECKING:
+    from usdfoot.planning.simulation import Tracks
+
+__all__ = ["CrowdOptions", "plan_crowd"]
+
+SMOOTHING = 0.4
+"""Standard deviation of the filter on the simulated paths: people start and stop more gently than discs [s]."""
+ELBOW_ROOM = 0.45
+"""Least distance between the roots of two people [m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CrowdOptions:
+    """How a crowd is planned."""
+
+    duration: float = 600.0
+    """Simulated at most [s]; it ends earlier when all have arrived or nobody gets on."""
+
+
+def plan_crowd(
+    scenario: Scenario, terrain: Terrain, *, options: CrowdOptions | None = None
+) -> tuple[list[FootstepPlan], tuple[Problem, ...]]:
+    """Plans of all seekers that can go, in order and with their names, and what went wrong with whom.
+
+    JuPedSim gives the paths (collision free speed model). Who goes to the place where others go gets a place beside it.
+    Footsteps follow the paths, where it is tight to the side; those that would come down on or swing into another's
+    foot are moved apart.
+
+    Args:
+        scenario: Seekers, obstacles and bounds.
+        terrain: Walkable ground; without any it is level and everywhere. Levels above one another count as one.
+        options: How.
+
+    Raises:
+        PlanError: If JuPedSim is not installed or there is no seeker.
+    """
+    options = options or CrowdOptions()
+    if find_spec("jupedsim") is None:
+        raise PlanError("plan crowd", "needs JuPedSim, which is not installed", "pip install 'usdfoot[crowd]'")
+    if not scenario.seekers:
+        raise PlanError("crowd", "has no agent with a goal", "point usdfoot:agent:goal of agents at prims")
+    from usdfoot.planning.places import find_places  # these need what comes with the extra
+    from usdfoot.planning.simulation import simulate
+
+    groups, problems = find_places(scenario, terrain)
+    faults = list(problems)
+    plans: list[FootstepPlan] = []
+    for area, seekers in groups:
+        tracks = simulate(area, seekers, duration=options.duration)
+        plans += _plans(seekers, tracks, terrain, faults)
+    order = {seeker.name: index for index, seeker in enumerate(scenario.seekers)}
+    return sorted(plans, key=lambda plan: order[plan.name]), tuple(faults)
+
+
+def _plans(seekers: Sequence[Seeker], tracks: Tracks, terrain: Terrain, faults: list[Problem]) -> list[FootstepPlan]:
+    """Plans of the seekers of one area."""
+    starts = np.array([seeker.start for seeker in seekers])
+    trajectories = face_tracks(
+        tracks.points,
+        time_step=float(tracks.times[1]),
+        yaws=np.array([np.nan if seeker.yaw is None else seeker.yaw for seeker in seekers]),
+        heights=starts[:, 1],
+        names=[seeker.name for seeker in seekers],
+    )
+    curves = keep_apart(build_root_curves(trajectories, smoothing_time=SMOOTHING), distance=ELBOW_ROOM)
+    tables, order = [], np.zeros(0, dtype=int)
+    for body in dict.fromkeys(seeker.body for seeker in seekers):
+        own = np.array([index for index, seeker in enumerate(seekers) if seeker.body == body])
+        table = step_along_curves(curves[own], body)
+        tables.append((replace(table, owners=table.owners + len(order)), NARROW * body.step_width))
+        order = np.concatenate([order, own])
+    feet, narrowest = _joined(tables)
+    feet = set_feet_apart(uncross(feet, narrowest=narrowest), narrowest=narrowest)
+    faults += [_late(seeker, tracks.points[-1, i]) for i, seeker in enumerate(seekers) if not tracks.arrived[i]]
+    faults += _treads([seekers[index] for index in order], feet)
+    ground = Ground(terrain, fallback_height=float(starts[:, 1].min()))
+    return lay_plans([seekers[index].name for index in order], feet, ground)
+
+
+def _joined(tables: Sequence[tuple[FootTable, float]]) -> tuple[FootTable, FloatArray]:
+    """One table of several, and the least distance across of each of its footsteps."""
+    joined = FootTable(
+        **{part.name: np.concatenate([getattr(table, part.name) for table, _ in tables]) for part in fields(FootTable)}
+    )
+    return joined, np.concatenate([np.full(len(table.owners), width) for table, width in tables])
+
+
+def _treads(seekers: Sequence[Seeker], feet: FootTable) -> list[Problem]:
+    """A warning for each two people whose feet still overlap, at the worst instant."""
+    found = find_collisions(feet)
+    people = feet.owners[found.steps].reshape(-1, 2)
+    pairs, rows = np.unique(people, axis=0, return_index=True)
+    return [
+        _warning(
+            seekers[one],
+            f"treads on {seekers[other].name} by {found.depths[row]:.3f} m at {found.times[row]:.2f} s",
+        )
+        for (one, other), row in zip(pairs, rows, strict=True)
+    ]
+
+
+def _late(seeker: Seeker, point: FloatArray) -> Problem:
+    left = float(np.linalg.norm(seeker.goals[-1][[0, 2]] - point))
+    return _warning(seeker, f"does not get to its goal; it stops {left:.2f} m before it")
+
+
+def _warning(seeker: Seeker, what: str) -> Problem:
+    return Problem(severity="warning", where=seeker.name, message=f"{seeker.name}: {what}")

@@ -1,0 +1,145 @@
+"""Reach: where a swing foot can and likes to come down, from the clips' landings or from the legs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from usdfoot.errors import ClipError
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.biped import Biped
+from usdfoot.model.examples import Examples
+from usdfoot.spaces.library import end_landings, has_flight, left_landings
+
+__all__ = ["Reach", "reach_of_biped", "reach_of_examples", "step_costs"]
+
+CIRCLE = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+"""Corners of outlines that stand for circles and ellipses [rad]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reach:
+    """What one step may be. Landings are of the left foot, from the support ball, in the heading at the step's end.
+
+    Those of the right foot are the mirror image.
+    """
+
+    outline: FloatArray
+    """Convex outline of possible landings (x, z) [m], counter-clockwise with x to the right and z up, shape (K, 2)."""
+    comfortable: FloatArray
+    """Landing that costs least (x, z) [m], shape (2,)."""
+    spread: FloatArray
+    """Difference from it in x and z [m] that costs as much as a step, shape (2,)."""
+    rise: float
+    """Highest step up or down [m]."""
+    turn: float
+    """Largest change of heading in a step [rad]."""
+    apart: float
+    """Least distance between the balls of both feet [m]."""
+
+    @property
+    def farthest(self) -> float:
+        """Length of the longest step seen from above [m]."""
+        return float(np.linalg.norm(self.outline, axis=1).max())
+
+
+def reach_of_examples(
+    examples: Examples, biped: Biped, *, style: str | None = None, stretch: float = 0.05, leaps: bool = False
+) -> Reach:
+    """Reach of a library's clips: the hull of their landings.
+
+    Args:
+        examples: The library's steps.
+        biped: Legs of the character; how high it steps follows from them, as the engine bends them to any height.
+        style: Of the clips to use; None = of all.
+        stretch: How far outside the landings a footstep may be [m]; IK takes the rest.
+        leaps: Whether steps with a flight count too.
+
+    Raises:
+        ClipError: If no step is left.
+    """
+    chosen = np.array([style is None or name == style for name in examples.styles], dtype=bool)
+    if not leaps:
+        chosen &= ~has_flight(examples.durations, examples.support_liftoffs)
+    if not chosen.any():
+        what = "step" if style is None else f"step of style {style!r}"
+        raise ClipError("clips", f"show no {what}" + ("" if leaps else " without a flight"), "add walking clips")
+    landings = left_landings(end_landings(examples), examples.swing_sides)[chosen]
+    forward = landings[landings[:, 1] > np.median(np.abs(landings[:, 1])) * 0.5]
+    around = stretch * np.stack([np.sin(CIRCLE), np.cos(CIRCLE)], axis=1)
+    return _reach(
+        _hull((landings[:, None] + around).reshape(-1, 2)),
+        np.median(forward if len(forward) else landings, axis=0),
+        biped,
+    )
+
+
+def reach_of_biped(biped: Biped, *, hip_width: float | None = None) -> Reach:
+    """Reach of a biped without clips ([P] 2.2), from its virtual legs.
+
+    Both feet are reached with straight legs when the pelvis sinks to 0.8 of the nominal leg length: half a step is the
+    other side of that triangle. Sideways half of it is comfortable, backward half.
+
+    Args:
+        biped: Leg lengths.
+        hip_width: Between the hips [m]; None = 0.2 of the leg length.
+    """
+    leg = biped.nominal_leg_length
+    width = 0.2 * leg if hip_width is None else hip_width
+    longest = 2.0 * float(np.sqrt(max(biped.maximal_leg_length**2 - (0.8 * leg) ** 2, (0.2 * leg) ** 2)))
+    angle = CIRCLE
+    forward = np.where(np.cos(angle) > 0.0, longest, 0.5 * longest) * np.cos(angle)
+    sideways = np.where(np.sin(angle) > 0.0, 0.5 * longest, 0.5 * width) * np.sin(angle) + 0.5 * width
+    return _reach(_hull(np.stack([sideways, forward], axis=1)), np.array([0.7 * width, 0.65 * longest]), biped)
+
+
+def _reach(outline: FloatArray, comfortable: FloatArray, biped: Biped) -> Reach:
+    leg = biped.nominal_leg_length
+    return Reach(
+        outline=outline,
+        comfortable=comfortable,
+        spread=np.array([0.2, 0.4]) * leg,
+        rise=0.45 * leg,
+        turn=np.radians(45.0),
+        apart=0.1 * leg,
+    )
+
+
+def step_costs(reach: Reach, landings: FloatArray, swing_sides: IntArray, rises: FloatArray) -> FloatArray:
+    """How uncomfortable steps are: 1 at best, more with the square of what differs, infinite out of reach.
+
+    Args:
+        reach: Of the character.
+        landings: From the support ball in the heading at the step's end, (x, z) [m], shape (N, 2).
+        swing_sides: 0 = left, 1 = right, shape (N,).
+        rises: Height of the landing above the support [m], shape (N,).
+
+    Returns:
+        Shape (N,).
+    """
+    own = left_landings(landings, swing_sides)
+    differences = (own - reach.comfortable) / reach.spread
+    costs = 1.0 + np.sum(differences**2, axis=1) + (rises / (0.5 * reach.rise)) ** 2
+    possible = _inside(reach.outline, own) & (np.abs(rises) <= reach.rise)
+    possible &= (np.sum(own**2, axis=1) >= reach.apart**2) & (own[:, 0] >= 0.0)  # legs do not cross
+    return np.where(possible, costs, np.inf)
+
+
+def _inside(outline: FloatArray, points: FloatArray) -> BoolArray:
+    """Whether points (N, 2) are in a convex counter-clockwise outline."""
+    edges = np.roll(outline, -1, axis=0) - outline
+    normals = np.stack([edges[:, 1], -edges[:, 0]], axis=1)  # outward
+    inside = np.all((points >= outline.min(axis=0)) & (points <= outline.max(axis=0)), axis=1)
+    near = np.flatnonzero(inside)
+    inside[near] = np.all(points[near] @ normals.T <= np.sum(outline * normals, axis=1) + 1e-9, axis=1)
+    return inside
+
+
+def _hull(points: FloatArray) -> FloatArray:
+    """Corners of the convex hull, counter-clockwise."""
+    try:
+        return points[ConvexHull(points).vertices]
+    except QhullError as error:
+        raise ClipError("clips", "land all on one line", "let the reach be stretched, or use the biped's") from error

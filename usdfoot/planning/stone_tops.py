@@ -1,0 +1,86 @@
+"""Stone tops: places on meshes where a foot can stand."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from usdfoot.errors import PlanError
+from usdfoot.maths.types import BoolArray, FloatArray
+from usdfoot.model.ground import Ground
+from usdfoot.model.terrain import Terrain
+from usdfoot.planning.proportions import Proportions
+from usdfoot.planning.stones import Stones
+
+__all__ = ["stones_on"]
+
+STEEPEST = np.radians(35.0)
+"""Tops steeper than this are nothing to stand on."""
+LEVEL = 0.03
+"""How much the top may fall away under the foot [m]."""
+MOST_PLACES = 20_000
+"""Places looked at on one mesh at most."""
+
+
+def stones_on(terrain: Terrain, *, body: Proportions, spacing: float = 0.12) -> Stones:
+    """Footholds on the tops of all walkable meshes of a terrain: a grid on each, its middle at the middle of the mesh.
+
+    Under the whole foot's width around the ball the top is level but for its slope; a stone too small for that gives
+    its middle.
+
+    Args:
+        terrain: Meshes; each is a stone, whose top is what is seen of it from above.
+        body: Whose feet.
+        spacing: Of the grid [m].
+
+    Raises:
+        PlanError: If there is no walkable mesh, or one is too large for the spacing.
+    """
+    ground = Ground(terrain)
+    ceiling = float(terrain.points[:, 1].max(initial=0.0))
+    positions, normals = [np.zeros((0, 3))], [np.zeros((0, 3))]
+    for index in np.flatnonzero(terrain.walkable):
+        corners = terrain.points[terrain.triangles[terrain.mesh_indices == index]].reshape(-1, 3)
+        lowest, highest = corners.min(axis=0), corners.max(axis=0)
+        half = np.floor(0.5 * (highest - lowest)[[0, 2]] / spacing).astype(int)
+        if np.prod(2 * half + 1) > MOST_PLACES:
+            size = (highest - lowest)[[0, 2]]
+            what = f"is {size[0]:.1f} m by {size[1]:.1f} m, too large to look for footholds every {spacing:g} m"
+            raise PlanError(terrain.meshes[index], what, "name the stones, or give a wider spacing")
+        x, z = np.meshgrid(*(np.arange(-count, count + 1) * spacing for count in half), indexing="ij")
+        points = 0.5 * (lowest + highest)[[0, 2]] + np.stack([x.ravel(), z.ravel()], axis=1)
+        own = Ground(_only(terrain, int(index)))
+        tops = own.heights(points, np.full(len(points), highest[1]))
+        seen = ground.heights(points, np.full(len(points), ceiling))
+        top = tops.hit & (np.abs(seen.heights - tops.heights) < 1e-3) & (tops.normals[:, 1] >= np.cos(STEEPEST))
+        firm = top & _is_level(own, points, tops.heights, tops.normals, body.half_width)
+        if not firm.any() and top.any():
+            firm = np.arange(len(points)) == np.flatnonzero(top)[len(np.flatnonzero(top)) // 2]
+        positions.append(np.column_stack([points[:, 0], tops.heights, points[:, 1]])[firm])
+        normals.append(tops.normals[firm])
+    return Stones(
+        name=", ".join(terrain.meshes[:3]) or "stones",
+        positions=np.concatenate(positions),
+        normals=np.concatenate(normals),
+    )
+
+
+def _is_level(ground: Ground, points: FloatArray, heights: FloatArray, normals: FloatArray, radius: float) -> BoolArray:
+    """Whether the ground goes on in its plane at four places around each point, shape (N,)."""
+    level = np.ones(len(points), dtype=bool)
+    for offset in radius * np.array([(1, 0), (-1, 0), (0, 1), (0, -1)]):
+        around = ground.heights(points + offset, heights)
+        plane = heights - (normals[:, [0, 2]] @ offset) / normals[:, 1]
+        level &= around.hit & (np.abs(around.heights - plane) <= LEVEL)
+    return level
+
+
+def _only(terrain: Terrain, index: int) -> Terrain:
+    """One mesh of a terrain."""
+    own = terrain.mesh_indices == index
+    return Terrain(
+        meshes=(terrain.meshes[index],),
+        points=terrain.points,
+        triangles=terrain.triangles[own],
+        mesh_indices=np.zeros(int(own.sum()), dtype=int),
+        walkable=terrain.walkable[[index]],
+    )

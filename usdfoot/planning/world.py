@@ -1,0 +1,135 @@
+"""World: what a planner walks about in, seen from above: a bounded area, obstacles, terrain."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from usdfoot.errors import PlanError
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.ground import Ground
+
+__all__ = ["Obstacle", "World", "box_outline", "clearances", "is_clear"]
+
+BATCH = 2_000_000
+"""Distances from points to edges held at once."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Obstacle:
+    """Something to walk around.
+
+    Raises:
+        PlanError: If the outline has no area or is not finite.
+    """
+
+    name: str
+    """Prim path, for messages."""
+    outline: FloatArray
+    """Corners of a simple polygon (x, z) [m], in either direction, shape (K, 2)."""
+    margin: float = 0.0
+    """Distance to keep from it [m]."""
+
+    def __post_init__(self) -> None:
+        if not np.isfinite(self.outline).all() or len(self.outline) < 3:
+            raise PlanError(self.name, "has no finite outline of at least three corners", "repair the obstacle")
+        if not (np.isfinite(self.margin) and self.margin >= 0.0):
+            raise PlanError(self.name, f"has a margin of {self.margin:g} m", "author a number of at least 0")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Edges:
+    """Edges of outlines, one outline after the other."""
+
+    starts: FloatArray
+    """(x, z) [m], shape (E, 2)."""
+    ends: FloatArray
+    """(x, z) [m], shape (E, 2)."""
+    first: IntArray
+    """First edge of each outline, shape (O,)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class World:
+    """Where one may walk: within the bounds, on walkable terrain, away from obstacles."""
+
+    bounds: FloatArray | None = None
+    """Outline to stay in (x, z) [m], shape (K, 2); None = nothing but the terrain ends it."""
+    obstacles: tuple[Obstacle, ...] = ()
+    ground: Ground | None = None
+    """None = level ground at height 0."""
+
+    @cached_property
+    def edges(self) -> Edges:
+        """Of the obstacles, and of the bounds as the last."""
+        outlines = [obstacle.outline for obstacle in self.obstacles]
+        outlines += [] if self.bounds is None else [self.bounds]
+        return Edges(
+            starts=np.concatenate([np.zeros((0, 2)), *outlines]),
+            ends=np.concatenate([np.zeros((0, 2)), *(np.roll(outline, -1, axis=0) for outline in outlines)]),
+            first=np.cumsum([0, *(len(outline) for outline in outlines)])[:-1],
+        )
+
+
+def box_outline(lowest: FloatArray, highest: FloatArray) -> FloatArray:
+    """Corners (4, 2) of the box between two ground points (x, z) [m]."""
+    (x0, z0), (x1, z1) = lowest, highest
+    return np.array([(x0, z0), (x0, z1), (x1, z1), (x1, z0)], dtype=float)
+
+
+def clearances(world: World, points: FloatArray) -> FloatArray:
+    """Distance [m] to the nearest obstacle's margin or to the bounds, negative inside the one and outside the other.
+
+    Args:
+        world: Bounds and obstacles; terrain does not count here.
+        points: (x, z) [m], shape (N, 2).
+
+    Returns:
+        Shape (N,), infinite where there is neither.
+    """
+    edges = world.edges
+    if not len(edges.first):
+        return np.full(len(points), np.inf)
+    batches = np.array_split(points, max(1, -(-len(points) * len(edges.starts) // BATCH)))
+    distances = np.concatenate([_signed_distances(edges, batch) for batch in batches])
+    distances[:, : len(world.obstacles)] -= [obstacle.margin for obstacle in world.obstacles]
+    if world.bounds is not None:
+        distances[:, -1] *= -1.0
+    return distances.min(axis=1)
+
+
+def is_clear(world: World, points: FloatArray, heights: FloatArray, *, radius: float, step: float) -> BoolArray:
+    """Whether a body may stand at points (N, 2): clear of everything by `radius`, the ground walkable and in reach.
+
+    Args:
+        world: Bounds, obstacles, terrain.
+        points: (x, z) [m], shape (N, 2).
+        heights: From which the ground is looked for [m], shape (N,).
+        radius: Of the body [m].
+        step: Highest rise or drop of the ground [m].
+    """
+    clear = clearances(world, points) >= radius
+    if world.ground is not None:
+        sample = world.ground.heights(points, heights, step_up=step)
+        clear &= sample.walkable & (np.abs(sample.heights - heights) <= step)
+    return clear
+
+
+def _signed_distances(edges: Edges, points: FloatArray) -> FloatArray:
+    """Distances of points (N, 2) from outlines, negative inside, shape (N, O).
+
+    The nearest edge gives the distance, the number of edges that a ray towards +x crosses gives the sign.
+    """
+    vectors = edges.ends - edges.starts
+    offsets = points[:, None] - edges.starts  # (N, E, 2)
+    lengths = np.maximum(np.sum(vectors**2, axis=1), np.finfo(float).tiny)
+    along = np.clip(np.sum(offsets * vectors, axis=2) / lengths, 0.0, 1.0)
+    distances = np.linalg.norm(offsets - along[..., None] * vectors, axis=2)
+    spans = (edges.starts[:, 1] > points[:, None, 1]) != (edges.ends[:, 1] > points[:, None, 1])
+    rises = np.where(vectors[:, 1] == 0.0, 1.0, vectors[:, 1])
+    crosses = spans & (offsets[..., 0] < vectors[:, 0] * offsets[..., 1] / rises)
+    inside = np.add.reduceat(crosses, edges.first, axis=1, dtype=int) % 2 == 1
+    nearest = np.minimum.reduceat(distances, edges.first, axis=1)
+    return np.where(inside, -nearest, nearest)

@@ -1,0 +1,157 @@
+"""Obstacles: prims with UsdfootObstacleAPI as outlines on the ground."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from pxr import Usd, UsdGeom
+from scipy.spatial import ConvexHull, QhullError
+
+from usdfoot.bridge.schema import has_api
+from usdfoot.bridge.tokens import Obstacle as Token
+from usdfoot.bridge.tokens import Schema
+from usdfoot.bridge.units import StageUnits
+from usdfoot.errors import SceneError, UsdfootError
+from usdfoot.maths.types import FloatArray
+from usdfoot.model.report import Problem
+from usdfoot.planning.world import Obstacle
+from usdfoot.readers.skeleton import matrices_of
+from usdfoot.readers.stage import StagePrims, authored, start_code
+from usdfoot.readers.triangles import triangulate
+
+__all__ = ["read_obstacles"]
+
+CONVEX = 0.98
+"""A mesh whose upward faces cover this much of its hull is as good as convex seen from above."""
+THIN = 1e-9
+"""Area below which a face stands upright [m2]."""
+ROUND = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+ROUND_GPRIMS = ("Sphere", "Cylinder", "Capsule", "Cone")
+
+
+def read_obstacles(
+    stage: Usd.Stage, prims: StagePrims, units: StageUnits
+) -> tuple[tuple[Obstacle, ...], tuple[Problem, ...]]:
+    """Outlines of all obstacles at the stage's start seen from above, and those that could not be used.
+
+    The API on a prim means every Boundable at or below it. A concave mesh gives an outline for each face that looks up.
+    """
+    obstacles: list[Obstacle] = []
+    problems = []
+    for prim in _boundables(prims):
+        try:
+            margin = _margin(prim) * units.meters_per_unit
+            for outline in _outlines(stage, prim, units):
+                obstacles.append(Obstacle(name=str(prim.GetPath()), outline=outline, margin=margin))
+        except UsdfootError as error:
+            problems.append(Problem(severity="error", where=error.where, message=str(error)))
+    return tuple(obstacles), tuple(problems)
+
+
+def _boundables(prims: StagePrims) -> list[Usd.Prim]:
+    """Every Boundable at or below an obstacle prim, once."""
+    found = {}
+    for prim in prims.with_apis.get(Schema.OBSTACLE, ()):
+        for below in Usd.PrimRange(prim, Usd.TraverseInstanceProxies()):
+            if below.IsA(UsdGeom.Gprim) or (below == prim and below.IsA(UsdGeom.Boundable)):
+                found[below.GetPath()] = below
+    return list(found.values())
+
+
+def _margin(prim: Usd.Prim) -> float:
+    """The margin authored nearest to the prim, on itself or above [stage units]."""
+    while prim and not prim.IsPseudoRoot():
+        value = authored(prim, Token.MARGIN) if has_api(prim, Schema.OBSTACLE) else None
+        if value is not None:
+            if not (math.isfinite(value) and value >= 0.0):
+                raise SceneError(prim.GetPath(), f"{Token.MARGIN} is {value:g}", "author a number of at least 0")
+            return float(value)
+        prim = prim.GetParent()
+    return 0.0
+
+
+def _outlines(stage: Usd.Stage, prim: Usd.Prim, units: StageUnits) -> list[FloatArray]:
+    """Outlines (K, 2) of a Boundable on the ground [m].
+
+    Raises:
+        SceneError: If it has no extent or is not finite.
+    """
+    matrix = matrices_of(prim, np.array([start_code(stage).GetValue()]))[0]
+
+    def on_ground(points: FloatArray) -> FloatArray:
+        world = units.points_to_canonical(points @ matrix[:3, :3] + matrix[3, :3])
+        if not np.isfinite(world).all():
+            raise SceneError(prim.GetPath(), "is an obstacle whose points are not finite", "repair it")
+        return world[:, [0, 2]]
+
+    if prim.IsA(UsdGeom.Mesh):
+        return _mesh_outlines(stage, UsdGeom.Mesh(prim), on_ground)
+    extent = UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(prim), start_code(stage))
+    if not extent:
+        raise SceneError(prim.GetPath(), "is an obstacle without an extent", "author its extent, or make it a Mesh")
+    lowest, highest = (np.array(corner, dtype=float) for corner in extent)
+    solid = _round_points(prim) if prim.GetTypeName() in ROUND_GPRIMS else _corners()
+    return [_hull(prim, on_ground(0.5 * (lowest + highest) + 0.5 * solid * (highest - lowest)))]
+
+
+def _mesh_outlines(
+    stage: Usd.Stage, mesh: UsdGeom.Mesh, on_ground: Callable[[FloatArray], FloatArray]
+) -> list[FloatArray]:
+    """Outlines of a mesh on the ground: its hull, or of a concave one the faces of one side."""
+    time = start_code(stage)
+    points = np.array(mesh.GetPointsAttr().Get(time) or (), dtype=float).reshape(-1, 3)
+    counts = np.array(mesh.GetFaceVertexCountsAttr().Get(time) or (), dtype=int)
+    indices = np.array(mesh.GetFaceVertexIndicesAttr().Get(time) or (), dtype=int)
+    if not len(points) or counts.sum() != len(indices) or indices.max(initial=-1) >= len(points):
+        raise SceneError(mesh.GetPath(), "is an obstacle whose faces do not match its points", "repair the mesh")
+    places = on_ground(points)
+    hull = _hull(mesh.GetPrim(), places)
+    triangles = places[triangulate(points, counts, indices, np.zeros(0, dtype=int))]  # (T, 3, 2)
+    areas = _areas(triangles)
+    sides = triangles[areas > 0.0], triangles[areas < 0.0]  # of a closed mesh each covers what it stands on
+    covered = areas[areas > 0.0].sum(), -areas[areas < 0.0].sum()
+    if max(covered) < THIN or max(covered) >= CONVEX * abs(_area(hull)):
+        return [hull]
+    widest = sides[int(np.argmax(covered))]
+    return list(widest[np.abs(_areas(widest)) > THIN])
+
+
+def _areas(triangles: FloatArray) -> FloatArray:
+    """Signed areas of triangles (T, 3, 2)."""
+    a, b = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+    return 0.5 * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+
+
+def _area(outline: FloatArray) -> float:
+    x, z = outline.T
+    return 0.5 * float(np.sum(x * np.roll(z, -1) - np.roll(x, -1) * z))
+
+
+def _hull(prim: Usd.Prim, points: FloatArray) -> FloatArray:
+    """Corners of the convex hull; a thin wall seen from its edge is made a millimetre thick."""
+    try:
+        return points[ConvexHull(points).vertices]
+    except QhullError:
+        spread = np.array([(-1, -1), (-1, 1), (1, 1), (1, -1)]) * 5e-4
+        thick = (points[:, None] + spread).reshape(-1, 2)
+        try:
+            return thick[ConvexHull(thick).vertices]
+        except QhullError as error:
+            raise SceneError(prim.GetPath(), "is an obstacle that covers no ground", "repair or remove it") from error
+
+
+def _corners() -> FloatArray:
+    """Corners of the box from -1 to 1, shape (8, 3)."""
+    return np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
+
+
+def _round_points(prim: Usd.Prim) -> FloatArray:
+    """Points that span a round solid within the box from -1 to 1, shape (P, 3)."""
+    circle = np.stack([np.sin(ROUND), np.cos(ROUND)], axis=1)
+    axis = "XYZ".index(str(prim.GetAttribute("axis").Get() or "Z")) if prim.HasAttribute("axis") else 2
+    if prim.GetTypeName() in ("Sphere", "Capsule"):
+        tilts = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 13)
+        return np.concatenate([np.insert(np.cos(t) * circle, axis, np.sin(t), axis=1) for t in tilts])
+    return np.concatenate([np.insert(circle, axis, end, axis=1) for end in (-1.0, 1.0)])

@@ -1,0 +1,74 @@
+"""Stones: footholds of a stage, from its terrain, from meshes or from points."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from fnmatch import fnmatchcase
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from usdfoot.bridge.units import StageUnits
+from usdfoot.errors import SceneError
+from usdfoot.model.terrain import Terrain
+from usdfoot.planning.proportions import Proportions
+from usdfoot.planning.stone_tops import stones_on
+from usdfoot.planning.stones import Stones
+from usdfoot.readers.skeleton import matrices_of
+from usdfoot.readers.stage import start_code
+
+__all__ = ["read_stones"]
+
+
+def read_stones(
+    stage: Usd.Stage, units: StageUnits, terrain: Terrain, *, pattern: str | None, body: Proportions, spacing: float
+) -> Stones:
+    """Footholds: the tops of the terrain's walkable meshes, or of what a glob names: meshes of it, Points, instances.
+
+    Args:
+        stage: Open stage, read at its start.
+        units: Its units.
+        terrain: As read.
+        pattern: Glob on prim paths; None = the whole terrain.
+        body: Whose feet.
+        spacing: Of footholds on meshes [m].
+
+    Raises:
+        SceneError: If the glob names nothing that can be stood on.
+        PlanError: If a mesh is too large for the spacing or nothing can be stood on.
+    """
+    if pattern is None:
+        return stones_on(terrain, body=body, spacing=spacing)
+    chosen = np.array([fnmatchcase(path, pattern) for path in terrain.meshes], dtype=bool)
+    parts = [_points_of(stage, prim, units) for prim in _point_prims(stage, pattern)]
+    if chosen.any():
+        parts.append(stones_on(replace(terrain, walkable=terrain.walkable & chosen), body=body, spacing=spacing))
+    if not parts:
+        raise SceneError(pattern, "names no terrain mesh, Points or PointInstancer", "give a glob of their prim paths")
+    return Stones(
+        name=pattern,
+        positions=np.concatenate([part.positions for part in parts]),
+        normals=np.concatenate([part.normals for part in parts]),
+    )
+
+
+def _point_prims(stage: Usd.Stage, pattern: str) -> Sequence[Usd.Prim]:
+    """Points and PointInstancers of that path, in stage order."""
+    return [
+        prim
+        for prim in stage.Traverse(Usd.TraverseInstanceProxies())
+        if (prim.IsA(UsdGeom.Points) or prim.IsA(UsdGeom.PointInstancer)) and fnmatchcase(str(prim.GetPath()), pattern)
+    ]
+
+
+def _points_of(stage: Usd.Stage, prim: Usd.Prim, units: StageUnits) -> Stones:
+    """A foothold at every point, level."""
+    name = "points" if prim.IsA(UsdGeom.Points) else "positions"
+    values = np.array(prim.GetAttribute(name).Get(start_code(stage)) or (), dtype=float).reshape(-1, 3)
+    matrix = matrices_of(prim, np.array([start_code(stage).GetValue()]))[0]
+    return Stones(
+        name=str(prim.GetPath()),
+        positions=units.points_to_canonical(values @ matrix[:3, :3] + matrix[3, :3]),
+        normals=np.tile([0.0, 1.0, 0.0], (len(values), 1)),
+    )
