@@ -20,9 +20,9 @@ class CorrectedSteps:
     """Blends of N steps, and what they are left to miss."""
 
     examples: IntArray
-    """Heaviest first, shape (N, 3)."""
+    """Heaviest first, shape (N, 3); (N, 4) in the 3-D space."""
     weights: FloatArray
-    """Not negative, sum 1, shape (N, 3)."""
+    """Not negative, sum 1, of the same shape."""
     missed: FloatArray
     """Footstep minus blended landing, (x, z) in the heading at the step's end [m], shape (N, 2)."""
     hull_distances: FloatArray
@@ -47,8 +47,9 @@ def correct_steps(
         entries: Poses the steps come from, as `EndPoses` has them, shape (N, P); None = whatever they are.
     """
     options, count = setup.options, len(queries.landings)
-    chosen, examples = np.zeros((2, count, 3), dtype=np.intp)
-    weights, missed, best = np.zeros((count, 3)), np.zeros((count, 2)), np.full(count, np.inf)
+    width = 4 if options.space == "3d" else 3
+    chosen, examples = np.zeros((2, count, width), dtype=np.intp)
+    weights, missed, best = np.zeros((count, width)), np.zeros((count, 2)), np.full(count, np.inf)
     hull: FloatArray = np.zeros(count)
     asked, kept = queries.landings.copy(), queries.landings.copy()
     active, own = np.arange(count), queries

@@ -31,6 +31,8 @@ class StepQueries:
     """Whether the step ends in a flight, shape (N,)."""
     styles: StyleArray
     """Shape (N,)."""
+    speeds: FloatArray
+    """Of the middle of consecutive footsteps over the step [m/s], shape (N,)."""
     features: StepFeatures
     """Timing, turn, rise and departure."""
 
@@ -42,6 +44,7 @@ class StepQueries:
             swing_sides=self.swing_sides[rows],
             flights=self.flights[rows],
             styles=self.styles[rows],
+            speeds=self.speeds[rows],
             features=self.features[rows],
         )
 
@@ -64,6 +67,7 @@ def step_queries(setup: Setup, steps: IntArray) -> StepQueries:
         swing_sides=contacts.sides[supports + 1],
         flights=has_flight(durations, contacts.liftoffs[supports] - starts),
         styles=setup.styles[supports + 1],
+        speeds=0.5 * np.linalg.norm(strides - departures, axis=1) / durations,
         features=StepFeatures(
             durations=durations,
             swing_liftoffs=np.maximum(contacts.liftoffs[supports - 1], segments.begins[steps]) - starts,
@@ -87,7 +91,8 @@ def ask_spaces(
 
     With `entries` (N, P) those are chosen that begin like the poses given.
     """
-    if examples is not None:
+    tetrahedra = setup.options.space == "3d"
+    if examples is not None and not tetrahedra:
         return reweigh_steps(spaces, landings, examples, swing_sides=queries.swing_sides)
     return solve_steps(
         spaces,
@@ -97,4 +102,5 @@ def ask_spaces(
         styles=queries.styles,
         features=queries.features if setup.options.space == "neighbours" else None,
         entries=entries,
+        speeds=queries.speeds if tetrahedra else None,
     )

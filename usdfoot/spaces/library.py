@@ -24,6 +24,7 @@ from usdfoot.spaces.mirror import mirror_partners
 from usdfoot.spaces.neighbours import NeighbourSpace, build_neighbour_space, solve_neighbours
 from usdfoot.spaces.poses import EndPoses, build_end_poses
 from usdfoot.spaces.root_velocity import RootVelocitySpace, build_root_velocity_space
+from usdfoot.spaces.tetrahedra import TetrahedronSpace, build_tetrahedron_space, solve_tetrahedra
 from usdfoot.spaces.triples import weigh_triples
 
 __all__ = [
@@ -56,6 +57,8 @@ class SideSpace:
     """Examples by landing and features."""
     roots: RootVelocitySpace
     """Examples by root velocity."""
+    tetrahedra: TetrahedronSpace
+    """Examples by landing and root speed."""
     examples: IntArray
     """Index into the library's examples of each example of the space, shape (E',)."""
 
@@ -191,7 +194,12 @@ def build_spaces(
         )
         neighbours = build_neighbour_space(footsteps, landings[members], coordinates[members])
         roots = build_root_velocity_space(velocities[members], merge_distance=root_merge_distance)
-        return SideSpace(footsteps=footsteps, neighbours=neighbours, roots=roots, examples=members)
+        tetrahedra = build_tetrahedron_space(
+            footsteps, landings[members], np.linalg.norm(velocities[members], axis=1), merge_distance=merge_distance
+        )
+        return SideSpace(
+            footsteps=footsteps, neighbours=neighbours, roots=roots, tetrahedra=tetrahedra, examples=members
+        )
 
     partners = mirror_partners(examples)
     styles = np.array(examples.styles)
@@ -228,6 +236,7 @@ def solve_steps(
     styles: Sequence[str] | StyleArray,
     features: StepFeatures | None = None,
     entries: FloatArray | None = None,
+    speeds: FloatArray | None = None,
 ) -> StepWeights:
     """Examples and blend weights of steps.
 
@@ -242,6 +251,8 @@ def solve_steps(
             landing; without, those of the Delaunay triangle ([B] 4.3).
         entries: Pose and rates each step comes from, scaled as in `EndPoses`, shape (N, P). If given with features, the
             examples are also the nearest in how they begin.
+        speeds: Wanted root speeds [m/s], shape (N,). If given, the examples are the corners of the tetrahedron of
+            landing and root speed, four a step.
 
     Raises:
         ClipError: If a style has no step of a swing side.
@@ -251,10 +262,13 @@ def solve_steps(
     coordinates = None
     if features is not None:
         coordinates = step_coordinates(queries, features.as_left(swing_sides), spaces.scales)
-    examples, weights = np.zeros((count, 3), dtype=np.intp), np.zeros((count, 3))
+    width = 3 if speeds is None else 4
+    examples, weights = np.zeros((count, width), dtype=np.intp), np.zeros((count, width))
     distances, projections = np.zeros(count), np.zeros((count, 2))
     for space, steps in spaces.group(queries, swing_sides=swing_sides, flights=flights, styles=styles):
-        if coordinates is None:
+        if speeds is not None:
+            solved = solve_tetrahedra(space.tetrahedra, queries[steps], speeds[steps])
+        elif coordinates is None:
             solved = solve_footsteps(space.footsteps, queries[steps])
         else:
             neighbours, wanted = space.neighbours, coordinates[steps]
