@@ -42,12 +42,6 @@ class Foot:
     heel_behind: float
     """How far the heel lies behind the ankle [m]; negative: the foot has none and stands on its toes."""
 
-    @property
-    def elevation(self) -> float:
-        """Of the direction from ankle to ball, negative down [rad]."""
-        across = quaternion.rotate(self.flat_rotation, self.ball_offset)
-        return float(np.arcsin(across[1] / np.linalg.norm(across)))
-
 
 @dataclass(frozen=True, kw_only=True)
 class Rig:
@@ -96,10 +90,8 @@ def _alike(skeleton: Skeleton, biped: Biped, feet: tuple[Foot, Foot]) -> tuple[F
     Feet of one shape, whose pitch differs by little, are two measurements of the same; others are left as they are.
     """
     lengths = [float(np.linalg.norm(foot.ball_offset)) for foot in feet]
-    pitches = [
-        float(np.arcsin(quaternion.rotate(foot.flat_rotation, foot.ball_offset)[1] / length))
-        for foot, length in zip(feet, lengths, strict=True)
-    ]
+    across = [quaternion.rotate(foot.flat_rotation, foot.ball_offset) for foot in feet]
+    pitches = [float(np.arcsin(vector[1] / length)) for vector, length in zip(across, lengths, strict=True)]
     differences = np.diff(lengths) / SAME_SHAPE, np.diff(biped.ball_heights) / SAME_SHAPE, np.diff(pitches)
     if np.abs(differences[:2]).max() > max(lengths) or abs(differences[2]) > LEVEL:
         return feet
