@@ -208,7 +208,7 @@ def turn_fraction(segments: Segments, rows: IntArray, times: FloatArray) -> Floa
     x = np.clip(
         (times - segments.begins[rows]) / np.maximum(segments.ends[rows] - segments.begins[rows], 1e-6), 0.0, 1.0
     )
-    return x**3 * (10.0 + x * (6.0 * x - 15.0))
+    return x * x * x * (10.0 + x * (6.0 * x - 15.0))
 
 
 def pose_frames(

@@ -24,7 +24,7 @@ class PhysicsOptions:
 
     solver: str = "lm"
     """lm = reweighted least squares by Levenberg and Marquardt; greedy = [P] Figure 10."""
-    tolerance: float = 3e-5
+    tolerance: float = 1e-4
     """Relative decrease of E in a step at which lm has converged."""
     gravity: float = 9.81
     """[m/s^2]."""

@@ -196,7 +196,7 @@ def minimise(
     steps: wp.array(dtype=wp.float64),
     counts: wp.array(dtype=wp.int32),
 ):
-    """Lowers each agent's E until a step gains less than `tolerance` of it.
+    """Lowers each agent's E until a step changes it by less than `tolerance`.
 
     Reweighted least squares: a step solves (H + damping diag(H)) step = -gradient; the damping falls where E does and
     grows where it does not (Levenberg and Marquardt).
@@ -243,5 +243,5 @@ def minimise(
                 energy = trial
                 damping = wp.max(wp.float64(0.2) * damping, LEAST_DAMPING)
             else:
-                going = damping < MOST_DAMPING and trial != energy
+                going = damping < MOST_DAMPING and trial - energy > tolerance * energy
                 damping = wp.float64(8.0) * damping

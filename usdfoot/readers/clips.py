@@ -202,6 +202,8 @@ def _without_unit_mismatch(
     source: ClipSource, similarity: Similarity, own: Skeleton, skeleton: Skeleton, biped: Biped
 ) -> Similarity:
     """The similarity, rescaled where the clip is evidently in other units than the character."""
+    if own.joints == skeleton.joints and np.allclose(own.rest_translations, skeleton.rest_translations, atol=1e-6):
+        return similarity
     clip_leg = _leg_length(own, match_joints(own.joints, skeleton.joints), biped)
     leg = _leg_length(skeleton, np.arange(len(skeleton.joints)), biped)
     if not (leg > 0.0 and clip_leg > 0.0) or 1.0 / _UNIT_MISMATCH < clip_leg / leg < _UNIT_MISMATCH:
