@@ -7,14 +7,13 @@ import pytest
 from numpy.testing import assert_allclose
 
 from tests.builders import Gait, build_walker, walker_rig
+from tests.images import REFLECTION, mirrored_clip
 from usdfoot.analysis.joint_pairs import joint_pairs
-from usdfoot.analysis.mirror import mirror_contacts, mirror_map, mirrored_clip
+from usdfoot.analysis.mirror import mirror_contacts, mirror_map
 from usdfoot.analysis.world import detect_contacts
 from usdfoot.maths import quaternion
 from usdfoot.model.clip import Clip
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
-
-REFLECTION = np.array([-1.0, 1.0, 1.0])
 
 
 def positions_of(clip: Clip, skeleton: Skeleton) -> np.ndarray:
@@ -71,6 +70,25 @@ def test_rest_pose_taken_from_a_walk_mirrors_as_well() -> None:
     image = with_rest_translations(mirrored_clip(walker.clip, mirror), skeleton, biped.pelvis)
     reflected = positions_of(walker.clip, skeleton)[:, mirror.partners] * REFLECTION
     assert_allclose(positions_of(image, skeleton)[:, biped.balls], reflected[:, biped.balls], atol=5e-3)
+
+
+def test_joints_are_reflected_where_axes_are_not_square_to_the_last_digit() -> None:
+    """The rest pose is a frame of a walk, so axes count as square; one thigh's are off by 2 mrad, as if hand-drawn."""
+    walker = build_walker(Gait())
+    skeleton, biped = walker.library.skeleton, walker.library.biped
+    hip, knee = biped.hips[1], biped.knees[1]
+    slip = quaternion.from_axis_angle(np.array([0.6, 0.0, 0.8]), np.array(2e-3))
+    rotations, offsets = walker.clip.rotations.copy(), skeleton.rest_translations.copy()
+    rotations[:, hip] = quaternion.compose(rotations[:, hip], quaternion.inverse(slip))
+    rotations[:, knee] = quaternion.compose(slip, rotations[:, knee])
+    offsets[knee] = quaternion.rotate(slip, offsets[knee])
+    clip = replace(walker.clip, rotations=rotations)
+    drawn = replace(skeleton, rest_translations=offsets, rest_rotations=rotations[7].copy())
+    mirror = mirror_map(drawn, biped)
+    image = with_rest_translations(mirrored_clip(clip, mirror), drawn, biped.pelvis)
+    reflected = positions_of(walker.clip, skeleton)[:, mirror.partners] * REFLECTION
+    legs = [*biped.hips, *biped.knees, *biped.ankles, *biped.balls]
+    assert_allclose(positions_of(image, drawn)[:, legs], reflected[:, legs], atol=1e-6)
 
 
 def test_contacts_of_the_mirrored_clip_are_the_mirrored_contacts() -> None:

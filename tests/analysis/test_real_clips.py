@@ -8,8 +8,9 @@ import pytest
 from numpy.testing import assert_allclose
 from pxr import Usd
 
+from tests.images import mirrored_clip
 from usdfoot.analysis.examples import build_examples
-from usdfoot.analysis.mirror import mirror_map, mirrored_clip
+from usdfoot.analysis.mirror import mirror_map
 from usdfoot.analysis.summary import summarise
 from usdfoot.analysis.world import detect_contacts, world_clip
 from usdfoot.maths import planar

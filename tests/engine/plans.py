@@ -117,6 +117,19 @@ def stairs(rise: float, tread: float, count: int = 10) -> Terrain:
     return _terrain(quads)
 
 
+def bumps(height: float, length: float, *, cells: int = 160, size: float = 8.0) -> Terrain:
+    """Round hills and hollows of `height` [m] above and below 0, about 3 `length` [m] apart, in cells of 5 cm."""
+    ticks = np.linspace(-0.25 * size, 0.75 * size, cells + 1)
+    x, z = np.meshgrid(ticks, ticks, indexing="ij")
+    points = np.stack([x, height * np.sin(x / length) * np.cos(z / length), z], axis=-1).reshape(-1, 3)
+    first = (np.arange(cells)[:, None] * (cells + 1) + np.arange(cells)).reshape(-1, 1, 1)
+    corners = first + np.array([[0, 1, cells + 2], [0, cells + 2, cells + 1]])
+    flat = _terrain([points[:4]])
+    return replace(
+        flat, points=points, triangles=corners.reshape(-1, 3), mesh_indices=np.zeros(2 * cells**2, dtype=int)
+    )
+
+
 def _terrain(quads: Sequence[FloatArray], *, walkable: bool = True) -> Terrain:
     points = np.concatenate(quads)
     corners = 4 * np.arange(len(quads))[:, None, None]

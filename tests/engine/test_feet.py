@@ -9,10 +9,11 @@ import pytest
 from numpy.testing import assert_allclose
 
 from tests.builders import BALL_HEIGHT
-from tests.engine.plans import moved, slope, stairs, way
+from tests.engine.plans import bumps, moved, slope, stairs, way
 from tests.engine.walkers import between, in_world
 from usdfoot.engine.options import EngineOptions
 from usdfoot.maths import planar, quaternion
+from usdfoot.model.ground import Ground
 
 RATE = 240.0
 
@@ -241,6 +242,24 @@ def test_a_foot_that_leans_with_the_ground_still_points_where_a_level_print_does
         flat_time = motion.contacts[side].flat_times[np.flatnonzero(plan.sides[:step] == side).size]
         forward = (feet.balls - feet.ankles)[np.searchsorted(feet.times, flat_time + 0.02), side]
         assert abs(float(planar.yaw_of(forward[[0, 2]]))) < np.radians(0.5)
+
+
+def test_feet_stand_on_round_hills_and_point_where_level_prints_do(animate, walker_library):
+    """Their soles do not sink in where the ground curves, and rising heels do not turn feet that lean."""
+    terrain, level = bumps(0.15, 0.2), way(10, length=0.4)
+    ground = Ground(terrain)
+    heights = ground.heights(level.positions[:, [0, 2]], 1.0).heights
+    plan = replace(level, positions=level.positions + np.array([0.0, 1.0, 0.0]) * heights[:, None])
+    motion = animate([plan], terrain=terrain, rate=60.0)[0]
+    feet = in_world(walker_library.source, motion)
+    assert np.abs(motion.results.yaw_error).max() < np.radians(0.5)
+    for side in (0, 1):
+        contacts = motion.contacts[side]
+        for strike, liftoff in zip(contacts.strike_times, contacts.liftoff_times, strict=True):
+            if not plan.strike_times[0] <= strike <= plan.strike_times[-1]:
+                continue
+            heels = feet.heels[between(feet.times, strike, liftoff), side]
+            assert (heels[:, 1] - ground.heights(heels[:, [0, 2]], 1.0).heights).min() > -2e-3
 
 
 @pytest.mark.parametrize("offset", [-0.03, -0.01, 0.01, 0.03])

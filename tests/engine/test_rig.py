@@ -12,6 +12,7 @@ from tests.engine.plans import way
 from tests.engine.walkers import in_world
 from usdfoot.engine.animate import prepare_library
 from usdfoot.engine.options import EngineOptions
+from usdfoot.engine.rig import build_rig
 from usdfoot.maths import quaternion
 
 
@@ -43,3 +44,17 @@ def test_planted_feet_do_not_stand_as_the_rest_pose_does(animate, walker_library
     difference = np.linalg.norm(found.positions[:, ankles] - level.positions[:, ankles], axis=-1)
     assert np.median(difference) < 0.005
     assert difference.max() < 0.03
+
+
+def test_feet_of_one_shape_are_flat_alike(walker_library):
+    """A rest pose with one foot a little steeper; the sole of neither may sink in, so the steeper one counts."""
+    skeleton, biped = walker_library.source.skeleton, walker_library.source.biped
+    rest = skeleton.rest_rotations.copy()
+    turn = quaternion.from_axis_angle(np.array([1.0, 0.0, 0.0]), np.array(0.03))
+    rest[biped.ankles[0]] = quaternion.compose(turn, rest[biped.ankles[0]])
+    source = replace(walker_library.source, skeleton=replace(skeleton, rest_rotations=rest))
+    left, right = build_rig(source.skeleton, biped, walker_library.examples).feet
+    level = walker_library.rig.feet[0]
+    assert_allclose(left.elevation, level.elevation - 0.03, atol=1e-6)
+    assert_allclose(right.elevation, left.elevation, atol=1e-9)
+    assert_allclose(right.heel_offset, left.heel_offset * [-1.0, 1.0, 1.0], atol=1e-9)

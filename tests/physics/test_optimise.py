@@ -154,6 +154,26 @@ def test_lower_gravity_and_a_crouch_are_felt():
     assert drop == pytest.approx(0.12, abs=0.03)
 
 
+@pytest.mark.parametrize("scale", [0.3, 2.0])
+def test_bodies_of_other_sizes_move_alike(scale):
+    small = replace(
+        human(),
+        **{name: scale * getattr(human(), name) for name in ("hips", "pelvis", "ankles", "heel", "toe")},
+        nominal_length=scale * human().nominal_length,
+        maximal_length=scale * human().maximal_length,
+    )
+    plan, clock = walk(6), np.sqrt(scale)
+    scaled = replace(
+        plan,
+        positions=scale * plan.positions,
+        strike_times=clock * plan.strike_times,
+        liftoff_times=clock * plan.liftoff_times,
+    )
+    here = path(optimise_com([plan], human()))
+    there = path(optimise_com([scaled], small, PhysicsOptions(heading_window=0.6 * clock)))
+    np.testing.assert_allclose(there.positions / scale, here.positions, atol=2e-3)
+
+
 def impossible(name):
     """Plans no body can walk, and the figure that says so."""
     plan = walk(6)

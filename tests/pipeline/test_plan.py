@@ -105,6 +105,18 @@ def test_nothing_to_plan_and_nowhere_to_write(tmp_path):
         plan_scene_paths(scene, tmp_path / "plans.txt")
 
 
+def test_what_cannot_be_walked_is_said_when_it_is_planned(tmp_path):
+    scene = scene_with_path(tmp_path / "scene.usda")
+    stage = Usd.Stage.Open(str(scene))
+    ground = UsdGeom.Mesh.Define(stage, "/World/Ground")  # ends at z = 2
+    ground.CreatePointsAttr([Gf.Vec3f(*point) for point in ((-9, 0, -9), (-9, 0, 2), (9, 0, 2), (9, 0, -9))])
+    ground.CreateFaceVertexCountsAttr([4])
+    ground.CreateFaceVertexIndicesAttr([0, 1, 2, 3])
+    stage.GetRootLayer().Save()
+    (problem,) = plan_scene_paths(scene, tmp_path / "plans.usda").problems
+    assert problem.severity == "warning" and "is off the terrain (and" in problem.message
+
+
 def test_start_time_is_the_stages_unless_the_path_has_one(tmp_path):
     scene = scene_with_path(tmp_path / "scene.usda")
     stage = Usd.Stage.Open(str(scene))

@@ -123,6 +123,32 @@ def test_other_proportions_stay_the_clip_s_own():
     assert_allclose(positions(clip, actor), expected_positions(offsets=1.2 * OFFSETS), atol=1e-6)
 
 
+def test_a_clip_of_a_rig_with_other_joint_axes_is_the_same_motion(caplog):
+    """The same joints and the same motion, every joint's axes turned: local rotations mean something else there."""
+    axes = quaternion.normalised(np.random.default_rng(3).normal(size=(len(JOINTS), 4)))
+    parents = [JOINTS.index(joint.rsplit("/", 1)[0]) if "/" in joint else -1 for joint in JOINTS]
+    above = quaternion.inverse(np.array([axes[parent] if parent >= 0 else [0.0, 0.0, 0.0, 1.0] for parent in parents]))
+
+    def turned(translations, rotations):
+        local = quaternion.compose(above, quaternion.compose(rotations, axes))
+        return quaternion.rotate(above, translations), local
+
+    stage = new_stage()
+    add_character(stage, "/World/Hero", Units())
+    other = add_character(stage, "/World/Other", Units())
+    rest = zip(*turned(OFFSETS, np.tile([0.0, 0.0, 0.0, 1.0], (len(JOINTS), 1))), strict=True)
+    matrices = [Gf.Matrix4d(Gf.Rotation(Gf.Quatd(turn[3], *turn[:3])), Gf.Vec3d(*place)) for place, turn in rest]
+    other.GetRestTransformsAttr().Set(Vt.Matrix4dArray(matrices))
+    animation = add_clip(stage, "/World/walk", Units(), TIMES, *turned(*walk_pose(TIMES)))
+    animation.GetPrim().CreateRelationship(Token.SKELETON).SetTargets(["/World/Other/Skeleton"])
+    with caplog.at_level(logging.WARNING):
+        clip, actor = read(stage)
+    assert "/World/walk: joint axes differ from those of /World/Hero/Skeleton" in caplog.text
+    assert_allclose(positions(clip, actor), expected_positions(), atol=1e-5)
+    own = walk_pose(TIMES)[1]
+    assert_allclose(np.abs(np.sum(clip.rotations * own, axis=-1)), 1.0, atol=1e-6)
+
+
 def test_a_clip_in_other_units_is_scaled_to_the_character(caplog):
     stage = new_stage()
     add_character(stage, "/World/Hero", Units())

@@ -12,7 +12,7 @@ import numpy as np
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import FloatArray
 
-__all__ = ["ahead", "flat_turns"]
+__all__ = ["LEVEL", "ahead", "flat_turns"]
 
 LEVEL = np.radians(10.0)
 """Feet of the rest pose pitched by more against those in mid stance do not stand. CMU's are by 4 degrees."""

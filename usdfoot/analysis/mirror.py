@@ -11,15 +11,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from usdfoot.analysis.axes import best_turn
 from usdfoot.analysis.joint_pairs import joint_pairs
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.biped import Biped
-from usdfoot.model.clip import Clip
 from usdfoot.model.contacts import Contacts, FootContacts
 from usdfoot.model.skeleton import Skeleton
 
-__all__ = ["MirrorMap", "mirror_contacts", "mirror_map", "mirrored_clip", "mirrored_rotations"]
+__all__ = ["SAME_SHAPE", "MirrorMap", "mirror_contacts", "mirror_map", "mirrored_rotations"]
 
 REFLECTION = np.array([-1.0, 1.0, 1.0])
 CONTRADICTION = 0.2
@@ -28,6 +28,8 @@ SQUARE_MISFIT = 0.12
 """How far it may miss the children, relative to their distance."""
 SQUARE_ANGLE = 0.7
 """How far a quarter turn of the axes may be from the relation it replaces [rad]."""
+SAME_SHAPE = 0.01
+"""Children that a turn brings this near their images, relative to their distance, are mirror images of each other."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,7 +71,7 @@ def _related(skeleton: Skeleton, partners: IntArray, *, square: bool) -> tuple[M
         children = np.flatnonzero(skeleton.parents == joint)
         offsets = skeleton.rest_translations[children]
         images = skeleton.rest_translations[partners[children]] * REFLECTION
-        relations[joint] = _best_turn(offsets, images, expected)
+        relations[joint] = best_turn(offsets, images, expected)
         between = quaternion.compose(quaternion.inverse(expected), relations[joint])
         contradiction = max(contradiction, float(np.linalg.norm(quaternion.to_rotation_vector(between))))
         if square:
@@ -77,43 +79,27 @@ def _related(skeleton: Skeleton, partners: IntArray, *, square: bool) -> tuple[M
     return MirrorMap(partners=partners, relations=relations, parent_inverses=inverses), contradiction
 
 
-def _best_turn(offsets: FloatArray, images: FloatArray, expected: FloatArray) -> FloatArray:
-    """Rotation that turns offsets (K, 3) onto images (K, 3), as near to `expected` (4,) as they leave it free."""
-    size = float(np.sum(offsets**2))
-    if size < 1e-12:
-        return expected
-    moments = images.T @ offsets / size
-    for _ in range(4):
-        left, _, right = np.linalg.svd(moments + 1e-3 * quaternion.to_matrix(expected))
-        handed = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
-        expected = quaternion.from_matrix((left * handed) @ right)
-    return expected
-
-
 def _squared(offsets: FloatArray, images: FloatArray, relation: FloatArray) -> FloatArray:
-    """The rotation of axes onto axes nearest to a relation (4,), or that itself if the children or the angle forbid."""
+    """The rotation of axes onto axes nearest to a relation (4,), or that itself if the children or the angle forbid.
+
+    It is turned on by as little as brings the children exactly onto their images, where they can be: axes drawn by hand
+    are rarely square to the last digit.
+    """
     matrix = quaternion.to_matrix(relation)
     axes = np.where(np.abs(matrix) > np.cos(SQUARE_ANGLE), np.sign(matrix), 0.0)
     is_rotation = np.allclose(axes @ axes.T, np.eye(3)) and np.linalg.det(axes) > 0.0
-    fits = np.linalg.norm(images - offsets @ axes.T) <= SQUARE_MISFIT * np.linalg.norm(offsets) + 1e-9
-    return quaternion.from_matrix(axes) if is_rotation and fits else relation
+    size = float(np.linalg.norm(offsets))
+    if not is_rotation or np.linalg.norm(images - offsets @ axes.T) > SQUARE_MISFIT * size + 1e-9:
+        return relation
+    turned = best_turn(offsets, images, quaternion.from_matrix(axes))
+    same = np.linalg.norm(images - quaternion.rotate(turned, offsets)) <= SAME_SHAPE * size
+    return turned if same else quaternion.from_matrix(axes)
 
 
 def mirrored_rotations(rotations: FloatArray, mirror: MirrorMap) -> FloatArray:
     """Mirror image of joint-local rotations (..., J, 4)."""
     images = quaternion.mirror_x(rotations[..., mirror.partners, :])
     return quaternion.compose(mirror.parent_inverses, quaternion.compose(images, mirror.relations))
-
-
-def mirrored_clip(clip: Clip, mirror: MirrorMap) -> Clip:
-    """Mirror image of a clip in the plane x = 0 of its world, with its own proportions mirrored too."""
-    images = clip.translations[:, mirror.partners] * REFLECTION
-    return replace(
-        clip,
-        translations=quaternion.rotate(mirror.parent_inverses, images),
-        rotations=quaternion.continuous(mirrored_rotations(clip.rotations, mirror)),
-        events=(clip.events[1], clip.events[0]),
-    )
 
 
 def mirror_contacts(contacts: Contacts) -> Contacts:

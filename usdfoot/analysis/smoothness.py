@@ -12,6 +12,9 @@ from usdfoot.model.skeleton import Skeleton
 
 __all__ = ["angular_jerks", "angular_jumps", "angular_speeds", "body_joints", "clip_rotations"]
 
+ON_SAMPLE = 1e-9
+"""Part of a sample by which the last digits of times may miss one."""
+
 
 def angular_speeds(rotations: FloatArray, rate: float) -> FloatArray:
     """Angular speed from each sample to the next [rad/s], shape (F - 1, ...).
@@ -69,7 +72,9 @@ def clip_rotations(clip: Clip, skeleton: Skeleton, biped: Biped, *, rate: float)
     places = np.clip((start + np.arange(count) / rate - clip.start_time) * clip.rate, 0.0, len(clip.rotations) - 1)
     below = np.minimum(places.astype(int), len(clip.rotations) - 2)
     fraction = (places - below)[:, None]
-    rotations = quaternion.slerp(clip.rotations[below], clip.rotations[below + 1], fraction)
+    rotations = clip.rotations[below]
+    if np.any(fraction > ON_SAMPLE):
+        rotations = quaternion.slerp(rotations, clip.rotations[below + 1], fraction)
     pelvis, joint = rotations[:, biped.pelvis], int(skeleton.parents[biped.pelvis])
     while joint >= 0:
         pelvis = quaternion.compose(rotations[:, joint], pelvis)

@@ -12,36 +12,52 @@ from usdfoot.model.agent import Crowd
 from usdfoot.model.clip import Clip, ClipLibrary
 from usdfoot.model.motion import Motion
 
-__all__ = ["source_figures"]
+__all__ = ["SourceFigures"]
 
 
-def source_figures(crowd: Crowd, motions: Sequence[Motion]) -> dict[str, dict[str, float]]:
-    """99th percentiles over the clips each agent blends, in radians and seconds.
+class SourceFigures:
+    """Smoothness of the clips of one scene's crowds, each clip measured when a motion first blends it."""
 
-    Returns:
-        By agent name: "kneeSpeedP99", "jointJerkP99", and of the jump of the joints' velocities "seamJumpP99"; an agent
-        without clips has none.
-    """
-    libraries = {agent.name: agent.library for agent in crowd.agents}
-    known: dict[tuple[int, frozenset[str]], dict[str, float]] = {}
-    figures = {}
-    for motion in motions:
-        key = (libraries[motion.name], frozenset(motion.results.clips))
-        if key not in known:
-            library = crowd.libraries[key[0]]
-            clips = [clip for clip in library.clips if clip.name in key[1]]
-            known[key] = _figures_of(library, clips, crowd.frame_rate)
-        figures[motion.name] = known[key]
-    return figures
+    def __init__(self) -> None:
+        self._clips: dict[tuple[int, str], dict[str, FloatArray]] = {}
+
+    def of(self, crowd: Crowd, motions: Sequence[Motion]) -> dict[str, dict[str, float]]:
+        """99th percentiles over the clips each agent blends, in radians and seconds.
+
+        Args:
+            crowd: Whose libraries must be the same in every call, or more.
+            motions: Of agents of the crowd.
+
+        Returns:
+            By agent name: "kneeSpeedP99", "jointJerkP99", and of the jump of the joints' velocities "seamJumpP99"; an
+            agent without clips has none.
+        """
+        libraries = {agent.name: agent.library for agent in crowd.agents}
+        known: dict[tuple[int, frozenset[str]], dict[str, float]] = {}
+        for motion in motions:
+            index, names = key = libraries[motion.name], frozenset(motion.results.clips)
+            if key not in known:
+                library = crowd.libraries[index]
+                clips = [clip for clip in library.clips if clip.name in names]
+                parts = [self._figures_of(library, index, clip, crowd.frame_rate) for clip in clips]
+                known[key] = _percentiles(parts)
+        return {motion.name: known[libraries[motion.name], frozenset(motion.results.clips)] for motion in motions}
+
+    def _figures_of(self, library: ClipLibrary, index: int, clip: Clip, rate: float) -> dict[str, FloatArray]:
+        """All values of one clip of the library at an index."""
+        if (index, clip.name) not in self._clips:
+            joints = body_joints(library.skeleton, library.biped)
+            rotations = clip_rotations(clip, library.skeleton, library.biped, rate=rate)
+            self._clips[index, clip.name] = {
+                "kneeSpeedP99": angular_speeds(rotations[:, list(library.biped.knees)], rate).ravel(),
+                "jointJerkP99": angular_jerks(rotations[:, joints], rate).ravel(),
+                "seamJumpP99": angular_jumps(rotations[:, joints], rate),
+            }
+        return self._clips[index, clip.name]
 
 
-def _figures_of(library: ClipLibrary, clips: Sequence[Clip], rate: float) -> dict[str, float]:
-    joints = body_joints(library.skeleton, library.biped)
-    parts: dict[str, list[FloatArray]] = {"kneeSpeedP99": [], "jointJerkP99": [], "seamJumpP99": []}
-    for clip in clips:
-        rotations = clip_rotations(clip, library.skeleton, library.biped, rate=rate)
-        parts["kneeSpeedP99"].append(angular_speeds(rotations[:, list(library.biped.knees)], rate).ravel())
-        parts["jointJerkP99"].append(angular_jerks(rotations[:, joints], rate).ravel())
-        parts["seamJumpP99"].append(angular_jumps(rotations[:, joints], rate))
-    joined = {name: np.concatenate(values) for name, values in parts.items() if values}
+def _percentiles(parts: Sequence[dict[str, FloatArray]]) -> dict[str, float]:
+    """99th percentile of each figure over the values of all parts."""
+    names = parts[0] if parts else ()
+    joined = {name: np.concatenate([part[name] for part in parts]) for name in names}
     return {name: float(np.quantile(values, 0.99)) for name, values in joined.items() if values.size}

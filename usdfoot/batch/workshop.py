@@ -7,7 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from usdfoot.batch.records import record_of
-from usdfoot.batch.sources import source_figures
+from usdfoot.batch.sources import SourceFigures
 from usdfoot.batch.tasks import ChunkTask
 from usdfoot.engine.animate import PreparedLibraries
 from usdfoot.physics.animate import animate_all
@@ -32,6 +32,7 @@ class Workshop:
         self._reader = reader
         self._options = options
         self._libraries = PreparedLibraries(options)
+        self._sources = SourceFigures()
 
     def make(self, task: ChunkTask) -> str:
         """Animates and writes a chunk; gives back its record: what the report says of it, as JSON.
@@ -47,7 +48,7 @@ class Workshop:
         scene = replace(scene, crowd=crowd)
         motions, problems = animate_all(crowd, options=self._options, libraries=self._libraries)
         record = record_of(
-            crowd.agents, motions, [*lost, *problems], source_figures(crowd, motions), followings=followings
+            crowd.agents, motions, [*lost, *problems], self._sources.of(crowd, motions), followings=followings
         )
         if motions:
             references = dict(zip(task.agents, task.references, strict=True))

@@ -180,8 +180,7 @@ def prepare_steps(
     library: PreparedLibrary, agents: Sequence[Agent], crowd: Crowd, *, options: EngineOptions
 ) -> PreparedSteps:
     """Weights, seams, prints and swings of all steps of agents that share one library."""
-    lowest = min(float(agent.plan.positions[:, 1].min()) for agent in agents)
-    ground = Ground(crowd.terrain, fallback_height=lowest)
+    ground = Ground(crowd.terrain)
     contacts = guide_headings(lay_contacts([agent.plan for agent in agents]), agents)
     segments = cut_segments(contacts, options, longest_step=longest_step(library.examples, options))
     setup = Setup(

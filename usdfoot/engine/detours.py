@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import warp as wp
+from scipy.interpolate import CubicSpline
 
 from usdfoot.engine.feet import ContactFeet, device_feet
 from usdfoot.engine.legs import LegRig, leg_kinematics
@@ -145,8 +146,8 @@ def _over_ground(layout: Layout, rows: IntArray, balls: FloatArray, heels: Float
 
 
 def _refine(path: FloatArray, probes: IntArray = PROBES) -> FloatArray:
-    """Paths (N, FINE, 3) through points (N, K, 3) at the fine samples `probes` (K,), straight in between."""
-    shares = np.stack([np.interp(np.arange(FINE), probes, unit) for unit in np.eye(len(probes))], axis=1)
+    """Smooth paths (N, FINE, 3) through points (N, K, 3) at the fine samples `probes` (K,)."""
+    shares = CubicSpline(probes, np.eye(len(probes)))(np.arange(FINE))
     points: FloatArray = shares @ path
     return points
 

@@ -25,7 +25,7 @@ EDGE_HEIGHT = 0.03
 """Ground under the heel farther than this from the print's plane is another tread, not a slope [m]."""
 
 FACINGS = 3
-"""How often the yaw of a foot that leans with the ground is corrected."""
+"""How often the yaw and the heel of a foot that leans with the ground are corrected."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,29 +61,47 @@ def lay_prints(layout: Layout, ground: Ground) -> tuple[FloatArray, BoolArray]:
     Returns:
         Rotations print to world, shape (C, 4), and whether walkable ground is under the ball, shape (C,).
     """
-    yaws = layout.contacts.yaws
-    frames, on_ground = _frames_on_ground(layout, ground, yaws)
+    yaws, raises = layout.contacts.yaws, np.zeros(len(layout.contacts.yaws))
+    frames, on_ground = _frames_on_ground(layout, ground, yaws, raises)
     for _ in range(FACINGS if ground.has_terrain else 0):
         yaws = yaws - _yaw_errors(layout, frames)
-        frames, on_ground = _frames_on_ground(layout, ground, yaws)
-    return frames, on_ground
+        raises = raises + _heel_depths(layout, ground, frames)
+        frames, on_ground = _frames_on_ground(layout, ground, yaws, raises)
+    turns = quaternion.from_axis_angle(layout.contacts.normals, -_yaw_errors(layout, frames))
+    return quaternion.compose(turns, frames), on_ground
+
+
+def _heel_depths(layout: Layout, ground: Ground, frames: FloatArray) -> FloatArray:
+    """How far the heels of flat feet are in the ground where they are: not just behind the ball if it slopes [m]."""
+    contacts, feet = layout.contacts, layout.rig.feet
+    behind = np.array([quaternion.rotate(foot.flat_rotation, foot.heel_offset - foot.ball_offset) for foot in feet])
+    heels = contacts.positions + quaternion.rotate(frames, behind[contacts.sides])
+    up = quaternion.rotate(frames, np.array([0.0, 1.0, 0.0]))[:, 1]
+    heels[:, 1] += layout.rig.arrays.ball_heights.numpy()[contacts.sides] / up
+    found = ground.heights(heels[:, [0, 2]], heels[:, 1], step_up=EDGE_HEIGHT)
+    return np.where(found.hit, np.clip(found.heights - heels[:, 1], 0.0, EDGE_HEIGHT), 0.0)
 
 
 def _yaw_errors(layout: Layout, frames: FloatArray) -> FloatArray:
     """Yaw from the plan's forward to the line from ankle to ball, about the plan's normals [rad], shape (C,)."""
-    contacts = layout.contacts
     across = np.array([quaternion.rotate(foot.flat_rotation, foot.ball_offset) for foot in layout.rig.feet])
-    seen = quaternion.rotate(frames, across[contacts.sides])
-    normals = contacts.normals
-    level = planar.direction(contacts.yaws)
-    rise = -np.sum(normals[:, [0, 2]] * level, axis=1) / normals[:, 1]
-    forward = np.stack([level[:, 0], rise, level[:, 1]], axis=1)
-    forward /= np.linalg.norm(forward, axis=1, keepdims=True)
+    seen = quaternion.rotate(frames, across[layout.contacts.sides])
+    normals, forward = layout.contacts.normals, _forward(layout.contacts)
     return np.arctan2(np.sum(np.cross(forward, seen) * normals, axis=1), np.sum(forward * seen, axis=1))
 
 
-def _frames_on_ground(layout: Layout, ground: Ground, yaws: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """Frames of prints with headings `yaws` [rad] (C,), as `lay_prints` gives them."""
+def _forward(contacts: ContactTable) -> FloatArray:
+    """Forward of the prints as planned, across their normals, unit vectors (C, 3)."""
+    level, normals = planar.direction(contacts.yaws), contacts.normals
+    rise = -np.sum(normals[:, [0, 2]] * level, axis=1) / normals[:, 1]
+    forward = np.stack([level[:, 0], rise, level[:, 1]], axis=1)
+    return forward / np.linalg.norm(forward, axis=1, keepdims=True)
+
+
+def _frames_on_ground(
+    layout: Layout, ground: Ground, yaws: FloatArray, raises: FloatArray
+) -> tuple[FloatArray, BoolArray]:
+    """Frames of prints with headings `yaws` [rad] and heels raised [m] (C,) each, as `lay_prints` gives them."""
     contacts = layout.contacts
     places = contacts.positions[:, [0, 2]]
     under = ground.heights(places, contacts.positions[:, 1], step_up=0.1)
@@ -93,7 +111,7 @@ def _frames_on_ground(layout: Layout, ground: Ground, yaws: FloatArray) -> tuple
     forward = planar.direction(yaws)
     behind = ground.heights(places - lengths[:, None] * forward, contacts.positions[:, 1], step_up=0.1)
     plane_drop = np.sum(normals[:, [0, 2]] * forward, axis=1) / normals[:, 1] * lengths
-    heel_rise = behind.heights - contacts.positions[:, 1]
+    heel_rise = behind.heights - contacts.positions[:, 1] + raises
     follow = behind.hit & ((np.abs(heel_rise - plane_drop) < EDGE_HEIGHT) | (heel_rise > plane_drop))
     slope = (
         np.where(follow & ground.has_terrain, np.clip(heel_rise, -0.15, 0.15), plane_drop) / lengths
@@ -162,6 +180,7 @@ def device_feet(layout: Layout, feet: ContactFeet, detours: FloatArray) -> FootA
     for name, values, kind in (
         ("positions", contacts.positions - origins, wp.vec3f),
         ("frames", feet.frames, wp.quatf),
+        ("pitch_axes", np.cross(contacts.normals, _forward(contacts)), wp.vec3f),
         ("flat_rotations", feet.flat_rotations, wp.quatf),
         ("strikes", contacts.strikes - clock, wp.float32),
         ("flats", feet.flats - clock, wp.float32),

@@ -41,35 +41,19 @@ class SegmentArrays:
 
 
 @wp.func
-def blended_rotation(
-    rotations: wp.array3d(dtype=wp.quatf), examples: wp.vec4i, row: int, before: wp.vec4f, after: wp.vec4f, joint: int
-) -> wp.quatf:
-    """Sum of the examples' rotations between samples `row` and `row` + 1, signs aligned to the heaviest (the first).
-
-    `before` and `after` are the weights times the shares of the two samples. The sum is not normalised.
-    """
-    reference = rotations[examples[0], row, joint]
-    total = reference * before[0] + rotations[examples[0], row + 1, joint] * after[0]
-    for k in range(1, 4):
-        if before[k] + after[k] > 0.0:
-            first = rotations[examples[k], row, joint]
-            sign = wp.where(wp.dot(first, reference) < 0.0, -1.0, 1.0)
-            total += first * (sign * before[k]) + rotations[examples[k], row + 1, joint] * (sign * after[k])
-    return total
-
-
-@wp.func
-def more_rotation(
+def weighted_rotation(
     rotations: wp.array3d(dtype=wp.quatf),
     examples: wp.vec4i,
     row: int,
     before: wp.vec4f,
     after: wp.vec4f,
     joint: int,
-    heaviest: int,
+    reference: wp.quatf,
 ) -> wp.quatf:
-    """Sum of four more examples' rotations, likewise, signs aligned to the `heaviest` example."""
-    reference = rotations[heaviest, row, joint]
+    """Sum of four examples' rotations between samples `row` and `row` + 1, signs aligned to the reference.
+
+    `before` and `after` are the weights times the shares of the two samples. The sum is not normalised.
+    """
     total = wp.quatf(0.0, 0.0, 0.0, 0.0)
     for k in range(4):
         if before[k] + after[k] > 0.0:
@@ -83,16 +67,19 @@ def more_rotation(
 def sampled_rotation(
     rotations: wp.array3d(dtype=wp.quatf), segments: SegmentArrays, segment: int, sample: float, joint: int
 ) -> wp.quatf:
-    """Normalised blend of a segment's examples' rotations at a sample."""
+    """Normalised blend of a segment's examples' rotations at a sample, aligned to the heaviest (the first)."""
     row = wp.min(int(sample), rotations.shape[1] - 2)
     fraction = sample - float(row)
     examples = segments.examples[segment]
     weights = segments.weights[segment]
-    total = blended_rotation(rotations, examples, row, weights * (1.0 - fraction), weights * fraction, joint)
+    reference = rotations[examples[0], row, joint]
+    before, after = weights * (1.0 - fraction), weights * fraction
+    total = weighted_rotation(rotations, examples, row, before, after, joint, reference)
     more = segments.more_weights[segment]
     if more[0] > 0.0:
         others = segments.more_examples[segment]
-        total += more_rotation(rotations, others, row, more * (1.0 - fraction), more * fraction, joint, examples[0])
+        before, after = more * (1.0 - fraction), more * fraction
+        total += weighted_rotation(rotations, others, row, before, after, joint, reference)
     return wp.normalize(total)
 
 
@@ -204,10 +191,11 @@ def blend_rotations(
     beside_seam = wp.length_sq(window) > 0.0
     for k in range(joints.shape[0]):
         joint = joints[k]
-        blended = blended_rotation(library.rotations, examples, row, before, after, joint)
+        reference = library.rotations[examples[0], row, joint]
+        blended = weighted_rotation(library.rotations, examples, row, before, after, joint, reference)
         if more[0] > 0.0:
-            blended += more_rotation(
-                library.rotations, others, row, more * (1.0 - fraction), more * fraction, joint, examples[0]
+            blended += weighted_rotation(
+                library.rotations, others, row, more * (1.0 - fraction), more * fraction, joint, reference
             )
         if beside_seam:
             blended = seam_rotation(segments.joint_values, segments.joint_slopes, segment, window, joint) * blended

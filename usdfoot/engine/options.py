@@ -53,7 +53,7 @@ class EngineOptions:
     """How far a liftoff may pull the clips' liftoff along, as a part of the step's duration."""
     step_height_share: float = 0.2
     """Where the pelvis's ground lies between the lower and the higher of two feet at a strike, 0..1."""
-    clearance: float = 0.014
+    clearance: float = 0.015
     """Least height of the swinging sole over the terrain in mid swing [m]."""
     foot_spacing: float = 0.08
     """Least distance between the swinging foot and the standing leg it passes, centre to centre [m]."""

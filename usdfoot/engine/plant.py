@@ -11,6 +11,8 @@ __all__ = ["FootArrays", "measure_legs", "plant_feet"]
 
 MOST_RAISE = wp.constant(1.2)
 """Largest pitch of a foot on its ball [rad]."""
+PAST_UPRIGHT = wp.constant(0.3)
+"""How far the ankle of a foot that is raised to reach may pass its ball [rad], however deep the step."""
 
 
 @wp.struct
@@ -19,6 +21,7 @@ class FootArrays:
 
     positions: wp.array(dtype=wp.vec3f)  # ground under the ball, agent's origin
     frames: wp.array(dtype=wp.quatf)  # print to world: +Z forward, +Y normal
+    pitch_axes: wp.array(dtype=wp.vec3f)  # heels rise about it: the yaw, seen along the plan's normal, stays
     flat_rotations: wp.array(dtype=wp.quatf)  # ankle joint in the world, foot flat on the print
     strikes: wp.array(dtype=wp.float32)  # agent's clock [s]
     flats: wp.array(dtype=wp.float32)
@@ -69,22 +72,23 @@ def longest_leg(rig: LegRig, leg: Leg) -> float:
 
 @wp.func
 def reaching_raise(ankle: wp.vec3f, ball: wp.vec3f, hip: wp.vec3f, lateral: wp.vec3f, longest: float) -> float:
-    """Pitch about the ball that brings the ankle of a flat foot within `longest` of the hip; at most MOST_RAISE.
+    """Pitch about the ball that brings the ankle of a flat foot within `longest` of the hip, as far as feet go.
 
     The ankle moves on a circle about the ball in the plane across `lateral`; the nearest pitch on it that reaches.
     """
     foot = ankle - ball
     leg = hip - ball
-    sideways = wp.dot(leg, lateral)
-    inward = leg - sideways * lateral
-    foot_length = wp.length(foot)
-    leg_length = wp.max(wp.length(inward), 1.0e-3)
-    cosine = sideways * sideways + leg_length * leg_length + foot_length * foot_length - longest * longest
-    apart = wp.acos(wp.clamp(cosine / (2.0 * leg_length * foot_length), -1.0, 1.0))
-    now = wp.acos(wp.clamp(wp.dot(foot, inward) / (foot_length * leg_length), -1.0, 1.0))
-    if wp.dot(wp.cross(foot, inward), lateral) < 0.0:
-        now = -now
-    return wp.min(now - apart, MOST_RAISE)
+    square = wp.length_sq(foot) + wp.length_sq(leg) - longest * longest
+    square -= 2.0 * wp.dot(foot, lateral) * wp.dot(leg, lateral)
+    foot -= wp.dot(foot, lateral) * lateral
+    leg -= wp.dot(leg, lateral) * lateral
+    lengths = wp.max(wp.length(foot) * wp.length(leg), 1.0e-6)
+    short = soft_positive(1.0 - square / (2.0 * lengths), 0.004)  # acos is infinitely steep where nothing is short
+    apart = wp.acos(wp.max(1.0 - short, -1.0))
+    now = wp.atan2(wp.dot(wp.cross(foot, leg), lateral), wp.dot(foot, leg))
+    up = wp.vec3f(0.0, 1.0, 0.0) - lateral[1] * lateral
+    upright = wp.atan2(wp.dot(wp.cross(foot, up), lateral), wp.dot(foot, up))
+    return wp.min(now - apart, wp.min(MOST_RAISE, upright + PAST_UPRIGHT))
 
 
 @wp.func
@@ -97,7 +101,7 @@ def standing_foot(
     """
     print_to_world = feet.frames[contact]
     flat = feet.flat_rotations[contact]
-    lateral = wp.quat_rotate(print_to_world, wp.vec3f(1.0, 0.0, 0.0))
+    lateral = feet.pitch_axes[contact]
     normal = wp.quat_rotate(print_to_world, wp.vec3f(0.0, 1.0, 0.0))
     ball = feet.positions[contact] + wp.vec3f(0.0, rig.ball_heights[side] / normal[1], 0.0)
     pose = FootPose()

@@ -34,6 +34,7 @@ __all__ = [
     "device_segments",
     "pose_feet",
     "pose_frames",
+    "segment_origins",
 ]
 
 
@@ -151,11 +152,29 @@ def device_library(skeleton: Skeleton, examples: Examples, rig: Rig, *, pelvis: 
     return library
 
 
-def device_segments(setup: Setup, blend: StepBlend, seams: Seams | None = None) -> SegmentArrays:
-    """Segments as device arrays; without seams their jumps are left as they are."""
+def segment_origins(setup: Setup) -> FloatArray:
+    """Support ball's footstep, or the middle of both in a stand, from the agent's origin [m], shape (M, 3)."""
+    positions, supports = setup.contacts.positions, setup.segments.supports
+    middle = 0.5 * (positions[supports] + positions[supports - 1])
+    places = np.where(setup.segments.stands[:, None], middle, positions[supports])
+    origins: FloatArray = places - setup.origins[setup.segments.agents]
+    return origins
+
+
+def device_segments(
+    setup: Setup, blend: StepBlend, seams: Seams | None = None, *, origins: FloatArray | None = None
+) -> SegmentArrays:
+    """Segments as device arrays.
+
+    Args:
+        setup: All segments.
+        blend: Their examples and weights.
+        seams: Without, their jumps are left as they are.
+        origins: Where across the ground the poses are put [m], shape (M, 3); by default `segment_origins`. Zeros spare
+            what is measured on single precision poses the rounding of an agent far from its origin.
+    """
     contacts, supports, stands = setup.contacts, setup.segments.supports, setup.segments.stands
-    middle = 0.5 * (contacts.positions[supports] + contacts.positions[supports - 1])
-    origins = np.where(stands[:, None], middle, contacts.positions[supports]) - setup.origins[setup.segments.agents]
+    origins = segment_origins(setup) if origins is None else origins
     arrays = SegmentArrays()
     chosen, weights = blend.examples.astype(np.int32), blend.weights.astype(np.float32)
     wide = weights.shape[1] > 4
@@ -189,7 +208,7 @@ def turn_fraction(segments: Segments, rows: IntArray, times: FloatArray) -> Floa
     x = np.clip(
         (times - segments.begins[rows]) / np.maximum(segments.ends[rows] - segments.begins[rows], 1e-6), 0.0, 1.0
     )
-    return x**3 * (10.0 + x * (6.0 * x - 15.0))
+    return x * x * x * (10.0 + x * (6.0 * x - 15.0))
 
 
 def pose_frames(

@@ -22,7 +22,7 @@ from usdfoot.model.motion import StepResults
 __all__ = ["PLACED", "ContactFigures", "achieved_contacts", "measure_contacts", "measure_steps", "step_ranges"]
 
 PLACED = 0.003
-"""A step placed worse than this did not keep its promise [m]."""
+"""A step placed worse than this, or whose ball slides farther, did not keep its promise [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,7 +128,7 @@ def _statuses(figures: ContactFigures, values: dict[str, FloatArray]) -> list[st
     """Status of each step; the gravest that applies."""
     statuses = np.full(len(figures.rows), "ok", dtype=object)
     statuses[values["hull_distance"] > 1e-4] = "outsideHull"
-    statuses[figures.placement_error > PLACED] = "ikLimited"
+    statuses[np.fmax(figures.placement_error, figures.slide) > PLACED] = "ikLimited"
     statuses[values["given_up"] > 0.0] = "rootWeighted"
     statuses[values["limited"] > 0.0] = "unreachable"
     statuses[~figures.on_ground] = "offTerrain"

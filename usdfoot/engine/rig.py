@@ -8,7 +8,8 @@ import numpy as np
 import warp as wp
 
 from usdfoot.analysis.feet import heels_ahead
-from usdfoot.analysis.flat_feet import flat_turns
+from usdfoot.analysis.flat_feet import LEVEL, flat_turns
+from usdfoot.analysis.mirror import SAME_SHAPE, mirror_map
 from usdfoot.engine.legs import LegRig
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import FloatArray, IntArray
@@ -81,6 +82,27 @@ def _foot(flat: FloatArray, toes: FloatArray, offset: FloatArray, ball_height: f
         heel_offset=quaternion.rotate(quaternion.inverse(flat), heel),
         heel_behind=-behind,
     )
+
+
+def _alike(skeleton: Skeleton, biped: Biped, feet: tuple[Foot, Foot]) -> tuple[Foot, Foot]:
+    """Both feet as mirror images of the one whose ankle is higher over its ball, so that neither heel sinks in.
+
+    Feet of one shape, whose pitch differs by little, are two measurements of the same; others are left as they are.
+    """
+    lengths = [float(np.linalg.norm(foot.ball_offset)) for foot in feet]
+    pitches = [foot.elevation for foot in feet]
+    differences = np.diff(lengths) / SAME_SHAPE, np.diff(biped.ball_heights) / SAME_SHAPE, np.diff(pitches)
+    if np.abs(differences[:2]).max() > max(lengths) or abs(differences[2]) > LEVEL:
+        return feet
+    mirror = mirror_map(skeleton, biped)
+    higher = int(np.argmin(pitches))
+    ankle, ball = biped.ankles[1 - higher], biped.balls[1 - higher]
+    flat, toes = (
+        quaternion.compose(quaternion.mirror_x(turn), mirror.relations[joint])
+        for turn, joint in ((feet[higher].flat_rotation, ankle), (feet[higher].toe_rotation, ball))
+    )
+    image = _foot(flat, toes, feet[1 - higher].ball_offset, float(biped.ball_heights[1 - higher]))
+    return (feet[higher], image) if higher == 0 else (image, feet[higher])
 
 
 def _find_feet(skeleton: Skeleton, biped: Biped, examples: Examples) -> tuple[Foot, Foot]:
@@ -171,6 +193,7 @@ def _unit(vectors: FloatArray) -> FloatArray:
 
 def _rig(skeleton: Skeleton, biped: Biped, feet: tuple[Foot, Foot], axes: FloatArray, reach: float) -> Rig:
     """The rig of known feet, hinges (2, 3) and reach."""
+    feet = _alike(skeleton, biped, feet)
     chains = [skeleton.chain(biped.pelvis, biped.balls[side])[1:] for side in (0, 1)]
     width = max(len(chain) for chain in chains)
     padded = np.full((2, width), -1, dtype=np.int32)

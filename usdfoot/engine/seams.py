@@ -5,13 +5,15 @@ from __future__ import annotations
 import numpy as np
 import warp as wp
 
-from usdfoot.engine.poses import Poses, Seams, Setup, StepBlend, device_segments, pose_frames
+from usdfoot.engine.poses import Poses, Seams, Setup, StepBlend, device_segments, pose_frames, segment_origins
 from usdfoot.maths.types import FloatArray
 
 __all__ = ["measure_seams"]
 
 PROBE_TIME = 1.0 / 240.0
 """Distance of the two poses from which the rates on a side of a seam are taken [s]."""
+PELVIS_PROBE_TIME = 1.0 / 120.0
+"""The same for the pelvis's position, whose single precision is coarser for what it changes [s]."""
 
 
 @wp.func
@@ -57,12 +59,13 @@ def measure_seams(setup: Setup, blend: StepBlend) -> Seams:
     segments = setup.segments
     count, joints = len(segments), len(setup.skeleton.joints)
     seams = np.flatnonzero(segments.joined)
-    rows = np.stack([seams - 1, seams - 1, seams, seams], axis=1)
-    instants = segments.begins[seams]
-    times = instants[:, None] + np.array([-PROBE_TIME, 0.0, 0.0, PROBE_TIME])
-    poses = pose_frames(
-        setup, blend, device_segments(setup, blend), rows.ravel(), times.ravel(), joints=np.arange(joints)
-    )
+    rows = np.stack([seams - 1, seams - 1, seams, seams], axis=1).ravel()
+    sides = np.array([-1.0, 0.0, 0.0, 1.0])
+    near, far = (np.ravel(segments.begins[seams][:, None] + time * sides) for time in (PROBE_TIME, PELVIS_PROBE_TIME))
+    arrays = device_segments(setup, blend, origins=np.zeros((count, 3)))
+    poses = pose_frames(setup, blend, arrays, rows, near, joints=np.arange(joints))
+    pelvis = pose_frames(setup, blend, arrays, rows, far, joints=np.arange(0)).pelvis_positions.numpy()
+    origins = segment_origins(setup) * [1.0, 0.0, 1.0]
     values = wp.zeros((count + 1, joints), dtype=wp.vec3f)
     slopes = wp.zeros((count + 1, joints), dtype=wp.vec3f)
     targets = wp.array(seams.astype(np.int32), dtype=wp.int32)
@@ -75,9 +78,9 @@ def measure_seams(setup: Setup, blend: StepBlend) -> Seams:
             outputs=[values, slopes],
         )
     position_values, position_slopes = np.zeros((count + 1, 3)), np.zeros((count + 1, 3))
-    before, left, right, after = np.moveaxis(poses.pelvis_positions.numpy().reshape(-1, 4, 3).astype(float), 1, 0)
-    position_values[seams] = 0.5 * (right - left)
-    position_slopes[seams] = 0.5 * ((after - right) - (left - before)) / PROBE_TIME
+    before, left, right, after = np.moveaxis(pelvis.reshape(-1, 4, 3).astype(float), 1, 0)
+    position_values[seams] = 0.5 * (right - left + origins[seams] - origins[seams - 1])
+    position_slopes[seams] = 0.5 * ((after - right) - (left - before)) / PELVIS_PROBE_TIME
     return Seams(
         joint_values=values,
         joint_slopes=slopes,

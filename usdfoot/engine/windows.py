@@ -55,9 +55,10 @@ def _factors(
     if seam == "inertialise":
         for column, (time, sign) in enumerate(((after, -1.0), (before, 1.0))):
             x = np.clip(time / lengths[column], 0.0, 1.0)
-            factors[:, 2 * column] = sign * (1.0 - x**3 * (10.0 + x * (6.0 * x - 15.0)))
+            factors[:, 2 * column] = sign * (1.0 - x * x * x * (10.0 + x * (6.0 * x - 15.0)))
             x = np.clip(time / slope_lengths[column], 0.0, 1.0)
-            factors[:, 2 * column + 1] = -slope_lengths[column] * x * (1.0 - x) ** 3 * (1.0 + 3.0 * x)
+            rest = 1.0 - x
+            factors[:, 2 * column + 1] = -slope_lengths[column] * x * rest * rest * rest * (1.0 + 3.0 * x)
     elif seam == "crossfade":
         factors[:, 0] = -2.0 * np.clip(1.0 - after / lengths[0], 0.0, 1.0)
     return factors

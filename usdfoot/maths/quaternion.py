@@ -28,7 +28,7 @@ __all__ = [
 
 def normalised(quaternions: FloatArray) -> FloatArray:
     """Quaternions scaled to unit length, shape (..., 4)."""
-    return quaternions / np.linalg.norm(quaternions, axis=-1, keepdims=True)
+    return quaternions / np.sqrt(np.einsum("...i,...i->...", quaternions, quaternions))[..., None]
 
 
 def compose(first: FloatArray, second: FloatArray) -> FloatArray:
@@ -114,8 +114,10 @@ def align_signs(quaternions: FloatArray, reference: FloatArray) -> FloatArray:
 
 def continuous(quaternions: FloatArray) -> FloatArray:
     """Quaternions (T, ..., 4) with signs flipped so that none changes sign along the first axis."""
-    dots = np.sum(quaternions[1:] * quaternions[:-1], axis=-1, keepdims=True)
-    flips = np.cumprod(np.where(dots < 0.0, -1.0, 1.0), axis=0)
+    opposite = np.einsum("...i,...i->...", quaternions[1:], quaternions[:-1]) < 0.0
+    if not opposite.any():
+        return quaternions
+    flips = np.cumprod(np.where(opposite, -1.0, 1.0), axis=0)[..., None]
     return np.concatenate([quaternions[:1], quaternions[1:] * flips], axis=0)
 
 

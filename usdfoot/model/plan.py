@@ -64,22 +64,28 @@ class FootstepPlan:
         if stray.size:
             side = self.sides[stray[0]]
             raise PlanError(self.name, f"footstep {stray[0]} has protoIndex {side}", "0 = left, 1 = right")
-        for label, values in (
-            ("positions", self.positions),
-            ("orientations", self.orientations),
-            ("strikeTimes", self.strike_times),
-            ("liftoffTimes", self.liftoff_times),
-            ("rootWeights", self.root_weights),
-        ):
-            bad = np.flatnonzero(~np.isfinite(values.reshape(len(values), -1)).all(axis=1))
-            if bad.size:
-                raise PlanError(self.name, f"{label} of footstep {bad[0]} is not a finite number", "author numbers")
+        arrays = {
+            "positions": self.positions,
+            "orientations": self.orientations,
+            "strikeTimes": self.strike_times,
+            "liftoffTimes": self.liftoff_times,
+            "rootWeights": self.root_weights,
+        }
+        if not np.isfinite(np.concatenate([values.ravel() for values in arrays.values()])).all():
+            self._name_infinite(arrays)
         beyond = np.flatnonzero((self.root_weights < 0.0) | (self.root_weights > 1.0))
         if beyond.size:
             weight = self.root_weights[beyond[0]]
             raise PlanError(self.name, f"rootWeights of footstep {beyond[0]} is {weight:.4g}", "0 to 1 is possible")
         if np.any(np.abs(np.linalg.norm(self.orientations, axis=1) - 1.0) > 1e-3):
             raise PlanError(self.name, "orientations are not unit quaternions", "normalise them")
+
+    def _name_infinite(self, arrays: dict[str, FloatArray]) -> None:
+        """Raises PlanError for the first value that is not finite."""
+        for label, values in arrays.items():
+            bad = np.flatnonzero(~np.isfinite(values.reshape(len(values), -1)).all(axis=1))
+            if bad.size:
+                raise PlanError(self.name, f"{label} of footstep {bad[0]} is not a finite number", "author numbers")
 
     def _check_times(self) -> None:
         empty = np.flatnonzero(self.liftoff_times <= self.strike_times)

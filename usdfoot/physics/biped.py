@@ -13,8 +13,10 @@ from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
 
-__all__ = ["PhysicsBiped", "adjust_biped", "measure_biped"]
+__all__ = ["HUMAN_LEG", "PhysicsBiped", "adjust_biped", "measure_biped"]
 
+HUMAN_LEG = 0.86
+"""Leg for which weights and times are given [m]; bodies of other sizes move alike."""
 TOE_REACH = 0.35
 """The end of the sole ahead of the ball, as a fraction of the distance from ankle to ball."""
 

@@ -98,7 +98,10 @@ def leg_forces(
 
 
 def sample_costs(samples: Samples, controls: FloatArray, *, gravity: float, comfort: float) -> FloatArray:
-    """[P]'s integrand |residual| + k (l - l_nom)^2 [m/s^2], the comfort term as the mean of the standing legs, (M,)."""
+    """[P]'s integrand |residual| + k (l - l_nom)^2 [m/s^2], the comfort term as the mean of the standing legs.
+
+    Shape (M,).
+    """
     positions, accelerations = spline_samples(samples, controls)
     forces = leg_forces(samples.supports, samples.standing, positions, accelerations, gravity)
     stretches = np.linalg.norm(positions[:, None] - samples.anchors, axis=-1) - samples.nominal_lengths

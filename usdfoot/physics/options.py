@@ -24,12 +24,12 @@ class PhysicsOptions:
 
     solver: str = "lm"
     """lm = reweighted least squares by Levenberg and Marquardt; greedy = [P] Figure 10."""
-    tolerance: float = 3e-5
+    tolerance: float = 1e-4
     """Relative decrease of E in a step at which lm has converged."""
     gravity: float = 9.81
     """[m/s^2]."""
     comfort: float = 3000.0
-    """[P]'s k: weight of comfort against physics [1/(m s^2)]."""
+    """[P]'s k: weight of comfort against physics, for a leg of 0.86 m [1/(m s^2)]."""
     support: str = "smooth"
     """smooth = from heel to toe over the contact; print = [P]: the middle of the print, at last the toe."""
     leg_play: float = 1.0

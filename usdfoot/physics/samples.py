@@ -10,7 +10,7 @@ import numpy as np
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable
-from usdfoot.physics.biped import PhysicsBiped
+from usdfoot.physics.biped import HUMAN_LEG, PhysicsBiped
 from usdfoot.physics.heading import FootHeadings, OrientationScript, body_orientations
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.spline import Knots, hermite_basis
@@ -38,7 +38,7 @@ class Samples:
     standing: BoolArray
     """Whether the foot is on the ground, shape (M, 2)."""
     leg_shares: FloatArray
-    """Weight of each leg's comfort: 1 over the number that stand, 0 in the air, shape (M, 2)."""
+    """Weight of each leg's comfort, of a leg of 0.86 m: 1 over the number that stand, 0 in the air, shape (M, 2)."""
     supports: FloatArray
     """Points of support [m], world, shape (M, 2, 3)."""
     anchors: FloatArray
@@ -64,6 +64,7 @@ def lay_samples(
     agents = np.repeat(knots.agents[knots.begins], SAMPLES)
     flat = times.ravel()
     stance = find_stance(contacts, biped, agents, flat, options)
+    size = (HUMAN_LEG / biped.maximal_length) ** 2
     body = body_orientations(headings, scripts, agents, flat, window=options.heading_window)
     return Samples(
         times=times,
@@ -71,7 +72,7 @@ def lay_samples(
         basis=np.concatenate([basis[0], basis[1]], axis=1),
         contacts=stance.contacts,
         standing=stance.standing,
-        leg_shares=stance.standing / np.maximum(stance.standing.sum(axis=1, keepdims=True), 1),
+        leg_shares=size * stance.standing / np.maximum(stance.standing.sum(axis=1, keepdims=True), 1),
         supports=stance.supports,
         anchors=stance.ankles - quaternion.rotate(body[:, None], biped.hips),
         nominal_lengths=stance.nominal_lengths,

@@ -55,6 +55,7 @@ def device_problem(samples: Samples, knots: Knots, options: PhysicsOptions) -> P
     problem.supports = _array(samples.supports, wp.vec3d)
     problem.anchors = _array(samples.anchors, wp.vec3d)
     problem.nominal_lengths = _array(samples.nominal_lengths, wp.float64)
+    problem.leg_shares = _array(samples.leg_shares, wp.float64)
     problem.fixed = _array(knots.fixed, wp.bool)
     problem.gravity = options.gravity
     problem.comfort = options.comfort

@@ -26,6 +26,7 @@ class ProblemArrays:
     supports: wp.array2d(dtype=wp.vec3d)  # (M, 2) [m]
     anchors: wp.array2d(dtype=wp.vec3d)  # (M, 2) [m]
     nominal_lengths: wp.array2d(dtype=wp.float64)  # (M, 2) [m]
+    leg_shares: wp.array2d(dtype=wp.float64)  # (M, 2) weight of each leg's comfort
     fixed: wp.array2d(dtype=wp.bool)  # (K, 2) position, velocity
     gravity: wp.float64  # [m/s^2]
     comfort: wp.float64  # [P]'s k [1/(m s^2)]
@@ -82,13 +83,9 @@ def agent_energy(
                 wanted,
             )
             cost = soft_norm(force.residual, softness)
-            share = problem.comfort
-            if problem.standing[m, 0] and problem.standing[m, 1]:
-                share = wp.float64(0.5) * problem.comfort
             for leg in range(2):
-                if problem.standing[m, leg]:
-                    stretch = wp.length(position - problem.anchors[m, leg]) - problem.nominal_lengths[m, leg]
-                    cost = cost + share * stretch * stretch
+                stretch = wp.length(position - problem.anchors[m, leg]) - problem.nominal_lengths[m, leg]
+                cost = cost + problem.comfort * problem.leg_shares[m, leg] * stretch * stretch
             total = total + cost * length * PART
     return total
 
@@ -128,16 +125,13 @@ def add_instant(
     acceleration_acceleration = bent_turned * force.by_acceleration
     position_gradient = turned * force.residual
     acceleration_gradient = bent_turned * force.residual
-    share = wp.float64(2.0) * problem.comfort * interval
-    if problem.standing[m, 0] and problem.standing[m, 1]:
-        share = wp.float64(0.5) * share
     for leg in range(2):
-        if problem.standing[m, leg]:
-            across = position - problem.anchors[m, leg]
-            distance = wp.max(wp.length(across), wp.float64(1.0e-9))
-            direction = across / distance
-            position_position = position_position + wp.outer(direction, direction) * share
-            position_gradient = position_gradient + direction * (share * (distance - problem.nominal_lengths[m, leg]))
+        across = position - problem.anchors[m, leg]
+        distance = wp.max(wp.length(across), wp.float64(1.0e-9))
+        direction = across / distance
+        share = wp.float64(2.0) * problem.comfort * problem.leg_shares[m, leg] * interval
+        position_position = position_position + wp.outer(direction, direction) * share
+        position_gradient = position_gradient + direction * (share * (distance - problem.nominal_lengths[m, leg]))
     for a in range(4):
         if problem.fixed[knot + a // 2, a % 2]:
             moved[a] = wp.float64(0.0)
@@ -202,7 +196,7 @@ def minimise(
     steps: wp.array(dtype=wp.float64),
     counts: wp.array(dtype=wp.int32),
 ):
-    """Lowers each agent's E until a step gains less than `tolerance` of it.
+    """Lowers each agent's E until a step changes it by less than `tolerance`.
 
     Reweighted least squares: a step solves (H + damping diag(H)) step = -gradient; the damping falls where E does and
     grows where it does not (Levenberg and Marquardt).
@@ -249,5 +243,5 @@ def minimise(
                 energy = trial
                 damping = wp.max(wp.float64(0.2) * damping, LEAST_DAMPING)
             else:
-                going = damping < MOST_DAMPING and trial != energy
+                going = damping < MOST_DAMPING and trial - energy > tolerance * energy
                 damping = wp.float64(8.0) * damping

@@ -10,14 +10,15 @@ from usdfoot.maths import quaternion
 from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable
-from usdfoot.physics.biped import PhysicsBiped
+from usdfoot.physics.biped import HUMAN_LEG, PhysicsBiped
 from usdfoot.physics.leg_profile import ContactGaits, foot_pitches, measure_gaits, nominal_lengths, rolled_ankles
 from usdfoot.physics.options import PhysicsOptions
 
 __all__ = ["Stance", "find_stance", "print_orientations"]
 
 ROLL_TIME = 0.4
-"""Longest time from heel to flat and from flat to toe; a foot that stands longer is flat in between [s]."""
+"""Longest time from heel to flat and from flat to toe on a leg of 0.86 m; a foot that stands longer is flat in between
+[s]."""
 HEEL_OFF = 0.6
 """Part of the contact after which the foot is on its toes."""
 RUN_START = 0.5
@@ -56,7 +57,8 @@ def find_stance(
     progress = np.clip((when - strikes) / np.maximum(liftoffs - strikes, 1e-9), 0.0, 1.0)
     gaits = measure_gaits(contacts, biped.maximal_length)
     smooth = options.support == "smooth"
-    share = _pressing(gaits, contacts, rows, when) if smooth else np.where(progress > HEEL_OFF, 1.0, 0.5)
+    longest = ROLL_TIME * np.sqrt(biped.maximal_length / HUMAN_LEG)
+    share = _pressing(gaits, contacts, rows, when, longest) if smooth else np.where(progress > HEEL_OFF, 1.0, 0.5)
     offsets = np.zeros((*rows.shape, 3))
     offsets[..., 2] = biped.heel + (biped.toe - biped.heel) * share
     places, turns = contacts.positions[rows], print_orientations(contacts)[rows]
@@ -82,14 +84,17 @@ def print_orientations(contacts: ContactTable) -> FloatArray:
     return quaternion.compose(tilt, quaternion.yaw_quaternion(contacts.yaws))
 
 
-def _pressing(gaits: ContactGaits, contacts: ContactTable, rows: IntArray, times: FloatArray) -> FloatArray:
+def _pressing(
+    gaits: ContactGaits, contacts: ContactTable, rows: IntArray, times: FloatArray, longest: float
+) -> FloatArray:
     """Where along the foot it presses at `times`, 0 heel to 1 toe, shape as `rows`.
 
     It goes from heel to toe in the direction of travel: from toe to heel in backward steps, nowhere in side steps. A
-    foot that stands at the begin or end of the motion presses with its middle.
+    foot that stands at the begin or end of the motion presses with its middle, and so does one that stands longer than
+    it takes twice the `longest` time [s] to roll.
     """
     strikes, liftoffs = contacts.strikes[rows], contacts.liftoffs[rows]
-    half = np.minimum(0.5 * np.maximum(liftoffs - strikes, 1e-9), ROLL_TIME)
+    half = np.minimum(0.5 * np.maximum(liftoffs - strikes, 1e-9), longest)
     on = np.where(gaits.begins[rows], 1.0, np.clip((times - strikes) / half, 0.0, 1.0))
     off = np.where(gaits.ends[rows], 1.0, np.clip((liftoffs - times) / half, 0.0, 1.0))
     start = RUN_START * gaits.lands[rows]

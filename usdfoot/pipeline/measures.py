@@ -34,6 +34,8 @@ SHARE_OF_ROLL = 0.25
 """The foot is flat at most this long [s], and this part of the contact, after the strike (design.md section 2)."""
 STANCE = (0.25, 0.3, 0.35, 0.4, 0.5)
 """Parts of a contact's time, at one of which at least the foot stands flat."""
+NEAR_FOOTSTEP = 0.1
+"""Ground no higher than this above a footstep is what it stands on [m]."""
 SWING_MIDDLE = (0.2, 0.8)
 """Part of the swing's time over which the clearance counts."""
 
@@ -86,11 +88,12 @@ def measure_agent(agent: WrittenAgent, units: StageUnits, terrain: Terrain | Non
     between = (codes[:-1, None] + np.diff(codes)[:, None] * np.array(SUBFRAMES)).ravel()
     fine = read_joint_tracks(agent, units, np.sort(np.concatenate([codes, between])))
     whole = _frames(fine, len(SUBFRAMES) + 1)
-    heels = _heels(agent, whole)
+    ground = None if terrain is None else Ground(terrain, fallback_height=float(agent.plan.positions[:, 1].min()))
+    heels = _heels(agent, whole, ground)
     columns = _steps(agent, whole, fine, heels)
     heights = np.full((len(whole.times), 2, 2), np.nan)
-    if terrain is not None:
-        heights = _sole_heights(agent, whole, heels, terrain)
+    if ground is not None:
+        heights = _sole_heights(agent, whole, heels, ground)
     rate = units.time_codes_per_second / float(np.min(np.diff(codes), initial=np.inf)) if len(codes) > 1 else 1.0
     turning = whole.rotations.copy()
     turning[:, agent.biped.pelvis] = whole.turns[:, agent.biped.pelvis]
@@ -138,23 +141,28 @@ def _flat_times(agent: WrittenAgent) -> FloatArray:
     return np.fmin(agent.flat_times, latest)
 
 
-def _heels(agent: WrittenAgent, tracks: JointTracks) -> FloatArray:
+def _heels(agent: WrittenAgent, tracks: JointTracks, ground: Ground | None) -> FloatArray:
     """Heel points of both feet in the world [m], shape (F, 2, 3)."""
     ankles = list(agent.biped.ankles)
-    stances = [_stances(agent, tracks, side) for side in (0, 1)]
+    stances = [_stances(agent, tracks, side, ground) for side in (0, 1)]
     offsets = sole_offsets(agent.skeleton, agent.biped, stances)
     return tracks.positions[:, ankles] + quaternion.rotate(tracks.turns[:, ankles], offsets)
 
 
-def _stances(agent: WrittenAgent, tracks: JointTracks, side: int) -> FloatArray:
-    """World rotations of one ankle where the heel is lowest in each contact, shape (N, 4)."""
+def _stances(agent: WrittenAgent, tracks: JointTracks, side: int, ground: Ground | None) -> FloatArray:
+    """Rotations of one ankle where the heel is lowest in each contact, from level ground, shape (N, 4)."""
     own = agent.plan.sides == side
     strikes, liftoffs = agent.plan.strike_times[own, None], agent.plan.liftoff_times[own, None]
     frames = np.searchsorted(tracks.times, strikes + (liftoffs - strikes) * np.array(STANCE))  # (N, S)
     frames = np.minimum(frames, len(tracks.times) - 1)
     ankles, balls = (tracks.positions[:, joints[side], 1] for joints in (agent.biped.ankles, agent.biped.balls))
     lowest = np.argmin((ankles - balls)[frames], axis=1)
-    return tracks.turns[frames[np.arange(len(frames)), lowest], agent.biped.ankles[side]]
+    turns = tracks.turns[frames[np.arange(len(frames)), lowest], agent.biped.ankles[side]]
+    if ground is None:
+        return turns
+    places = agent.plan.positions[own]
+    normals = ground.heights(places[:, [0, 2]], places[:, 1], step_up=NEAR_FOOTSTEP).normals
+    return quaternion.compose(quaternion.between(normals, np.array([0.0, 1.0, 0.0])), turns)
 
 
 def _steps(agent: WrittenAgent, whole: JointTracks, fine: JointTracks, heels: FloatArray) -> dict[str, Any]:
@@ -185,12 +193,11 @@ def _steps(agent: WrittenAgent, whole: JointTracks, fine: JointTracks, heels: Fl
     return columns
 
 
-def _sole_heights(agent: WrittenAgent, tracks: JointTracks, heels: FloatArray, terrain: Terrain) -> FloatArray:
+def _sole_heights(agent: WrittenAgent, tracks: JointTracks, heels: FloatArray, ground: Ground) -> FloatArray:
     """Height over the terrain of the soles under ball and heel [m], NaN off the terrain, shape (F, 2 feet, 2)."""
     soles = tracks.positions[:, list(agent.biped.balls)].copy()
     soles[..., 1] -= agent.biped.ball_heights
     points = np.stack([soles, heels], axis=2)  # (F, 2, 2, 3)
-    ground = Ground(terrain, fallback_height=float(agent.plan.positions[:, 1].min()))
     flat = points.reshape(-1, 3)
     sample = ground.heights(flat[:, [0, 2]], flat[:, 1])
     heights = np.where(sample.hit, flat[:, 1] - sample.heights, np.nan)

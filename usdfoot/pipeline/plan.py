@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from usdfoot import __version__
 from usdfoot.bridge.scene import StageInfo
 from usdfoot.errors import SceneError, UsdfootError
+from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
+from usdfoot.model.terrain import Terrain
+from usdfoot.planning.lint import lint_plans
 from usdfoot.planning.path import PathOptions
+from usdfoot.planning.proportions import Proportions
 from usdfoot.readers.agents import list_agents, select_agents
 from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
@@ -90,6 +94,7 @@ def plan_scene_paths(
     ]
     if not planned:
         raise _no_paths(info, problems)
+    problems += _doubts(planned, terrain, [walker.proportions for walker in walkers if walker.name in _names(planned)])
     progress("write", 0, 0)
     file = save_plans(planned, output, info, made_by={"planner": "path", "options": asdict(options)})
     return PlanReport(file=file, plans={part.name: part.plan for part in planned}, problems=tuple(problems))
@@ -117,6 +122,26 @@ def save_plans(
         sources=info.layers,
         provenance={"version": __version__, **made_by},
     )
+
+
+def _names(planned: Sequence[PlannedAgent]) -> set[str]:
+    return {part.name for part in planned}
+
+
+def _doubts(planned: Sequence[PlannedAgent], terrain: Terrain, bodies: Sequence[Proportions]) -> list[Problem]:
+    """A warning for each plan that cannot be walked as it is, with its first fault."""
+    lowest = min(float(part.plan.positions[:, 1].min()) for part in planned)
+    plans = [replace(part.plan, name=part.name) for part in planned]
+    faults = lint_plans(plans, Ground(terrain, fallback_height=lowest), bodies=bodies)
+    errors = [fault for fault in faults if fault.severity == "error"]
+    doubts = []
+    for plan in plans:
+        own = [fault for fault in errors if fault.plan == plan.name]
+        if own:
+            more = f" (and {len(own) - 1} more)" if len(own) > 1 else ""
+            message = f"{plan.name}: footstep {own[0].footstep} {own[0].message}{more}. usdfoot plan lint tells more"
+            doubts.append(Problem(severity="warning", where=plan.name, message=message))
+    return doubts
 
 
 def _problem(error: UsdfootError) -> Problem:

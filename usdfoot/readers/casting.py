@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from pxr import Usd, UsdSkel
+from pxr import Sdf, Usd, UsdSkel
 
 from usdfoot.bridge.scene import Character
 from usdfoot.bridge.tokens import Motion, Plan
@@ -47,6 +47,7 @@ class Casting:
     problems: list[Problem] = field(default_factory=list)
     _only: Usd.Prim | None = None
     _unfit: dict[str, str] = field(default_factory=dict)
+    _key_of: dict[Sdf.Path, tuple[object, ...]] = field(default_factory=dict)
     _character_of: dict[object, int | UsdfootError] = field(default_factory=dict)
     _library_of: dict[object, int | UsdfootError] = field(default_factory=dict)
 
@@ -109,7 +110,9 @@ class Casting:
         """Index of the agent's character, and its prim."""
         prim = source.character or (source.prim if source.is_authored and _holds_skeleton(source.prim) else None)
         prim = prim or self._only_character()
-        key = character_key(prim, self.units)
+        key = self._key_of.get(prim.GetPath())
+        if key is None:
+            key = self._key_of[prim.GetPath()] = character_key(prim, self.units)
         if key not in self._character_of:
             try:
                 self.characters.append(read_character(prim, self.units, self.frame_codes))

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from pxr import Usd, UsdGeom, UsdSkel
 
+from usdfoot.analysis.axes import axis_turns, with_axes
 from usdfoot.bridge.similarity import Similarity, fold_into_joints, similarity_of_matrices
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import ClipError
@@ -28,6 +29,9 @@ _logger = logging.getLogger(__name__)
 
 _UNIT_MISMATCH = 5.0
 """Legs so many times longer or shorter than the character's are in other units, not of other proportions."""
+
+_OTHER_AXES = 0.7
+"""Axes of legs are other ones from here on [rad]; less may be the poses that were current when rigs were written."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,6 +85,9 @@ def read_clip(
     own = skeleton_in(source.skeleton, similarity)
     similarity = _without_unit_mismatch(source, similarity, own, skeleton, biped)
     translations, rotations = fold_into_joints(similarity, own.parents, translations, rotations)
+    turns = _other_axes(where, own, skeleton, biped)
+    if turns is not None:
+        translations, rotations = with_axes(own.parents, turns, translations, rotations)
     translations, rotations = _on_joints_of(skeleton, own, translations, rotations)
     return Clip(
         name=where,
@@ -195,6 +202,8 @@ def _without_unit_mismatch(
     source: ClipSource, similarity: Similarity, own: Skeleton, skeleton: Skeleton, biped: Biped
 ) -> Similarity:
     """The similarity, rescaled where the clip is evidently in other units than the character."""
+    if own.joints == skeleton.joints and np.allclose(own.rest_translations, skeleton.rest_translations, atol=1e-6):
+        return similarity
     clip_leg = _leg_length(own, match_joints(own.joints, skeleton.joints), biped)
     leg = _leg_length(skeleton, np.arange(len(skeleton.joints)), biped)
     if not (leg > 0.0 and clip_leg > 0.0) or 1.0 / _UNIT_MISMATCH < clip_leg / leg < _UNIT_MISMATCH:
@@ -214,6 +223,23 @@ def _leg_length(skeleton: Skeleton, order: IntArray, biped: Biped) -> float:
     positions, _ = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
     legs = positions[order[[biped.hips, biped.knees, biped.ankles]]]  # (3, 2, 3)
     return float(np.linalg.norm(np.diff(legs, axis=0), axis=-1).sum(axis=0).mean())
+
+
+def _other_axes(where: str, own: Skeleton, skeleton: Skeleton, biped: Biped) -> FloatArray | None:
+    """Turns (K, 4) from the character's joint axes to the clip's; None if those of the legs are about the same."""
+    order = match_joints(own.joints, skeleton.joints)
+    turns = axis_turns(own, skeleton, order)
+    legs = order[[biped.pelvis, *biped.hips, *biped.knees, *biped.ankles]]
+    angles = np.linalg.norm(quaternion.to_rotation_vector(turns[legs]), axis=1)
+    if angles.max() < _OTHER_AXES:
+        return None
+    _logger.warning(
+        "%s: joint axes differ from those of %s by up to %.0f degrees, the clip is retargeted by the rest poses",
+        where,
+        skeleton.name,
+        np.degrees(angles.max()),
+    )
+    return turns
 
 
 def _on_joints_of(

@@ -150,6 +150,10 @@ def _to_world(prim: Usd.Prim, units: StageUnits, matrix: FloatArray, orientation
             "author unit quaternions",
         )
     own = orientations / lengths
+    if np.array_equal(matrix[:3, :3], np.eye(3)):
+        unturned = units.rotations_to_canonical(own)
+        if (1.0 - 2.0 * (unturned[:, 0] ** 2 + unturned[:, 2] ** 2)).mean() >= _UPRIGHT:
+            return np.where(unturned[:, 3:] < 0.0, -unturned, unturned)
     other = replace(units, up_axis="Y" if units.up_axis == "Z" else "Z")
     forward, normal = _print_axes(units, matrix, own, units)
     if normal[:, 1].mean() < _UPRIGHT:

@@ -133,9 +133,10 @@ class SceneReader:
             SceneError: If none of them can be used.
         """
         casting = self._casting
+        wanted = None if names is None else set(names)
         cast, followers = [], []
         for source in self._chosen:
-            if names is not None and source.name not in names:
+            if wanted is not None and source.name not in wanted:
                 continue
             walk = self._walk_of(source)
             if isinstance(walk, RootTrajectory):

@@ -7,24 +7,17 @@ from the wanted landing, so that a row of steady steps on one line finds partner
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from itertools import combinations
+from dataclasses import dataclass, fields
 
 import numpy as np
+import warp as wp
 
-from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.device import start_warp
 from usdfoot.spaces.footsteps import FootstepSpace, FootstepWeights, solve_footsteps
+from usdfoot.spaces.neighbour_kernel import find_triples
 
 __all__ = ["NeighbourSpace", "build_neighbour_space", "solve_neighbours"]
-
-INSIDE_TOLERANCE = 1e-10
-SMALLEST_AREA = 1e-5
-"""Twice the area [m^2] below which a triple counts as collinear."""
-OCTANTS = 8
-CLOSEST = 3
-FAR = 1e12
-CHUNK = 1024
-"""Queries solved in one go; their triples then stay in the processor's cache."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,75 +61,38 @@ def solve_neighbours(space: NeighbourSpace, queries: FloatArray, coordinates: Fl
     Returns:
         The weights; simplices and vertices as the footstep space has them, -1 and 0 where a triple is used.
     """
-    fallback = solve_footsteps(space.footsteps, queries)
     if len(space.landings) < 3 or len(queries) == 0:
-        return fallback
-    parts = [slice(begin, begin + CHUNK) for begin in range(0, len(queries), CHUNK)]
-    solved = [_solve_part(space, queries[part], coordinates[part]) for part in parts]
-    examples, weights, found = (np.concatenate(arrays) for arrays in zip(*solved, strict=True))
-    rows = found[:, None]
-    return FootstepWeights(
-        examples=np.where(rows, examples, fallback.examples),
-        weights=np.where(rows, weights, fallback.weights),
-        hull_distances=np.where(found, 0.0, fallback.hull_distances),
-        projections=np.where(rows, queries, fallback.projections),
-        simplices=np.where(found, -1, fallback.simplices),
-        vertices=np.where(rows, 0, fallback.vertices),
+        return solve_footsteps(space.footsteps, queries)
+    examples, weights = _best_triples(space, queries, coordinates)
+    missing = np.flatnonzero(examples[:, 0] < 0)
+    fallback = solve_footsteps(space.footsteps, queries[missing])
+    solved = FootstepWeights(
+        examples=space.examples[examples],
+        weights=weights,
+        hull_distances=np.zeros(len(queries)),
+        projections=np.array(queries, dtype=float),
+        simplices=np.full(len(queries), -1, dtype=np.intp),
+        vertices=np.zeros((len(queries), 3), dtype=np.intp),
     )
+    for field in fields(FootstepWeights):
+        getattr(solved, field.name)[missing] = getattr(fallback, field.name)
+    return solved
 
 
-def _candidates(offsets: FloatArray, squares: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Examples that compete, shape (N, OCTANTS + CLOSEST), and their squared distances; infinite if there is none.
-
-    Args:
-        offsets: Examples' landings from the wanted ones, (x, z) [m], shape (N, E, 2).
-        squares: Squared distances in coordinates, shape (N, E).
-    """
-    x, z = offsets[..., 0], offsets[..., 1]
-    octants = 4 * (x < 0.0) + 2 * (z < 0.0) + (np.abs(x) < np.abs(z))
-    near, costs = [], []
-    for octant in range(OCTANTS):
-        own = np.where(octants == octant, squares, np.inf)
-        best = np.argmin(own, axis=1)
-        near.append(best)
-        costs.append(np.take_along_axis(own, best[:, None], axis=1)[:, 0])
-    closest = min(CLOSEST, squares.shape[1])
-    extra = np.argpartition(squares, closest - 1, axis=1)[:, :closest]
-    extra = np.sort(extra, axis=1)
-    extra_costs = np.take_along_axis(squares, extra, axis=1)
-    return np.column_stack([*near, extra]), np.column_stack([*costs, extra_costs])
-
-
-def _solve_part(
-    space: NeighbourSpace, queries: FloatArray, coordinates: FloatArray
-) -> tuple[IntArray, FloatArray, BoolArray]:
-    """Examples (N, 3), weights (N, 3) and whether a triple was found (N,)."""
-    differences = space.coordinates - coordinates[:, None]
-    near, squares = _candidates(space.landings - queries[:, None], np.einsum("ned,ned->ne", differences, differences))
-    nearest = near.shape[1]
-    x, z = np.moveaxis(space.landings[near] - queries[:, None], -1, 0)  # (N, K)
-    triples = np.array(list(combinations(range(nearest), 3)))
-    pairs = np.array(list(combinations(range(nearest), 2)))
-    number = np.zeros((nearest, nearest), dtype=np.intp)
-    number[pairs[:, 0], pairs[:, 1]] = np.arange(len(pairs))
-    crosses = x[:, pairs[:, 0]] * z[:, pairs[:, 1]] - z[:, pairs[:, 0]] * x[:, pairs[:, 1]]
-    first, second, third = triples.T
-    areas = np.stack(  # (3, N, triples), twice the area opposite each corner
-        [crosses[:, number[second, third]], -crosses[:, number[first, third]], crosses[:, number[first, second]]]
+def _best_triples(space: NeighbourSpace, queries: FloatArray, coordinates: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Rows of the space (N, 3), -1 where no triple contains the landing, and their weights (N, 3)."""
+    start_warp()
+    count = len(queries)
+    triples, weights = wp.empty(count, dtype=wp.vec3i), wp.empty(count, dtype=wp.vec3d)
+    wp.launch(
+        find_triples,
+        dim=count,
+        inputs=[
+            wp.array(space.landings, dtype=wp.vec2d),
+            wp.array(space.coordinates, dtype=wp.float64),
+            wp.array(np.ascontiguousarray(queries), dtype=wp.vec2d),
+            wp.array(np.ascontiguousarray(coordinates), dtype=wp.float64),
+        ],
+        outputs=[triples, weights],
     )
-    totals = areas.sum(axis=0)
-    areas *= np.sign(totals)
-    totals = np.abs(totals)
-    present = np.isfinite(squares)
-    inside = (areas.min(axis=0) >= -INSIDE_TOLERANCE * totals) & (totals >= SMALLEST_AREA)
-    inside &= present[:, first] & present[:, second] & present[:, third]
-    squares = np.minimum(squares, FAR)
-    costs = areas[0] * squares[:, first] + areas[1] * squares[:, second] + areas[2] * squares[:, third]
-    costs = np.where(inside, costs / np.maximum(totals, SMALLEST_AREA), np.inf)
-    best = np.argmin(costs, axis=1)
-    rows = np.arange(len(queries))
-    weights = np.maximum(areas[:, rows, best].T, 0.0)
-    found = inside[rows, best]
-    weights[~found] = 1.0
-    examples = space.examples[near[rows[:, None], triples[best]]]
-    return examples, weights / weights.sum(axis=1, keepdims=True), found
+    return triples.numpy(), weights.numpy()

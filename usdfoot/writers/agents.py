@@ -17,7 +17,7 @@ from usdfoot.writers.layers import (
     define_prim,
     rounded_codes,
 )
-from usdfoot.writers.poses import RestingCharacter, prim_extents
+from usdfoot.writers.poses import PosedAgent
 
 __all__ = ["write_agent"]
 
@@ -26,23 +26,16 @@ UPRIGHT_TOLERANCE = 1e-7
 """Rotations and scales of a character closer than this to none are left out."""
 
 
-def write_agent(
-    layer: Sdf.Layer,
-    motion: Motion,
-    *,
-    resting: RestingCharacter,
-    reference: Sdf.Reference,
-    units: StageUnits,
-) -> None:
+def write_agent(layer: Sdf.Layer, agent: PosedAgent, *, reference: Sdf.Reference, units: StageUnits) -> None:
     """Author /Crowd/Agents/<name> into a layer.
 
     Args:
         layer: Layer to author in.
-        motion: The agent's motion.
-        resting: The character it is.
+        agent: Its motion, posed.
         reference: How the layer refers to the asset.
         units: Of the written stage.
     """
+    motion = agent.motion
     prim = define_prim(layer, f"{tokens.Prim.AGENTS}/{motion.name}", "SkelRoot")
     prim.instanceable = True
     prim.referenceList.prependedItems = [reference]
@@ -50,10 +43,9 @@ def write_agent(
     author_targets(prim, "skel:animationSource", [f"{tokens.Prim.ANIMS}/{motion.name}"])
     author_targets(prim, tokens.Agent.PLAN, [f"{tokens.Prim.PLANS}/{motion.name}"])
     codes = rounded_codes(units.times_to_codes(motion.times)).tolist()
-    order = _write_root_path(prim, motion, codes, units) + _write_stance(prim, resting.character)
+    order = _write_root_path(prim, motion, codes, units) + _write_stance(prim, agent.resting.character)
     author(prim, "xformOpOrder", ValueTypes.TokenArray, Vt.TokenArray(order), uniform=True)
-    boxes = np.ascontiguousarray(prim_extents(motion, resting, units).reshape(-1, 3), dtype=np.float32)
-    corners = Vt.Vec3fArray.FromNumpy(boxes)
+    corners = Vt.Vec3fArray.FromNumpy(agent.extents.reshape(-1, 3))
     extents = [corners[2 * frame : 2 * frame + 2] for frame in range(len(codes))]
     author_samples(author(prim, "extent", ValueTypes.Float3Array), codes, extents)
 

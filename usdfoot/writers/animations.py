@@ -9,34 +9,31 @@ from usdfoot.bridge import tokens
 from usdfoot.bridge.scene import Character
 from usdfoot.bridge.units import StageUnits
 from usdfoot.model.contacts import FootContacts
-from usdfoot.model.motion import Motion
 from usdfoot.writers.layers import apply_schemas, author, author_samples, define_prim, quaternion_array, rounded_codes
-from usdfoot.writers.poses import RestingCharacter, skeleton_poses
+from usdfoot.writers.poses import PosedAgent
 
 __all__ = ["write_animation"]
 
 ValueTypes = Sdf.ValueTypeNames
 
 
-def write_animation(layer: Sdf.Layer, motion: Motion, *, resting: RestingCharacter, units: StageUnits) -> None:
+def write_animation(layer: Sdf.Layer, agent: PosedAgent, *, units: StageUnits) -> None:
     """Author /Crowd/Anims/<name> into a layer.
 
     Args:
         layer: Layer to author in.
-        motion: The agent's motion.
-        resting: The character it animates.
+        agent: Its motion, posed.
         units: Of the written stage.
     """
-    character = resting.character
+    motion, character = agent.motion, agent.resting.character
     prim = define_prim(layer, f"{tokens.Prim.ANIMS}/{motion.name}", "SkelAnimation")
     apply_schemas(prim, tokens.Schema.CONTACT_INSTANCES)
     author(prim, "joints", ValueTypes.TokenArray, Vt.TokenArray(character.skeleton.joints), uniform=True)
     codes = rounded_codes(units.times_to_codes(motion.times)).tolist()
-    local = skeleton_poses(motion, resting)
-    frames, joints = local.rotations.shape[:2]
+    frames, joints = agent.rotations.shape[:2]
     slices = [slice(frame * joints, (frame + 1) * joints) for frame in range(frames)]
-    translations = Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(local.translations.reshape(-1, 3), dtype=np.float32))
-    rotations = quaternion_array(local.rotations.reshape(-1, 4))
+    translations = Vt.Vec3fArray.FromNumpy(agent.translations.reshape(-1, 3))
+    rotations = quaternion_array(agent.rotations.reshape(-1, 4))
     scales = Vt.Vec3hArray.FromNumpy(np.ascontiguousarray(character.rest_scales, dtype=np.float16))
     author_samples(author(prim, "translations", ValueTypes.Float3Array), codes, [translations[s] for s in slices])
     author_samples(author(prim, "rotations", ValueTypes.QuatfArray), codes, [rotations[s] for s in slices])

@@ -13,10 +13,10 @@ from usdfoot.bridge.tokens import PROVENANCE, ChunkFiles, File, Prim, Record
 from usdfoot.model.motion import Motion
 from usdfoot.writers.agents import write_agent
 from usdfoot.writers.animations import write_animation
-from usdfoot.writers.footsteps import write_executed_plan
+from usdfoot.writers.footsteps import print_models, write_executed_plan
 from usdfoot.writers.layers import LayerFormat, define_prim, new_layer
 from usdfoot.writers.moving import follow_transforms
-from usdfoot.writers.poses import rest_character
+from usdfoot.writers.poses import pose_agents, rest_character
 from usdfoot.writers.staging import staged_files
 
 __all__ = ["write_chunk"]
@@ -77,18 +77,19 @@ def _chunk_layers(
     with Sdf.ChangeBlock():
         for layer, scope in ((agents, Prim.AGENTS), (footsteps, Prim.PLANS), (anims, Prim.ANIMS)):
             define_prim(layer, scope, "Scope")
-    for (motion, resting), reference in zip(held, references, strict=True):
-        plan = by_name[motion.name].plan
+    prints = [print_models(resting.foot_length, units) for resting in cast]
+    for agent, reference in zip(pose_agents(held, units), references, strict=True):
+        source = by_name[agent.motion.name]
         with Sdf.ChangeBlock():
-            write_agent(agents, motion, resting=resting, reference=Sdf.Reference(*reference), units=units)
-            write_animation(anims, motion, resting=resting, units=units)
+            write_agent(agents, agent, reference=Sdf.Reference(*reference), units=units)
+            write_animation(anims, agent, units=units)
             write_executed_plan(
                 footsteps,
-                motion.name,
-                plan,
-                results=motion.results,
-                size=resting.foot_length,
+                source.name,
+                source.plan,
+                results=agent.motion.results,
+                prints=prints[source.character],
                 units=units,
-                frame=scene.plan_frames.get(motion.name),
+                frame=scene.plan_frames.get(source.name),
             )
     return {files.agents: agents, files.footsteps: footsteps, files.anims: anims}

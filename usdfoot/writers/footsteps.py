@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,9 +17,44 @@ from usdfoot.model.plan import FootstepPlan
 from usdfoot.writers.layers import apply_schemas, author, author_targets, define_prim, rounded_codes
 from usdfoot.writers.prints import PRINT_COLORS, print_extent, print_outline
 
-__all__ = ["author_plan", "write_executed_plan"]
+__all__ = ["PrintModels", "author_plan", "print_models", "write_executed_plan"]
 
 ValueTypes = Sdf.ValueTypeNames
+INTERPOLATIONS = {"normals": "uniform", "primvars:displayColor": "constant"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class PrintModels:
+    """Small meshes of a left and a right footprint, which all plans of one size share."""
+
+    outlines: tuple[FloatArray, FloatArray]
+    """Corners in the print's frame [m], shape (13, 3) each."""
+    attributes: tuple[dict[str, tuple[Sdf.ValueTypeName, Any]], dict[str, tuple[Sdf.ValueTypeName, Any]]]
+    """Type and value of the meshes' attributes by name."""
+
+
+def print_models(size: float, units: StageUnits) -> PrintModels:
+    """Meshes of prints for feet with the ball `size` from the ankle [m]."""
+    outlines = print_outline(0, size), print_outline(1, size)
+    left, right = (
+        _mesh_attributes(outline, color, units) for outline, color in zip(outlines, PRINT_COLORS, strict=True)
+    )
+    return PrintModels(outlines=outlines, attributes=(left, right))
+
+
+def _mesh_attributes(
+    outline: FloatArray, color: tuple[float, float, float], units: StageUnits
+) -> dict[str, tuple[Sdf.ValueTypeName, Any]]:
+    points, count = units.points_to_stage(outline), len(outline)
+    return {
+        "points": (ValueTypes.Point3fArray, _points(points)),
+        "faceVertexCounts": (ValueTypes.IntArray, Vt.IntArray([count])),
+        "faceVertexIndices": (ValueTypes.IntArray, Vt.IntArray(range(count))),
+        "extent": (ValueTypes.Float3Array, _box(points)),
+        "subdivisionScheme": (ValueTypes.Token, "none"),
+        "normals": (ValueTypes.Normal3fArray, _points(units.directions_to_stage(np.array([[0.0, 1.0, 0.0]])))),
+        "primvars:displayColor": (ValueTypes.Color3fArray, Vt.Vec3fArray([Gf.Vec3f(*color)])),
+    }
 
 
 def write_executed_plan(
@@ -28,7 +63,7 @@ def write_executed_plan(
     plan: FootstepPlan,
     *,
     results: StepResults,
-    size: float,
+    prints: PrintModels,
     units: StageUnits,
     frame: FloatArray | None = None,
 ) -> None:
@@ -39,13 +74,13 @@ def write_executed_plan(
         name: The agent's name.
         plan: Its plan, kept as given.
         results: What became of each footstep.
-        size: Of the prints: distance from ankle to ball [m].
+        prints: What its footsteps look like.
         units: Of the written stage.
         frame: From the prim to the world, as a stronger layer will have it (row vectors, stage units), shape (4, 4);
             None = nothing moves the prim.
     """
     plan = plan if frame is None else _in_frame(plan, frame, units)
-    prim = author_plan(layer, f"{tokens.Prim.PLANS}/{name}", plan, size=size, units=units)
+    prim = author_plan(layer, f"{tokens.Prim.PLANS}/{name}", plan, prints=prints, units=units)
     apply_schemas(prim, [tokens.Schema.PLAN, tokens.Schema.RESULT])
     author(prim, "purpose", ValueTypes.Token, "guide", uniform=True)
     author(prim, tokens.Plan.ROOT_WEIGHTS, ValueTypes.FloatArray, _floats(plan.root_weights), uniform=True)
@@ -67,14 +102,16 @@ def _in_frame(plan: FootstepPlan, frame: FloatArray, units: StageUnits) -> Foots
     )
 
 
-def author_plan(layer: Sdf.Layer, path: str, plan: FootstepPlan, *, size: float, units: StageUnits) -> Sdf.PrimSpec:
+def author_plan(
+    layer: Sdf.Layer, path: str, plan: FootstepPlan, *, prints: PrintModels, units: StageUnits
+) -> Sdf.PrimSpec:
     """Author a plan with its prints at `path` of a layer; gives back its prim.
 
     Args:
         layer: Layer to author in.
         path: Of the prim.
         plan: In the canonical world.
-        size: Of the prints: distance from ankle to ball [m].
+        prints: What its footsteps look like.
         units: Of the written stage.
     """
     prim = define_prim(layer, path, "PointInstancer")
@@ -83,7 +120,7 @@ def author_plan(layer: Sdf.Layer, path: str, plan: FootstepPlan, *, size: float,
     author(prim, "positions", ValueTypes.Point3fArray, _points(units.points_to_stage(plan.positions)))
     orientations = np.ascontiguousarray(units.rotations_to_stage(plan.orientations), dtype=np.float16)
     author(prim, "orientations", ValueTypes.QuathArray, Vt.QuathArray.FromNumpy(orientations))
-    box = print_extent(plan.positions, plan.orientations, plan.sides, size=size)
+    box = print_extent(plan.positions, plan.orientations, plan.sides, outlines=prints.outlines)
     author(prim, "extent", ValueTypes.Float3Array, _box(units.points_to_stage(box)))
     for attribute, times in (
         (tokens.Plan.STRIKE_TIMES, plan.strike_times),
@@ -91,25 +128,18 @@ def author_plan(layer: Sdf.Layer, path: str, plan: FootstepPlan, *, size: float,
     ):
         codes = Sdf.TimeCodeArray([Sdf.TimeCode(code) for code in rounded_codes(units.times_to_codes(times)).tolist()])
         author(prim, attribute, ValueTypes.TimeCodeArray, codes, uniform=True)
-    author_targets(prim, "prototypes", [_write_print(layer, path, side, size, units) for side in (0, 1)])
+    author_targets(prim, "prototypes", [_write_print(layer, path, side, prints) for side in (0, 1)])
     return prim
 
 
-def _write_print(layer: Sdf.Layer, plan_path: str, side: int, size: float, units: StageUnits) -> str:
+def _write_print(layer: Sdf.Layer, plan_path: str, side: int, prints: PrintModels) -> str:
     """A small mesh below the plan; gives back its path."""
     path = f"{plan_path}/Prints/{('Left', 'Right')[side]}"
     prim = define_prim(layer, path, "Mesh")
-    points = units.points_to_stage(print_outline(side, size))
-    count = len(points)
-    author(prim, "points", ValueTypes.Point3fArray, _points(points))
-    author(prim, "faceVertexCounts", ValueTypes.IntArray, Vt.IntArray([count]))
-    author(prim, "faceVertexIndices", ValueTypes.IntArray, Vt.IntArray(range(count)))
-    author(prim, "extent", ValueTypes.Float3Array, _box(points))
-    author(prim, "subdivisionScheme", ValueTypes.Token, "none", uniform=True)
-    normal = units.directions_to_stage(np.array([[0.0, 1.0, 0.0]]))
-    author(prim, "normals", ValueTypes.Normal3fArray, _points(normal)).SetInfo("interpolation", "uniform")
-    color = Vt.Vec3fArray([Gf.Vec3f(*PRINT_COLORS[side])])
-    author(prim, "primvars:displayColor", ValueTypes.Color3fArray, color).SetInfo("interpolation", "constant")
+    for name, (type_name, value) in prints.attributes[side].items():
+        attribute = author(prim, name, type_name, value, uniform=name == "subdivisionScheme")
+        if name in INTERPOLATIONS:
+            attribute.SetInfo("interpolation", INTERPOLATIONS[name])
     return path
 
 

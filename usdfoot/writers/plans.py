@@ -14,7 +14,7 @@ from usdfoot.bridge import tokens
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import OutputError
 from usdfoot.model.plan import FootstepPlan
-from usdfoot.writers.footsteps import author_plan
+from usdfoot.writers.footsteps import author_plan, print_models
 from usdfoot.writers.layers import LayerFormat, author, author_targets, define_prim, new_layer
 from usdfoot.writers.staging import staged_files
 
@@ -90,7 +90,7 @@ def _layer_of(plans: Sequence[PlannedAgent], units: StageUnits, frames_per_secon
     for part in plans:
         path = f"{PLANS_SCOPE}/{part.name}"
         with Sdf.ChangeBlock():
-            prim = author_plan(layer, path, part.plan, size=part.size, units=units)
+            prim = author_plan(layer, path, part.plan, prints=print_models(part.size, units), units=units)
             if part.style:
                 styles = Vt.TokenArray([part.style] * len(part.plan))
                 author(prim, tokens.Plan.STYLES, Sdf.ValueTypeNames.TokenArray, styles, uniform=True)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import groupby, pairwise
 
 import numpy as np
 import warp as wp
@@ -11,23 +13,27 @@ from usdfoot.bridge.scene import Character
 from usdfoot.bridge.similarity import unfold_from_joints
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths import quaternion
-from usdfoot.maths.types import FloatArray
+from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.device import start_warp
 from usdfoot.model.motion import Motion
 from usdfoot.model.skeleton import forward_kinematics
-from usdfoot.writers.extent_kernel import box_frames
+from usdfoot.writers.pose_kernels import box_frames, keep_signs
 
-__all__ = ["JointPoses", "RestingCharacter", "prim_extents", "rest_character", "skeleton_poses"]
+__all__ = ["PosedAgent", "RestingCharacter", "pose_agents", "rest_character"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class JointPoses:
-    """Joint-local transforms of every frame."""
+class PosedAgent:
+    """A motion as it is written, float32."""
 
+    motion: Motion
+    resting: RestingCharacter
     translations: FloatArray
-    """Shape (F, J, 3)."""
+    """Joint-local, in the units of the character's Skeleton, shape (F, J, 3)."""
     rotations: FloatArray
-    """Unit xyzw, continuous in sign, shape (F, J, 4)."""
+    """Joint-local unit xyzw, continuous in sign, shape (F, J, 4)."""
+    extents: FloatArray
+    """Box around the character in the space of the agent prim, shape (F, 2, 3)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,39 +86,86 @@ def _boxed(character: Character, places: FloatArray, turns: FloatArray, above: l
     )
 
 
-def skeleton_poses(motion: Motion, resting: RestingCharacter) -> JointPoses:
-    """Poses in the units and axes of the character's Skeleton, as its SkelAnimation holds them, float32.
+def pose_agents(motions: Sequence[tuple[Motion, RestingCharacter]], units: StageUnits) -> Iterator[PosedAgent]:
+    """Motions as they are written, those of neighbours with one character worked out together."""
+    for _, group in groupby(motions, key=lambda pair: id(pair[1])):
+        own = list(group)
+        poses = _stacked([motion for motion, _ in own])
+        translations, rotations = _skeleton_poses(poses, own[0][1])
+        extents = _prim_extents(poses, own[0][1], units)
+        for (motion, resting), frames in zip(own, pairwise(poses.first.tolist()), strict=True):
+            part = slice(*frames)
+            yield PosedAgent(
+                motion=motion,
+                resting=resting,
+                translations=translations[part],
+                rotations=rotations[part],
+                extents=extents[part],
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Poses:
+    """Frames of A agents end to end, as in `Motion`, float32."""
+
+    first: IntArray
+    """First frame of each agent, then F, shape (A + 1,)."""
+    pelvis_positions: FloatArray
+    """Shape (F, 3)."""
+    pelvis_rotations: FloatArray
+    """Shape (F, 4)."""
+    rotations: FloatArray
+    """Shape (F, J, 4)."""
+
+
+def _stacked(motions: Sequence[Motion]) -> _Poses:
+    def joined(name: str) -> FloatArray:
+        return np.concatenate([getattr(motion, name) for motion in motions], dtype=np.float32, casting="same_kind")
+
+    return _Poses(
+        first=np.concatenate([[0], np.cumsum([len(motion.times) for motion in motions])]),
+        pelvis_positions=joined("pelvis_positions"),
+        pelvis_rotations=joined("pelvis_rotations"),
+        rotations=joined("rotations"),
+    )
+
+
+def _skeleton_poses(poses: _Poses, resting: RestingCharacter) -> tuple[FloatArray, FloatArray]:
+    """Translations (F, J, 3) and rotations (F, J, 4) in the units and axes of the character's Skeleton.
 
     The pelvis goes below its ancestors, which rest, all else is as the motion says. Only the pelvis and the roots
     differ between the agent's space and the Skeleton's by more than a scale.
     """
     character, above = resting.character, list(resting.above)
     skeleton, pelvis = character.skeleton, character.biped.pelvis
-    frames = len(motion.times)
-    rotations = motion.rotations.astype(np.float32)
+    frames = len(poses.rotations)
+    rotations = poses.rotations.copy()
     rotations[:, above] = skeleton.rest_rotations[above]
     joints = np.unique(np.append(np.flatnonzero(skeleton.parents < 0), pelvis))
     own = int(np.searchsorted(joints, pelvis))
     moved = np.tile(skeleton.rest_translations[joints], (frames, 1, 1))
     turned = rotations[:, joints].astype(float)
-    moved[:, own], turned[:, own] = _pelvis_local(motion, resting)
+    moved[:, own], turned[:, own] = _pelvis_local(poses, resting)
     parents = np.where(skeleton.parents[joints] < 0, -1, 0)
     moved, turned = unfold_from_joints(character.skeleton_to_agent, parents, moved, turned)
     rotations[:, joints] = turned
+    on_device = wp.array(rotations, dtype=wp.quatf, copy=False)
+    first = wp.array(poses.first.astype(np.int32), dtype=wp.int32)
+    wp.launch(keep_signs, dim=(len(poses.first) - 1, len(skeleton.joints)), inputs=[first, on_device])
     translations = np.empty((frames, len(skeleton.joints), 3), dtype=np.float32)
     scale = character.skeleton_to_agent.scale * character.inherited_scales[:, None]
     translations[:] = skeleton.rest_translations / scale
     translations[:, joints] = moved / character.inherited_scales[joints, None]
-    return JointPoses(translations=translations, rotations=quaternion.continuous(rotations).astype(np.float32))
+    return translations, on_device.numpy()
 
 
-def prim_extents(motion: Motion, resting: RestingCharacter, units: StageUnits) -> FloatArray:
-    """Box around the character in the space of the agent prim, whatever its joints do, float32, shape (F, 2, 3).
+def _prim_extents(poses: _Poses, resting: RestingCharacter, units: StageUnits) -> FloatArray:
+    """Box around the character in the space of the agent prim, whatever its joints do, shape (F, 2, 3).
 
     Every joint stands for a ball as large as the skin it moves; geometry that is not skinned keeps its own box.
     """
     character = resting.character
-    frames, joints = motion.rotations.shape[:2]
+    frames, joints = poses.rotations.shape[:2]
     to_agent = quaternion.compose(units.axes_to_canonical, character.agent_rotation)
     to_prim, scale = quaternion.inverse(to_agent), 1.0 / (units.meters_per_unit * character.agent_scale)
     boxes = wp.empty((frames, 2), dtype=wp.vec3f)
@@ -122,9 +175,9 @@ def prim_extents(motion: Motion, resting: RestingCharacter, units: StageUnits) -
         inputs=[
             *resting.boxed,
             character.biped.pelvis,
-            _array(motion.pelvis_positions, wp.vec3f),
-            _array(motion.pelvis_rotations, wp.quatf),
-            _array(motion.rotations, wp.quatf),
+            _array(poses.pelvis_positions, wp.vec3f),
+            _array(poses.pelvis_rotations, wp.quatf),
+            _array(poses.rotations, wp.quatf),
             wp.quatf(*to_prim.tolist()),
             wp.empty((frames, joints), dtype=wp.vec3f),
             wp.empty((frames, joints), dtype=wp.quatf),
@@ -147,9 +200,9 @@ def _radii(character: Character) -> FloatArray:
     return np.where(character.skeleton.parents < 0, -1.0, 0.0)
 
 
-def _pelvis_local(motion: Motion, resting: RestingCharacter) -> tuple[FloatArray, FloatArray]:
+def _pelvis_local(poses: _Poses, resting: RestingCharacter) -> tuple[FloatArray, FloatArray]:
     """Pelvis below its parent at rest, translations [m] (F, 3) and rotations (F, 4)."""
-    positions, turns = np.asarray(motion.pelvis_positions, float), np.asarray(motion.pelvis_rotations, float)
+    positions, turns = poses.pelvis_positions.astype(float), poses.pelvis_rotations.astype(float)
     if not resting.above:
         return positions, turns
     parent = resting.above[0]

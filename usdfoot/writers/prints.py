@@ -45,8 +45,9 @@ def print_outline(side: int, size: float) -> FloatArray:
     return np.insert(outline * size, 1, LIFT, axis=1)
 
 
-def print_extent(positions: FloatArray, orientations: FloatArray, sides: IntArray, *, size: float) -> FloatArray:
-    """Lowest and highest corner [m] of all prints (N) laid out, shape (2, 3)."""
-    outlines = np.stack([print_outline(side, size) for side in (0, 1)])[sides]  # (N, 13, 3)
-    corners = quaternion.rotate(orientations[:, None], outlines) + positions[:, None]
+def print_extent(
+    positions: FloatArray, orientations: FloatArray, sides: IntArray, *, outlines: tuple[FloatArray, FloatArray]
+) -> FloatArray:
+    """Lowest and highest corner [m] of all prints (N) with outlines of both sides laid out, shape (2, 3)."""
+    corners = quaternion.rotate(orientations[:, None], np.stack(outlines)[sides]) + positions[:, None]  # (N, 13, 3)
     return np.stack([corners.min(axis=(0, 1)), corners.max(axis=(0, 1))])

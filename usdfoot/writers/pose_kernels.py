@@ -1,11 +1,11 @@
-"""Boxes around posed characters as a Warp kernel."""
+"""Warp kernels of what is written: boxes around posed characters, and rotations without changes of sign."""
 # mypy: disable-error-code="valid-type, no-untyped-def"
 
 from __future__ import annotations
 
 import warp as wp
 
-__all__ = ["box_frames"]
+__all__ = ["box_frames", "keep_signs"]
 
 
 @wp.kernel(enable_backward=False)
@@ -47,3 +47,19 @@ def box_frames(
             highest = wp.max(highest, place + reach)
     boxes[frame, 0] = lowest
     boxes[frame, 1] = highest
+
+
+@wp.kernel(enable_backward=False)
+def keep_signs(
+    first: wp.array(dtype=wp.int32),  # (A + 1,) first frame of each agent, then F
+    rotations: wp.array2d(dtype=wp.quatf),  # (F, J)
+):
+    """Turns the sign of every rotation to that of the frame before, for one joint of one agent."""
+    agent, joint = wp.tid()
+    before = rotations[first[agent], joint]
+    for frame in range(first[agent] + 1, first[agent + 1]):
+        rotation = rotations[frame, joint]
+        if wp.dot(rotation, before) < 0.0:
+            rotation = -rotation
+            rotations[frame, joint] = rotation
+        before = rotation
