@@ -205,5 +205,5 @@ def test_the_space_of_landing_and_root_speed_keeps_footsteps_and_is_nearer_to_th
 
 
 def test_the_space_of_landing_and_root_speed_takes_no_root_weight(walker_library):
-    with pytest.raises(UsdfootError, match="the space 3d weighs root speeds already. choose neighbours or delaunay"):
+    with pytest.raises(UsdfootError, match="the space 3d weighs root speeds already"):
         synthesise(walker_library, [weighted(uneven(), 0.5)], options=EngineOptions(space="3d"))
