@@ -42,12 +42,6 @@ class Foot:
     heel_behind: float
     """How far the heel lies behind the ankle [m]; negative: the foot has none and stands on its toes."""
 
-    @property
-    def elevation(self) -> float:
-        """Of the direction from ankle to ball, negative down [rad]."""
-        across = quaternion.rotate(self.flat_rotation, self.ball_offset)
-        return float(np.arcsin(across[1] / np.linalg.norm(across)))
-
 
 @dataclass(frozen=True, kw_only=True)
 class Rig:
