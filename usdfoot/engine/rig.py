@@ -90,7 +90,8 @@ def _alike(skeleton: Skeleton, biped: Biped, feet: tuple[Foot, Foot]) -> tuple[F
     Feet of one shape, whose pitch differs by little, are two measurements of the same; others are left as they are.
     """
     lengths = [float(np.linalg.norm(foot.ball_offset)) for foot in feet]
-    pitches = [foot.elevation for foot in feet]
+    across = [quaternion.rotate(foot.flat_rotation, foot.ball_offset) for foot in feet]
+    pitches = [float(np.arcsin(vector[1] / length)) for vector, length in zip(across, lengths, strict=True)]
     differences = np.diff(lengths) / SAME_SHAPE, np.diff(biped.ball_heights) / SAME_SHAPE, np.diff(pitches)
     if np.abs(differences[:2]).max() > max(lengths) or abs(differences[2]) > LEVEL:
         return feet
