@@ -18,6 +18,7 @@ from benching.crowd import crowd_times, draw_growth, growth_exponent
 from benching.disk import disk_times
 from benching.kernels import frame_times, step_times
 from benching.physics import physics_times
+from benching.spaces import space_figures
 
 from usdfoot.bridge.versions import library_versions
 from usdfoot.model.clip import ClipLibrary
@@ -34,6 +35,7 @@ CLIPS = 24
 TARGETS = {
     "frame": "<= 4 at 65 joints",
     "locate, weights, correction": "<= 30",
+    "locate, weights, correction [us]": "<= 30",
     "ratio": "<= 1.5",
     "12 steps": "<= 10",
     "one footstep more": "<= 1",
@@ -51,6 +53,7 @@ def measure(*, agents: int, frames: int) -> dict[str, dict[str, float]]:
     few = spread_clips(library)
     figures = {f"frame, {joints} joints [us]": frame_times(few, joints) for joints in JOINTS}
     figures["step [us]"] = step_times(few)
+    figures |= {f"space, {title}": parts for title, parts in space_figures(few).items()}
     figures["physics, centre of mass [ms]"] = physics_times(measure_biped(library.skeleton, library.biped))
     figures[f"disk, {agents} agents x {frames} frames [s]"] = disk_times(STAGES, agents=agents, frames=frames)
     return figures

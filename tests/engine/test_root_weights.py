@@ -193,3 +193,17 @@ def test_real_steps_are_predicted_and_do_not_slide(shared_data, scene):
 def test_options_out_of_range_are_refused(about, message):
     with pytest.raises(UsdfootError, match=message):
         EngineOptions(**about)
+
+
+def test_the_space_of_landing_and_root_speed_keeps_footsteps_and_is_nearer_to_their_speed(walker_library):
+    plans = [uneven(), way(8, length=0.6, step_time=0.42), way(8, length=0.45, step_time=0.6)]
+    plain, solid = (
+        synthesise(walker_library, plans, options=EngineOptions(space=space)).landings for space in ("delaunay", "3d")
+    )
+    assert solid.blend_error.mean() < 1e-3
+    assert solid.velocity_error.mean() < plain.velocity_error.mean()
+
+
+def test_the_space_of_landing_and_root_speed_takes_no_root_weight(walker_library):
+    with pytest.raises(UsdfootError, match="the space 3d weighs root speeds already"):
+        synthesise(walker_library, [weighted(uneven(), 0.5)], options=EngineOptions(space="3d"))

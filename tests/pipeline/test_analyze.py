@@ -7,7 +7,7 @@ import pytest
 from pxr import Sdf, Usd
 
 from usdfoot.bridge import tokens
-from usdfoot.errors import OutputError, SceneError
+from usdfoot.errors import OutputError, SceneError, UsdfootError
 from usdfoot.pipeline.analyze import analyze
 
 
@@ -80,3 +80,23 @@ def test_messages(clips, tmp_path, stages):
         analyze(stages / "terrain_slope.usda")
     with pytest.raises(SceneError, match="no such file"):
         analyze(tmp_path / "none.usda")
+
+
+def test_styles_are_found_written_and_drawn(clips, tmp_path):
+    report = analyze(clips, output=tmp_path / "styles.usda", styles=True, plots=tmp_path / "plots")
+    styles = {name: summary.style for name, summary in by_name(report).items()}
+    assert styles["walk_110"] == styles["side_left_035"] != styles["run_320"]
+    again = analyze(report.output)
+    assert {name: summary.style for name, summary in by_name(again).items()} == styles
+    assert sorted(path.stem.split("_")[-3:] for path in report.plots) == [
+        ["run", "flight", "left"],
+        ["walk", "ground", "left"],
+    ]
+    for path in report.plots:
+        assert path.read_bytes().startswith(b"\x89PNG")
+
+
+def test_without_matplotlib_pictures_are_refused(clips, tmp_path, monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with pytest.raises(UsdfootError, match=r"matplotlib: is not installed.*pip install 'usdfoot\[report\]'"):
+        analyze(clips, plots=tmp_path)

@@ -122,10 +122,13 @@ def test_times_are_mended_or_refused():
     plan = way(8)
     draft = PlanDraft(**vars(plan))
     order = np.array([0, 1, 3, 2, 4, 5, 7, 6])
-    shuffled = PlanDraft(**{name: value if name == "name" else value[order] for name, value in vars(draft).items()})
+    arrays = {name: value[order] for name, value in vars(draft).items() if name not in ("name", "styles")}
+    styles = tuple(f"style{step}" for step in range(8))
+    shuffled = replace(draft, **arrays, styles=tuple(styles[step] for step in order))
     with pytest.raises(PlanError):
         shuffled.checked()
     assert_allclose(mend_times(shuffled).checked().positions, plan.positions)
+    assert mend_times(shuffled).styles == styles
     liftoffs = plan.liftoff_times.copy()
     liftoffs[2], liftoffs[5] = 0.0, 99.0
     mended = mend_times(replace(draft, liftoff_times=liftoffs)).checked()

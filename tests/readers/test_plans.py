@@ -37,6 +37,16 @@ def test_units_axes_rates_and_precision_do_not_matter(units, half):
     assert problems == ()
 
 
+def test_styles_are_read_as_authored():
+    stage = new_stage()
+    instancer = add_plan(stage, "/World/Plan", Units())
+    assert read(stage)[0].styles == ()
+    styles = ("", "sad", "sad", "", "", "proud")
+    attribute = instancer.GetPrim().CreateAttribute(Token.STYLES, Sdf.ValueTypeNames.TokenArray, False)
+    attribute.Set(styles)
+    assert read(stage)[0].styles == styles
+
+
 def test_the_identity_faces_plus_z_on_y_up_and_minus_y_on_z_up():
     for up, forward in (("Y", (0.0, 0.0, 1.0)), ("Z", (0.0, -1.0, 0.0))):
         stage = new_stage(None, Units(1.0, up))

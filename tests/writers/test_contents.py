@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pxr import Usd, UsdGeom, UsdSkel
+from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
 from tests.writers.crowds import (
     Rig,
@@ -21,6 +21,7 @@ from usdfoot.bridge import tokens
 from usdfoot.bridge.schema import has_api
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths import quaternion
+from usdfoot.writers.footsteps import write_executed_plan
 
 Z_UP = StageUnits(meters_per_unit=1.0, up_axis="Z", time_codes_per_second=24.0)
 
@@ -54,6 +55,13 @@ def test_plan_is_kept_as_given(tmp_path, units):
     for name in (tokens.Plan.STRIKE_TIMES, tokens.Plan.LIFTOFF_TIMES):
         assert prim.GetAttribute(name).GetTypeName() == "timecode[]"
         assert prim.GetAttribute(name).GetVariability().name == "VariabilityUniform"
+
+
+def test_styles_of_the_plan_are_kept():
+    plan = replace(four_steps("p"), styles=("", "sad", "sad", ""))
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    write_executed_plan(layer, "A", plan, results=results_of(4), size=0.2, units=Z_UP)
+    assert tuple(layer.GetAttributeAtPath(f"/Crowd/Plans/A.{tokens.Plan.STYLES}").default) == plan.styles
 
 
 def test_rotations_never_change_sign(tmp_path):

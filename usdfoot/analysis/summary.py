@@ -38,6 +38,8 @@ class ClipSummary:
     """Change of heading in time, positive to the left [rad/s]."""
     step_lengths: FloatArray
     """From the ball of the support foot to where the swing foot's ball lands, over the ground [m], shape (steps,)."""
+    root_height: float
+    """Mean height of the pelvis above the ground the feet stand on [leg lengths]."""
     duty_factor: float
     """Part of a stride for which a foot stands; below 0.5 there is flight."""
     period: float | None
@@ -81,6 +83,7 @@ def _summary(library: ClipLibrary, world: WorldClip, steps: tuple[Step, ...], wa
         direction=direction,
         turn_rate=turn_rate,
         step_lengths=lengths,
+        root_height=_root_height(world),
         duty_factor=_duty_factor(world.contacts),
         period=world.period,
         in_place=world.root_motion.in_place,
@@ -114,6 +117,15 @@ def _yaws(world: WorldClip, step: Step) -> tuple[float, float, float]:
     return float(swing.yaws[step.departure]), float(support.yaws[step.support]), float(swing.yaws[step.landing])
 
 
+def _root_height(world: WorldClip) -> float:
+    """Mean height of the pelvis in the clip's range above the middle height of the contacts [leg lengths]."""
+    inside = (world.clip.times >= world.start) & (world.clip.times <= world.end)
+    grounds = np.concatenate([world.contacts[side].positions[:, 1] for side in range(2)])
+    if not grounds.size:
+        return float("nan")
+    return float((world.pelvis_positions[inside, 1].mean() - np.median(grounds)) / world.leg_length)
+
+
 def _duty_factor(contacts: Contacts) -> float:
     """Mean part of its stride for which a foot stands, over all whole strides."""
     parts = []
@@ -136,6 +148,7 @@ def _unusable(name: str, style: str, reason: str) -> ClipSummary:
         direction=float("nan"),
         turn_rate=float("nan"),
         step_lengths=np.zeros(0),
+        root_height=float("nan"),
         duty_factor=float("nan"),
         period=None,
         in_place=False,

@@ -17,7 +17,8 @@ DESCRIPTION = (
 EPILOG = """\
 example:
   usdfoot analyze clips.usdc
-  usdfoot analyze clips.usdc -o clips_events.usda
+  usdfoot analyze clips.usdc --styles -o clips_events.usda
+  usdfoot analyze clips.usdc --plots build/spaces
 
 exit codes: 0 all clips analysed, 1 some could not be (listed), 2 none or nothing written
 
@@ -30,6 +31,14 @@ in Python:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the verb's arguments."""
     parser.add_argument("clips", metavar="CLIPS", help="USD file with SkelAnimations")
+    parser.add_argument(
+        "--styles",
+        action="store_true",
+        help="group clips without a style by flight, height of the root and speed; with -o write usdfoot:clip:style",
+    )
+    parser.add_argument(
+        "--plots", metavar="DIR", help="draw footstep and root velocity spaces with their errors (extra: report)"
+    )
     parser.add_argument("-o", "--output", metavar="OUT", help="layer over CLIPS to write the events to")
 
 
@@ -38,10 +47,14 @@ def run(arguments: argparse.Namespace) -> int:
     from usdfoot.pipeline.analyze import analyze
 
     with shown_progress(quiet=arguments.quiet) as progress:
-        report = analyze(arguments.clips, output=arguments.output, progress=progress)
+        report = analyze(
+            arguments.clips, output=arguments.output, styles=arguments.styles, plots=arguments.plots, progress=progress
+        )
     print_problems(report.problems, quiet=arguments.quiet)
     console = results_console()
     console.print(clip_table(report.summaries))
     if report.output is not None:
         console.print(f"wrote {report.output}", soft_wrap=True)
+    for picture in report.plots:
+        console.print(f"drew {picture}", soft_wrap=True)
     return 1 if any(problem.severity == "error" for problem in report.problems) else 0

@@ -60,9 +60,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--space",
-        choices=("neighbours", "delaunay"),
+        choices=("neighbours", "delaunay", "3d"),
         default="neighbours",
-        help="blend the examples most like the step, or those of the paper's triangle (default: %(default)s)",
+        help="blend the examples most like the step, those of the paper's triangle, or those of the tetrahedron of "
+        "landing and root speed (default: %(default)s)",
     )
     parser.add_argument(
         "--root-weight",

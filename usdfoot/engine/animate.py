@@ -22,6 +22,7 @@ from usdfoot.engine.root_goals import root_goals
 from usdfoot.engine.seams import measure_seams
 from usdfoot.engine.segments import cut_segments
 from usdfoot.engine.stand import with_stand
+from usdfoot.engine.styles import contact_styles
 from usdfoot.engine.time_warps import extreme_warps, longest_step
 from usdfoot.engine.weights import Landings, weigh_steps
 from usdfoot.errors import ClipError, UsdfootError
@@ -91,7 +92,7 @@ def prepare_library(library: ClipLibrary, options: EngineOptions) -> PreparedLib
     return PreparedLibrary(
         source=library,
         examples=whole,
-        spaces=build_spaces(examples),
+        spaces=build_spaces(examples, pelvis=library.biped.pelvis),
         rig=rig,
         device=device_library(library.skeleton, whole, rig, pelvis=library.biped.pelvis),
         style=style,
@@ -193,7 +194,7 @@ def prepare_steps(
         path=lay_root(contacts, segments, step_height_share=options.step_height_share),
         origins=np.array([agent.plan.positions[0] for agent in agents]),
         leg_length=library.source.biped.maximal_leg_length,
-        style=library.style,
+        styles=contact_styles(contacts, agents, known=library.examples.styles[:-1], default=library.style),
         options=options,
     )
     reach = np.array([agent.ik_reach for agent in agents])

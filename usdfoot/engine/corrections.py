@@ -20,9 +20,9 @@ class CorrectedSteps:
     """Blends of N steps, and what they are left to miss."""
 
     examples: IntArray
-    """Heaviest first, shape (N, 3)."""
+    """Heaviest first, shape (N, 3); (N, 4) in the 3-D space."""
     weights: FloatArray
-    """Not negative, sum 1, shape (N, 3)."""
+    """Not negative, sum 1, of the same shape."""
     missed: FloatArray
     """Footstep minus blended landing, (x, z) in the heading at the step's end [m], shape (N, 2)."""
     hull_distances: FloatArray
@@ -31,24 +31,43 @@ class CorrectedSteps:
     """Landing the weights were solved for, in that heading [m], shape (N, 2)."""
 
 
-def correct_steps(setup: Setup, spaces: FootstepSpaces, queries: StepQueries, *, corrections: int) -> CorrectedSteps:
+def correct_steps(
+    setup: Setup, spaces: FootstepSpaces, queries: StepQueries, *, corrections: int, entries: FloatArray | None = None
+) -> CorrectedSteps:
     """Blends that land on the footsteps asked for, as nearly as the examples allow.
 
     The blended landing is measured and the query moved by what it missed; the chosen examples are weighed anew, twice,
     before others are chosen. Of all tries the best is kept.
+
+    Args:
+        setup: Library and options.
+        spaces: Footstep spaces of the setup's examples.
+        queries: The N steps.
+        corrections: How often the query is corrected at most.
+        entries: Poses the steps come from, as `EndPoses` has them, shape (N, P); None = whatever they are.
     """
     options, count = setup.options, len(queries.landings)
-    chosen, examples = np.zeros((2, count, 3), dtype=np.intp)
-    weights, missed, best = np.zeros((count, 3)), np.zeros((count, 2)), np.full(count, np.inf)
+    width = 4 if options.space == "3d" else 3
+    chosen, examples = np.zeros((2, count, width), dtype=np.intp)
+    weights, missed, best = np.zeros((count, width)), np.zeros((count, 2)), np.full(count, np.inf)
     hull: FloatArray = np.zeros(count)
     asked, kept = queries.landings.copy(), queries.landings.copy()
     active, own = np.arange(count), queries
     for round_ in range(1 + corrections * options.correction):
-        solved = ask_spaces(setup, spaces, own, asked[active], examples=chosen[active] if round_ % 3 else None)
+        solved = ask_spaces(
+            setup,
+            spaces,
+            own,
+            asked[active],
+            examples=chosen[active] if round_ % 3 else None,
+            entries=None if entries is None else entries[active],
+        )
         chosen[active] = solved.examples
         if round_ == 0:
             hull = solved.hull_distances
-        rest = own.landings - blend_landings(setup, own.swing_sides, solved.examples, solved.weights)
+        rest = own.landings - blend_landings(
+            setup.examples, setup.library, own.swing_sides, solved.examples, solved.weights
+        )
         distance = np.linalg.norm(rest, axis=1)
         better = distance < best[active]
         rows = active[better]

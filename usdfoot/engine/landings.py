@@ -6,12 +6,13 @@ import numpy as np
 import warp as wp
 
 from usdfoot.engine.flight import natural_flights
+from usdfoot.engine.kernels import LibraryArrays
 from usdfoot.engine.landing_kernel import land_swing_balls
 from usdfoot.engine.poses import Setup, StepBlend
 from usdfoot.engine.queries import StepQueries
 from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray, IntArray
-from usdfoot.model.examples import LIFTOFF_PHASES
+from usdfoot.model.examples import LIFTOFF_PHASES, Examples
 
 __all__ = ["GROUND_AXES", "beyond_reach", "blend_landings", "blend_twists", "stand_blend", "with_steps"]
 
@@ -44,18 +45,20 @@ def blend_twists(setup: Setup, queries: StepQueries, examples: IntArray, weights
     return planar.wrap_angle(queries.turns - np.sum(weights * setup.examples.turns[examples], axis=1))
 
 
-def blend_landings(setup: Setup, swing_sides: IntArray, examples: IntArray, weights: FloatArray) -> FloatArray:
+def blend_landings(
+    library: Examples, device: LibraryArrays, swing_sides: IntArray, examples: IntArray, weights: FloatArray
+) -> FloatArray:
     """Where the swing foot of N blends is going to be planted, (x, z) in the heading at the step's end [m], (N, 2).
 
     Measured on the blended pose, which lands a little off the blend of the examples' landings.
 
     Args:
-        setup: Library and its examples.
+        library: All examples.
+        device: The same on the device.
         swing_sides: 0 = left, 1 = right, shape (N,).
         examples: Heaviest first, shape (N, K).
         weights: Not negative, sum 1, shape (N, K).
     """
-    library = setup.examples
     flies = natural_flights(library, examples, weights) > 0.0
     last = library.rotations.shape[1] - 1
     balls = wp.empty(len(examples), dtype=wp.vec3f)
@@ -63,7 +66,7 @@ def blend_landings(setup: Setup, swing_sides: IntArray, examples: IntArray, weig
         land_swing_balls,
         dim=len(examples),
         inputs=[
-            setup.library,
+            device,
             wp.array(examples.astype(np.int32), dtype=wp.int32, copy=False),
             wp.array(weights.astype(np.float32), dtype=wp.float32, copy=False),
             wp.array(swing_sides.astype(np.int32), dtype=wp.int32, copy=False),

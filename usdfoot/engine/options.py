@@ -11,7 +11,7 @@ from usdfoot.spaces.root_weight import BEYONDS
 __all__ = ["SEAMS", "SPACES", "EngineOptions"]
 
 SEAMS = ("inertialise", "crossfade", "none")
-SPACES = ("neighbours", "delaunay")
+SPACES = ("neighbours", "delaunay", "3d")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,7 +24,8 @@ class EngineOptions:
 
     space: str = "neighbours"
     """What a step is blended from: neighbours = the examples around its footstep that are also most like it in timing,
-    turn, rise and departure; delaunay = those of the Delaunay triangle ([B] 4.3)."""
+    turn, rise and departure; delaunay = those of the Delaunay triangle ([B] 4.3); 3d = those of the tetrahedron of
+    landing and root speed ([B] 7), which leaves nothing for root weights."""
     correction: bool = True
     """Measure the blended landing and correct the query ([B] Fig. 5, 8); off = the paper's behaviour."""
     corrections: int = 5

@@ -16,7 +16,7 @@ from usdfoot.engine.rig import Rig
 from usdfoot.engine.root import RootPath, root_at
 from usdfoot.engine.segments import Segments, phases_at
 from usdfoot.engine.windows import seam_windows
-from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.maths.types import FloatArray, IntArray, StyleArray
 from usdfoot.model.contact_table import ContactTable
 from usdfoot.model.examples import LIFTOFF_PHASES, Examples
 from usdfoot.model.skeleton import Skeleton
@@ -122,8 +122,8 @@ class Setup(Layout):
     library: LibraryArrays
     leg_length: float
     """From hip to ankle with the knee straight [m]."""
-    style: str
-    """Style of the steps."""
+    styles: StyleArray
+    """Style of the step that ends with each contact, shape (C,)."""
 
 
 @dataclass(frozen=True, kw_only=True)

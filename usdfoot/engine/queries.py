@@ -8,7 +8,7 @@ import numpy as np
 
 from usdfoot.engine.poses import Setup
 from usdfoot.maths import planar
-from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray, StyleArray
 from usdfoot.spaces.features import StepFeatures
 from usdfoot.spaces.library import FootstepSpaces, StepWeights, has_flight, reweigh_steps, solve_steps
 
@@ -29,6 +29,10 @@ class StepQueries:
     """0 = left, 1 = right, shape (N,)."""
     flights: BoolArray
     """Whether the step ends in a flight, shape (N,)."""
+    styles: StyleArray
+    """Shape (N,)."""
+    speeds: FloatArray
+    """Of the middle of consecutive footsteps over the step [m/s], shape (N,)."""
     features: StepFeatures
     """Timing, turn, rise and departure."""
 
@@ -39,6 +43,8 @@ class StepQueries:
             turns=self.turns[rows],
             swing_sides=self.swing_sides[rows],
             flights=self.flights[rows],
+            styles=self.styles[rows],
+            speeds=self.speeds[rows],
             features=self.features[rows],
         )
 
@@ -60,6 +66,8 @@ def step_queries(setup: Setup, steps: IntArray) -> StepQueries:
         turns=turns,
         swing_sides=contacts.sides[supports + 1],
         flights=has_flight(durations, contacts.liftoffs[supports] - starts),
+        styles=setup.styles[supports + 1],
+        speeds=0.5 * np.linalg.norm(strides - departures, axis=1) / durations,
         features=StepFeatures(
             durations=durations,
             swing_liftoffs=np.maximum(contacts.liftoffs[supports - 1], segments.begins[steps]) - starts,
@@ -77,15 +85,22 @@ def ask_spaces(
     landings: FloatArray,
     *,
     examples: IntArray | None = None,
+    entries: FloatArray | None = None,
 ) -> StepWeights:
-    """Weights of the examples for `landings` (N, 2): of the `examples` given (N, 3), else of newly chosen ones."""
-    if examples is not None:
+    """Weights of the examples for `landings` (N, 2): of the `examples` given (N, 3), else of newly chosen ones.
+
+    With `entries` (N, P) those are chosen that begin like the poses given.
+    """
+    tetrahedra = setup.options.space == "3d"
+    if examples is not None and not tetrahedra:
         return reweigh_steps(spaces, landings, examples, swing_sides=queries.swing_sides)
     return solve_steps(
         spaces,
         landings,
         swing_sides=queries.swing_sides,
         flights=queries.flights,
-        styles=(setup.style,) * len(landings),
+        styles=queries.styles,
         features=queries.features if setup.options.space == "neighbours" else None,
+        entries=entries,
+        speeds=queries.speeds if tetrahedra else None,
     )

@@ -13,6 +13,7 @@ from usdfoot.engine.landings import GROUND_AXES, beyond_reach, blend_landings, b
 from usdfoot.engine.poses import Setup, StepBlend
 from usdfoot.engine.queries import StepQueries, step_queries
 from usdfoot.engine.root_goals import RootGoals
+from usdfoot.engine.styles import continue_styles
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.spaces.library import FootstepSpaces, left_landings
@@ -123,7 +124,7 @@ def weigh_rooted(
     planned, supports = setup.contacts.positions, setup.segments.supports[rooted]
     queries = step_queries(setup, rooted)
     roots = _find_roots(setup, spaces, goals.velocities[rooted], queries)
-    corners = _find_corners(setup, spaces, queries, corrections=setup.options.corrections)
+    corners = _find_corners(setup, spaces, queries, rooted, corrections=setup.options.corrections)
     mix = _mix(setup, spaces, goals, rooted, queries, roots, corners)
     for turn in _in_turn(setup.segments.agents[rooted]):
         moved = np.any(setup.contacts.positions != planned, axis=1)
@@ -192,16 +193,20 @@ def _find_roots(setup: Setup, spaces: FootstepSpaces, velocities: FloatArray, qu
         features=queries.features,
         swing_sides=sides,
         flights=queries.flights,
-        styles=(setup.style,) * len(velocities),
+        styles=queries.styles,
         meet=setup.options.correction,
     )
-    landed = left_landings(blend_landings(setup, sides, found.examples, found.weights), sides)
+    landed = left_landings(blend_landings(setup.examples, setup.library, sides, found.examples, found.weights), sides)
     return _Roots(examples=found.examples, weights=found.weights, landings=landed)
 
 
-def _find_corners(setup: Setup, spaces: FootstepSpaces, queries: StepQueries, *, corrections: int) -> _Corners:
+def _find_corners(
+    setup: Setup, spaces: FootstepSpaces, queries: StepQueries, rows: IntArray, *, corrections: int
+) -> _Corners:
     """The examples that land on the footsteps, and how much nearer their blend lands than their landings say."""
     corrected = correct_steps(setup, spaces, queries, corrections=corrections)
+    if corrections:
+        corrected = continue_styles(setup, spaces, rows, queries, corrected)
     sides = queries.swing_sides
     _, nearest = weigh_triples(spaces.landings[corrected.examples], left_landings(corrected.landings, sides))
     landed = left_landings(queries.landings - corrected.missed, sides)
@@ -214,7 +219,7 @@ def _keep_corners(setup: Setup, spaces: FootstepSpaces, queries: StepQueries, co
     outside = np.flatnonzero(~is_in_triangle(wanted, spaces.landings[corners.examples]))
     if not outside.size:
         return corners
-    return _put(corners, outside, _find_corners(setup, spaces, queries[outside], corrections=0))
+    return _put(corners, outside, _find_corners(setup, spaces, queries[outside], outside, corrections=0))
 
 
 def _mix(
@@ -255,7 +260,7 @@ def _mix(
         all_weights = np.concatenate([solved.weights, solved.root_weights[:, None] * roots.weights[part]], axis=1)
         order = np.argsort(-all_weights, axis=1, kind="stable")
         chosen, weighed = (np.take_along_axis(values, order, axis=1) for values in (all_examples, all_weights))
-        landed = left_landings(blend_landings(setup, sides[part], chosen, weighed), sides[part])
+        landed = left_landings(blend_landings(setup.examples, setup.library, sides[part], chosen, weighed), sides[part])
         return _Mix(
             examples=chosen,
             weights=weighed,

@@ -14,6 +14,7 @@ from usdfoot.engine.root import lay_root
 from usdfoot.engine.root_goals import RootGoals
 from usdfoot.engine.root_weights import RootedSteps, weigh_rooted
 from usdfoot.engine.segments import cut_segments
+from usdfoot.engine.styles import continue_styles
 from usdfoot.engine.time_warps import blended_durations, longest_step
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
@@ -163,6 +164,7 @@ def _solve(
     segments, examples, count = setup.segments, setup.examples, len(setup.segments)
     queries = step_queries(setup, steps)
     corrected = correct_steps(setup, spaces, queries, corrections=setup.options.corrections)
+    corrected = continue_styles(setup, spaces, steps, queries, corrected)
     offsets, hull_distances = np.zeros((count, 2)), np.zeros(count)
     offsets[steps] = planar.rotate(queries.headings + queries.turns, corrected.missed)
     hull_distances[steps] = corrected.hull_distances

@@ -21,6 +21,7 @@ class PlanDraft:
     strike_times: FloatArray
     liftoff_times: FloatArray
     root_weights: FloatArray
+    styles: tuple[str, ...] = ()
 
     def checked(self) -> FootstepPlan:
         """The plan.

@@ -37,6 +37,8 @@ class FootstepPlan:
     """Ball leaves the ground [s], shape (N,)."""
     root_weights: FloatArray
     """[B]'s lambda4 of each step, 0 exact footsteps .. 1 exact root velocity, shape (N,)."""
+    styles: tuple[str, ...] = ()
+    """Style of each step, N of them, "" = the library's own; none at all if no step names one."""
 
     def __post_init__(self) -> None:
         count = len(self.sides)
@@ -47,6 +49,7 @@ class FootstepPlan:
             "strikeTimes": len(self.strike_times),
             "liftoffTimes": len(self.liftoff_times),
             "rootWeights": len(self.root_weights),
+            **({"styles": len(self.styles)} if self.styles else {}),
         }
         if len(set(lengths.values())) != 1:
             listing = ", ".join(f"{key} {value}" for key, value in lengths.items())

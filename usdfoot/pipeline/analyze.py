@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from usdfoot.analysis.styles import group_styles
 from usdfoot.analysis.summary import ClipSummary, summarise
+from usdfoot.engine.animate import prepare_library
+from usdfoot.engine.options import EngineOptions
+from usdfoot.errors import ClipError
+from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.report import Problem
+from usdfoot.pipeline.plots import plot_spaces, require_matplotlib
 from usdfoot.readers.libraries import read_libraries
 from usdfoot.writers.events import write_clip_events
 
@@ -25,12 +31,16 @@ class AnalyzeReport:
     """Clips that could not be used."""
     output: Path | None
     """Layer written, if any."""
+    plots: tuple[Path, ...]
+    """Pictures drawn."""
 
 
 def analyze(
     clips_file: str | os.PathLike[str],
     *,
     output: str | os.PathLike[str] | None = None,
+    styles: bool = False,
+    plots: str | os.PathLike[str] | None = None,
     progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
 ) -> AnalyzeReport:
     """Find the contacts and steps of every clip of a stage; write the contacts over it if asked to.
@@ -39,6 +49,8 @@ def analyze(
         clips_file: USD file with SkelAnimations; never changed.
         output: Layer to write: it sublayers the clips' file and adds the events as UsdfootClipAPI attributes, and
             gives them back when it is read in the clips' place.
+        styles: Group the clips that have no style by what their bodies do; write the styles found as well.
+        plots: Folder for pictures of the parametric spaces of every skeleton.
         progress: Told which skeleton's clips begin, how many are done, and of how many.
 
     Raises:
@@ -48,9 +60,16 @@ def analyze(
     progress("read", 0, 0)
     clips = read_libraries(clips_file)
     summaries: list[ClipSummary] = []
+    pictures: list[Path] = []
+    if plots is not None:
+        require_matplotlib()
     for done, library in enumerate(clips.libraries):
         progress(library.skeleton.name, done, len(clips.libraries))
-        summaries += summarise(library)
+        own = summarise(library)
+        found = group_styles(own) if styles else {}
+        summaries += [replace(summary, style=found.get(summary.name, summary.style)) for summary in own]
+        if plots is not None:
+            pictures += _plot(library, found, Path(plots))
     unusable = [
         Problem(severity="error", where=summary.name, message="; ".join(summary.warnings))
         for summary in summaries
@@ -59,5 +78,17 @@ def analyze(
     written = None
     if output is not None:
         contacts = {summary.name: summary.contacts for summary in summaries if summary.contacts is not None}
-        written = write_clip_events(output, contacts, info=clips.info, default_prim=clips.default_prim)
-    return AnalyzeReport(summaries=tuple(summaries), problems=(*clips.problems, *unusable), output=written)
+        grouped = {summary.name: summary.style for summary in summaries if styles and summary.contacts is not None}
+        written = write_clip_events(output, contacts, info=clips.info, default_prim=clips.default_prim, styles=grouped)
+    return AnalyzeReport(
+        summaries=tuple(summaries), problems=(*clips.problems, *unusable), output=written, plots=tuple(pictures)
+    )
+
+
+def _plot(library: ClipLibrary, styles: Mapping[str, str], folder: Path) -> list[Path]:
+    """Pictures of the spaces of a library, its clips in the styles found; none without usable steps."""
+    clips = tuple(replace(clip, style=styles.get(clip.name, clip.style)) for clip in library.clips)
+    try:
+        return plot_spaces(prepare_library(replace(library, clips=clips), EngineOptions()), folder)
+    except ClipError:
+        return []

@@ -34,12 +34,14 @@ def mend_times(draft: PlanDraft) -> PlanDraft:
 
     Arrays of different lengths and feet that do not alternate are left as they are: what was meant cannot be known.
     """
-    lengths = {len(getattr(draft, name)) for name in vars(draft) if name != "name"}
+    arrays = {name: values for name, values in vars(draft).items() if name not in ("name", "styles")}
+    lengths = {len(values) for values in arrays.values()} | ({len(draft.styles)} if draft.styles else set())
     if len(lengths) != 1 or len(draft.sides) < 2:
         return draft
     if np.any(np.diff(draft.strike_times) < 0.0):
         order = np.argsort(draft.strike_times, kind="stable")
-        draft = replace(draft, **{name: getattr(draft, name)[order] for name in vars(draft) if name != "name"})
+        styles = tuple(draft.styles[step] for step in order) if draft.styles else ()
+        draft = replace(draft, **{name: values[order] for name, values in arrays.items()}, styles=styles)
     strikes, liftoffs = draft.strike_times, draft.liftoff_times.copy()
     latest = np.full(len(strikes), np.inf)
     latest[:-2] = strikes[1:-1] + OVERLAP * (strikes[2:] - strikes[1:-1])

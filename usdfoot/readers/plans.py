@@ -77,6 +77,7 @@ def read_draft(prim: Usd.Prim, units: StageUnits) -> tuple[PlanDraft, tuple[Prob
         strike_times=units.codes_to_times(_array(prim, Token.STRIKE_TIMES, (), float)),
         liftoff_times=units.codes_to_times(_array(prim, Token.LIFTOFF_TIMES, (), float)),
         root_weights=np.zeros(len(sides)) if weights is None else np.array(weights, dtype=float),
+        styles=tuple(str(style) for style in authored(prim, Token.STYLES) or ()),
     )
     return draft, problems
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pxr import Sdf, Usd
@@ -114,7 +114,9 @@ def plan_walkers(
             proportions=[walker.proportions for walker in able],
             options=options,
         )
-        found.update({walker.name: plan for walker, plan in zip(able, plans, strict=True)})
+        for walker, plan in zip(able, plans, strict=True):
+            styles = (walker.path.style,) * len(plan) if walker.path.style else ()
+            found[walker.name] = replace(plan, styles=styles)
     return found
 
 

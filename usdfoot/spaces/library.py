@@ -15,14 +15,16 @@ import numpy as np
 
 from usdfoot.errors import ClipError
 from usdfoot.maths import planar
-from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray, StyleArray
 from usdfoot.model.biped import LEFT, RIGHT, SIDES
 from usdfoot.model.examples import Examples
 from usdfoot.spaces.features import FeatureScales, StepFeatures, example_features, step_coordinates
 from usdfoot.spaces.footsteps import FootstepSpace, build_footstep_space, solve_footsteps
 from usdfoot.spaces.mirror import mirror_partners
 from usdfoot.spaces.neighbours import NeighbourSpace, build_neighbour_space, solve_neighbours
+from usdfoot.spaces.poses import EndPoses, build_end_poses
 from usdfoot.spaces.root_velocity import RootVelocitySpace, build_root_velocity_space
+from usdfoot.spaces.tetrahedra import TetrahedronSpace, build_tetrahedron_space, solve_tetrahedra
 from usdfoot.spaces.triples import weigh_triples
 
 __all__ = [
@@ -55,6 +57,8 @@ class SideSpace:
     """Examples by landing and features."""
     roots: RootVelocitySpace
     """Examples by root velocity."""
+    tetrahedra: TetrahedronSpace
+    """Examples by landing and root speed."""
     examples: IntArray
     """Index into the library's examples of each example of the space, shape (E',)."""
 
@@ -71,11 +75,13 @@ class FootstepSpaces:
     """Their root velocities, likewise, (x, z) [m/s], shape (E, 2)."""
     coordinates: FloatArray
     """Their scaled landings and features, likewise, shape (E, D)."""
+    poses: EndPoses | None
+    """Of all the library's examples, if they have more than one style."""
     scales: FeatureScales
     """What was used to build the neighbour spaces."""
 
     def group(
-        self, landings: FloatArray, *, swing_sides: IntArray, flights: BoolArray, styles: Sequence[str]
+        self, landings: FloatArray, *, swing_sides: IntArray, flights: BoolArray, styles: Sequence[str] | StyleArray
     ) -> Iterator[tuple[SideSpace, IntArray]]:
         """The spaces that N steps ask, each with its steps; landings (N, 2) in left-swing coordinates [m].
 
@@ -160,6 +166,7 @@ def left_landings(landings: FloatArray, swing_sides: IntArray) -> FloatArray:
 def build_spaces(
     examples: Examples,
     *,
+    pelvis: int = 0,
     merge_distance: float = 0.005,
     minimal_altitude: float = 0.02,
     root_merge_distance: float = 0.1,
@@ -169,6 +176,7 @@ def build_spaces(
 
     Args:
         examples: The library's steps.
+        pelvis: Its joint.
         merge_distance: Landings at most this far apart [m] become one vertex.
         minimal_altitude: Slivers along the hull lower than this [m] are dropped.
         root_merge_distance: Root velocities at most this far apart [m/s] share one example.
@@ -186,7 +194,12 @@ def build_spaces(
         )
         neighbours = build_neighbour_space(footsteps, landings[members], coordinates[members])
         roots = build_root_velocity_space(velocities[members], merge_distance=root_merge_distance)
-        return SideSpace(footsteps=footsteps, neighbours=neighbours, roots=roots, examples=members)
+        tetrahedra = build_tetrahedron_space(
+            footsteps, landings[members], np.linalg.norm(velocities[members], axis=1), merge_distance=merge_distance
+        )
+        return SideSpace(
+            footsteps=footsteps, neighbours=neighbours, roots=roots, tetrahedra=tetrahedra, examples=members
+        )
 
     partners = mirror_partners(examples)
     styles = np.array(examples.styles)
@@ -209,6 +222,7 @@ def build_spaces(
         landings=landings,
         velocities=velocities,
         coordinates=coordinates,
+        poses=build_end_poses(examples, pelvis) if len(set(examples.styles)) > 1 else None,
         scales=scales,
     )
 
@@ -219,8 +233,10 @@ def solve_steps(
     *,
     swing_sides: IntArray,
     flights: BoolArray,
-    styles: Sequence[str],
+    styles: Sequence[str] | StyleArray,
     features: StepFeatures | None = None,
+    entries: FloatArray | None = None,
+    speeds: FloatArray | None = None,
 ) -> StepWeights:
     """Examples and blend weights of steps.
 
@@ -233,6 +249,10 @@ def solve_steps(
         styles: Style of each step, N of them.
         features: Timing, turn and rise of the steps. If given, the examples are the nearest in these around the
             landing; without, those of the Delaunay triangle ([B] 4.3).
+        entries: Pose and rates each step comes from, scaled as in `EndPoses`, shape (N, P). If given with features, the
+            examples are also the nearest in how they begin.
+        speeds: Wanted root speeds [m/s], shape (N,). If given, the examples are the corners of the tetrahedron of
+            landing and root speed, four a step.
 
     Raises:
         ClipError: If a style has no step of a swing side.
@@ -242,13 +262,21 @@ def solve_steps(
     coordinates = None
     if features is not None:
         coordinates = step_coordinates(queries, features.as_left(swing_sides), spaces.scales)
-    examples, weights = np.zeros((count, 3), dtype=np.intp), np.zeros((count, 3))
+    width = 3 if speeds is None else 4
+    examples, weights = np.zeros((count, width), dtype=np.intp), np.zeros((count, width))
     distances, projections = np.zeros(count), np.zeros((count, 2))
     for space, steps in spaces.group(queries, swing_sides=swing_sides, flights=flights, styles=styles):
-        if coordinates is None:
+        if speeds is not None:
+            solved = solve_tetrahedra(space.tetrahedra, queries[steps], speeds[steps])
+        elif coordinates is None:
             solved = solve_footsteps(space.footsteps, queries[steps])
         else:
-            solved = solve_neighbours(space.neighbours, queries[steps], coordinates[steps])
+            neighbours, wanted = space.neighbours, coordinates[steps]
+            if entries is not None and spaces.poses is not None:
+                begins = spaces.poses.starts[space.examples[neighbours.examples]]
+                neighbours = replace(neighbours, coordinates=np.column_stack([neighbours.coordinates, begins]))
+                wanted = np.column_stack([wanted, entries[steps]])
+            solved = solve_neighbours(neighbours, queries[steps], wanted)
         examples[steps], weights[steps] = space.examples[solved.examples], solved.weights
         distances[steps], projections[steps] = solved.hull_distances, solved.projections
     return _heaviest_first(examples, weights, distances, left_landings(projections, swing_sides))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray, StyleArray
 from usdfoot.spaces.features import StepFeatures, step_coordinates
 from usdfoot.spaces.library import FootstepSpaces, left_landings
 from usdfoot.spaces.root_velocity import pick_heaviest, solve_root_velocities
@@ -37,7 +37,7 @@ def find_roots(
     features: StepFeatures,
     swing_sides: IntArray,
     flights: BoolArray,
-    styles: Sequence[str],
+    styles: Sequence[str] | StyleArray,
     meet: bool = True,
 ) -> RootSteps:
     """Root examples and weights of steps, from the same style, gait and swing side as their footstep's examples.

@@ -23,7 +23,12 @@ __all__ = ["write_clip_events"]
 
 
 def write_clip_events(
-    output: str | os.PathLike[str], contacts: Mapping[str, Contacts], *, info: StageInfo, default_prim: str
+    output: str | os.PathLike[str],
+    contacts: Mapping[str, Contacts],
+    *,
+    info: StageInfo,
+    default_prim: str,
+    styles: Mapping[str, str],
 ) -> Path:
     """Write a layer that sublayers the clips' stage and authors the events of each clip over it.
 
@@ -34,6 +39,7 @@ def write_clip_events(
         contacts: Contacts by prim path of the clip.
         info: Of the clips' stage.
         default_prim: Its default prim.
+        styles: Styles to author, by prim path of the clip.
 
     Returns:
         The file written.
@@ -58,6 +64,8 @@ def write_clip_events(
     for path, clip_contacts in contacts.items():
         prim = Sdf.CreatePrimInLayer(layer, path)
         apply_schemas(prim, [tokens.Schema.CLIP])
+        if path in styles:
+            author(prim, tokens.Clip.STYLE, Sdf.ValueTypeNames.Token, styles[path], uniform=True)
         for side in (0, 1):
             foot = clip_contacts[side]
             begun = np.isfinite(foot.strike_times)

@@ -84,6 +84,8 @@ def write_executed_plan(
     apply_schemas(prim, [tokens.Schema.PLAN, tokens.Schema.RESULT])
     author(prim, "purpose", ValueTypes.Token, "guide", uniform=True)
     author(prim, tokens.Plan.ROOT_WEIGHTS, ValueTypes.FloatArray, _floats(plan.root_weights), uniform=True)
+    if plan.styles:
+        author(prim, tokens.Plan.STYLES, ValueTypes.TokenArray, Vt.TokenArray(plan.styles), uniform=True)
     _write_results(prim, results, units)
 
 
