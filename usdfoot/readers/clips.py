@@ -227,6 +227,11 @@ def _leg_length(skeleton: Skeleton, order: IntArray, biped: Biped) -> float:
 
 def _other_axes(where: str, own: Skeleton, skeleton: Skeleton, biped: Biped) -> FloatArray | None:
     """Turns (K, 4) from the character's joint axes to the clip's; None if those of the legs are about the same."""
+    if own.joints == skeleton.joints and all(
+        np.allclose(getattr(own, name), getattr(skeleton, name), atol=1e-6)
+        for name in ("rest_translations", "rest_rotations")
+    ):
+        return None
     order = match_joints(own.joints, skeleton.joints)
     turns = axis_turns(own, skeleton, order)
     legs = order[[biped.pelvis, *biped.hips, *biped.knees, *biped.ankles]]
