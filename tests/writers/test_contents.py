@@ -21,7 +21,7 @@ from usdfoot.bridge import tokens
 from usdfoot.bridge.schema import has_api
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths import quaternion
-from usdfoot.writers.footsteps import write_executed_plan
+from usdfoot.writers.footsteps import print_models, write_executed_plan
 
 Z_UP = StageUnits(meters_per_unit=1.0, up_axis="Z", time_codes_per_second=24.0)
 
@@ -60,7 +60,7 @@ def test_plan_is_kept_as_given(tmp_path, units):
 def test_styles_of_the_plan_are_kept():
     plan = replace(four_steps("p"), styles=("", "sad", "sad", ""))
     layer = Sdf.Layer.CreateAnonymous(".usda")
-    write_executed_plan(layer, "A", plan, results=results_of(4), size=0.2, units=Z_UP)
+    write_executed_plan(layer, "A", plan, results=results_of(4), prints=print_models(0.2, Z_UP), units=Z_UP)
     assert tuple(layer.GetAttributeAtPath(f"/Crowd/Plans/A.{tokens.Plan.STYLES}").default) == plan.styles
 
 
