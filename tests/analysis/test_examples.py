@@ -17,7 +17,7 @@ from usdfoot.model.examples import Examples
 from usdfoot.model.skeleton import forward_kinematics
 
 
-def same_examples(first: Examples, second: Examples, *, atol: float, but: tuple[str, ...] = ()) -> None:
+def assert_same_examples(first: Examples, second: Examples, *, atol: float, but: tuple[str, ...] = ()) -> None:
     for field in fields(Examples):
         values = getattr(first, field.name)
         if isinstance(values, np.ndarray) and field.name not in but:
@@ -167,7 +167,7 @@ def test_moved_clip_gives_the_same_examples() -> None:
     clip = moved(walker.clip, walker.library.skeleton, np.array([5.0, -3.0]), np.array(2.5))
     before, _ = build_examples(walker.library, mirror=False)
     after, _ = build_examples(replace(walker.library, clips=(clip,)), mirror=False)
-    same_examples(before, after, atol=1e-6, but=("rotations",))
+    assert_same_examples(before, after, atol=1e-6, but=("rotations",))
     assert_allclose(np.abs(np.sum(before.rotations * after.rotations, axis=-1)), 1.0, atol=1e-5)
 
 
@@ -183,7 +183,7 @@ def test_clip_of_other_proportions_is_scaled_by_its_legs() -> None:
     library = replace(large.library, clips=(small.clip,))
     scaled, _ = build_examples(library, mirror=False)
     expected, _ = build_examples(large.library, mirror=False)
-    same_examples(scaled, expected, atol=2e-3)
+    assert_same_examples(scaled, expected, atol=2e-3)
 
 
 def test_resampled_clip_gives_the_same_steps() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation, Slerp
@@ -13,7 +13,7 @@ from tests.strategies import angles, unit_quaternions, vectors
 from usdfoot.maths import quaternion
 
 
-def same_rotation(first: np.ndarray, second: np.ndarray, *, atol: float = 1e-12) -> None:
+def assert_same_rotation(first: np.ndarray, second: np.ndarray, *, atol: float = 1e-12) -> None:
     """Unit quaternions that agree up to sign."""
     assert_allclose(np.linalg.norm(first, axis=-1), 1.0, atol=1e-12)
     assert_allclose(quaternion.align_signs(first, second), second, rtol=0, atol=atol)
@@ -21,19 +21,19 @@ def same_rotation(first: np.ndarray, second: np.ndarray, *, atol: float = 1e-12)
 
 @given(unit_quaternions(3), unit_quaternions(3))
 def test_compose(first: np.ndarray, second: np.ndarray) -> None:
-    same_rotation(quaternion.compose(first, second), (Rotation(first) * Rotation(second)).as_quat())
+    assert_same_rotation(quaternion.compose(first, second), (Rotation(first) * Rotation(second)).as_quat())
 
 
 def test_compose_broadcasts(generator: np.random.Generator) -> None:
     one, many = quaternion.normalised(generator.normal(size=4)), quaternion.normalised(generator.normal(size=(5, 2, 4)))
     composed = quaternion.compose(one, many)
     assert composed.shape == (5, 2, 4)
-    same_rotation(composed[3, 1], (Rotation(one) * Rotation(many[3, 1])).as_quat())
+    assert_same_rotation(composed[3, 1], (Rotation(one) * Rotation(many[3, 1])).as_quat())
 
 
 @given(unit_quaternions(3))
 def test_inverse(rotations: np.ndarray) -> None:
-    same_rotation(quaternion.inverse(rotations), Rotation(rotations).inv().as_quat())
+    assert_same_rotation(quaternion.inverse(rotations), Rotation(rotations).inv().as_quat())
 
 
 @given(unit_quaternions(4), vectors(3))
@@ -47,19 +47,19 @@ def test_matrices_both_ways(rotations: np.ndarray) -> None:
     assert_allclose(matrices, Rotation(rotations).as_matrix(), atol=1e-12)
     back = quaternion.from_matrix(matrices)
     assert back[..., 3].min() >= 0.0
-    same_rotation(back, rotations)
+    assert_same_rotation(back, rotations)
 
 
 @given(vectors(3, size=3.0))
 def test_exponential_map(vector: np.ndarray) -> None:
-    same_rotation(quaternion.from_rotation_vector(vector), Rotation.from_rotvec(vector).as_quat())
+    assert_same_rotation(quaternion.from_rotation_vector(vector), Rotation.from_rotvec(vector).as_quat())
 
 
 @given(unit_quaternions(4))
 def test_logarithm_is_the_shorter_rotation(rotations: np.ndarray) -> None:
     logarithm = quaternion.to_rotation_vector(rotations)
     assert np.linalg.norm(logarithm, axis=-1).max() <= np.pi + 1e-12
-    same_rotation(quaternion.from_rotation_vector(logarithm), rotations)
+    assert_same_rotation(quaternion.from_rotation_vector(logarithm), rotations)
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-14, 1e-9, 1e-7, 1e-4])
@@ -74,7 +74,7 @@ def test_logarithm_of_tiny_rotations_is_exact(angle: float) -> None:
 def test_axis_angle(rotation: np.ndarray, angle: float) -> None:
     axis = quaternion.rotate(rotation, np.array([0.0, 0.0, 1.0]))
     expected = Rotation.from_rotvec(axis * angle).as_quat()
-    same_rotation(quaternion.from_axis_angle(axis, np.array([angle])), expected)
+    assert_same_rotation(quaternion.from_axis_angle(axis, np.array([angle])), expected)
 
 
 @given(angles)
@@ -102,9 +102,9 @@ def test_between_turns_one_onto_the_other_by_the_least_angle(
 @given(unit_quaternions(2), st.floats(0.0, 1.0))
 def test_slerp(ends: np.ndarray, fraction: float) -> None:
     start, end = ends
-    if abs(start @ end) > 1e-6:  # half a turn apart both ways are short
-        expected = Slerp([0.0, 1.0], Rotation(ends))(fraction).as_quat()
-        same_rotation(quaternion.slerp(start, end, np.array(fraction)), expected, atol=1e-9)
+    assume(abs(start @ end) > 1e-6)  # half a turn apart both ways are short
+    expected = Slerp([0.0, 1.0], Rotation(ends))(fraction).as_quat()
+    assert_same_rotation(quaternion.slerp(start, end, np.array(fraction)), expected, atol=1e-9)
 
 
 @given(unit_quaternions(5), st.lists(st.booleans(), min_size=5, max_size=5))
@@ -122,8 +122,8 @@ def test_mean_does_not_see_signs_and_agrees_with_scipy(generator: np.random.Gene
     weights = np.array([0.1, 0.2, 0.3, 0.4])
     expected = Rotation(near).mean(weights).as_quat()
     signs = np.array([1.0, -1.0, -1.0, 1.0])[:, None]
-    same_rotation(quaternion.mean(near, weights), expected)
-    same_rotation(quaternion.mean(near * signs, weights), expected)
+    assert_same_rotation(quaternion.mean(near, weights), expected)
+    assert_same_rotation(quaternion.mean(near * signs, weights), expected)
     batched = quaternion.mean(np.stack([near, near], axis=1), weights)
     assert batched.shape == (2, 4)
 
