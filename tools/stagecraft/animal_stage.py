@@ -3,12 +3,10 @@
 from pathlib import Path
 
 import numpy as np
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel
 
 from stagecraft.animal import ROLES, Animal, bind
-from stagecraft.body import Part
-from stagecraft.skinning import INFLUENCES
-from stagecraft.stage_file import define_mesh, extent_of, matrices, new_stage, uniform
+from stagecraft.stage_file import define_skinned, extent_of, matrices, new_stage, uniform
 
 
 def write_animal(path: Path, animal: Animal) -> None:
@@ -25,7 +23,9 @@ def write_animal(path: Path, animal: Animal) -> None:
     _biped(skeleton.GetPrim(), animal)
     UsdGeom.Scope.Define(stage, f"/{animal.name}/Body")
     for part in animal.parts:
-        _skinned_part(stage, part, animal)
+        joints, weights = bind(part.mesh.points, animal)
+        prim = f"/{animal.name}/Body/{part.name}"
+        define_skinned(stage, prim, part, skeleton=f"/{animal.name}/Skeleton", joints=joints, weights=weights)
     root.CreateExtentAttr(extent_of(np.concatenate([part.mesh.points for part in animal.parts])))
     stage.Save()
 
@@ -43,25 +43,3 @@ def _biped(prim: Usd.Prim, animal: Animal) -> None:
     uniform(prim, "usdfoot:biped:com", types.Float3, Gf.Vec3f(*com.tolist()))
     uniform(prim, "usdfoot:biped:legLength:nominal", types.Float, animal.nominal_leg_length)
     uniform(prim, "usdfoot:biped:legLength:max", types.Float, animal.maximal_leg_length)
-
-
-def _skinned_part(stage: Usd.Stage, part: Part, animal: Animal) -> None:
-    points, quads = part.mesh.points, part.mesh.quads
-    mesh = define_mesh(
-        stage,
-        f"/{animal.name}/Body/{part.name}",
-        points=points,
-        counts=np.full(len(quads), 4),
-        indices=quads,
-        normals=part.mesh.normals,
-        colours=part.colours,
-        per="vertex",
-    )
-    joints, weights = bind(points, animal)
-    binding = UsdSkel.BindingAPI.Apply(mesh.GetPrim())
-    binding.CreateSkeletonRel().SetTargets([f"/{animal.name}/Skeleton"])
-    binding.CreateGeomBindTransformAttr(Gf.Matrix4d(1.0))
-    indices = Vt.IntArray.FromNumpy(joints.astype(np.int32).ravel())
-    binding.CreateJointIndicesPrimvar(False, INFLUENCES).Set(indices)
-    shares = Vt.FloatArray.FromNumpy(weights.astype(np.float32).ravel())
-    binding.CreateJointWeightsPrimvar(False, INFLUENCES).Set(shares)

@@ -3,13 +3,13 @@
 from pathlib import Path
 
 import numpy as np
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel
 
 from stagecraft.body import Part, build_body
 from stagecraft.rig import FootShape, Rig
 from stagecraft.rotation import FloatArray
-from stagecraft.skinning import INFLUENCES, deform, skin_weights
-from stagecraft.stage_file import define_mesh, extent_of, matrices, new_stage, uniform
+from stagecraft.skinning import deform, skin_weights
+from stagecraft.stage_file import define_skinned, extent_of, matrices, new_stage, uniform
 from stagecraft.upper_body import resting_arms
 from stagecraft.walker import joint_positions, local_rotations
 
@@ -88,23 +88,7 @@ def _biped(prim: Usd.Prim, rig: Rig, foot: FootShape, turns: FloatArray) -> None
 
 def _skinned_part(stage: Usd.Stage, part: Part, rig: Rig, turns: FloatArray) -> FloatArray:
     """Author one mesh; returns its points in the rest pose [m], shape (N, 3)."""
-    points, quads = part.mesh.points, part.mesh.quads
-    mesh = define_mesh(
-        stage,
-        f"/Human/Body/{part.name}",
-        points=points,
-        counts=np.full(len(quads), 4),
-        indices=quads,
-        normals=part.mesh.normals,
-        colours=part.colours,
-        per="vertex",
-    )
+    points = part.mesh.points
     joints, weights = skin_weights(points, rig)
-    binding = UsdSkel.BindingAPI.Apply(mesh.GetPrim())
-    binding.CreateSkeletonRel().SetTargets(["/Human/Skeleton"])
-    binding.CreateGeomBindTransformAttr(Gf.Matrix4d(1.0))
-    binding.CreateJointIndicesPrimvar(False, INFLUENCES).Set(Vt.IntArray.FromNumpy(joints.astype(np.int32).ravel()))
-    binding.CreateJointWeightsPrimvar(False, INFLUENCES).Set(
-        Vt.FloatArray.FromNumpy(weights.astype(np.float32).ravel())
-    )
+    define_skinned(stage, f"/Human/Body/{part.name}", part, skeleton="/Human/Skeleton", joints=joints, weights=weights)
     return deform(points, joints, weights, rig, joint_positions(rig, rig.place("Hips")[None], turns[None])[0], turns)

@@ -5,8 +5,9 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from pxr import Gf, Sdf, Usd, UsdGeom, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
+from stagecraft.body import Part
 from stagecraft.rotation import FloatArray
 
 CODES_PER_SECOND = 30.0
@@ -67,6 +68,30 @@ def define_mesh(
     mesh.CreateExtentAttr(extent_of(points))
     mesh.CreateDisplayColorPrimvar(per if len(colours) > 1 else UsdGeom.Tokens.constant).Set(vectors(colours))
     return mesh
+
+
+def define_skinned(
+    stage: Usd.Stage, path: str, part: Part, *, skeleton: str, joints: NDArray[np.int64], weights: FloatArray
+) -> None:
+    """A part of a body, bound to `skeleton` by joints and weights of its points, shape (N, K) each."""
+    quads = part.mesh.quads
+    mesh = define_mesh(
+        stage,
+        path,
+        points=part.mesh.points,
+        counts=np.full(len(quads), 4),
+        indices=quads,
+        normals=part.mesh.normals,
+        colours=part.colours,
+        per="vertex",
+    )
+    binding = UsdSkel.BindingAPI.Apply(mesh.GetPrim())
+    binding.CreateSkeletonRel().SetTargets([skeleton])
+    binding.CreateGeomBindTransformAttr(Gf.Matrix4d(1.0))
+    indices = Vt.IntArray.FromNumpy(joints.astype(np.int32).ravel())
+    binding.CreateJointIndicesPrimvar(False, joints.shape[1]).Set(indices)
+    shares = Vt.FloatArray.FromNumpy(weights.astype(np.float32).ravel())
+    binding.CreateJointWeightsPrimvar(False, joints.shape[1]).Set(shares)
 
 
 def matrices(rotations: FloatArray, places: FloatArray) -> Vt.Matrix4dArray:
