@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -39,32 +40,15 @@ class Performer:
 
     def walking(self, plan: FootstepPlan, *, root_trajectory: RootTrajectory | None = None) -> Agent:
         """The agent that walks a plan."""
-        return Agent(
-            name=self.name,
-            source=self.source,
-            plan=plan,
-            library=self.library,
-            character=self.character,
-            ik_reach=self.ik_reach,
-            root_weight=self.root_weight,
-            replace_distance=self.replace_distance,
-            motion=self.motion,
-            root_trajectory=root_trajectory,
-        )
+        return Agent(**self._shared(), plan=plan, root_trajectory=root_trajectory)
 
     def following(self, trajectory: RootTrajectory) -> Follower:
         """The follower of a trajectory."""
-        return Follower(
-            name=self.name,
-            source=self.source,
-            trajectory=trajectory,
-            library=self.library,
-            character=self.character,
-            ik_reach=self.ik_reach,
-            root_weight=self.root_weight,
-            replace_distance=self.replace_distance,
-            motion=self.motion,
-        )
+        return Follower(**self._shared(), trajectory=trajectory)
+
+    def _shared(self) -> dict[str, Any]:
+        """What agents and followers alike have, by field."""
+        return {field.name: getattr(self, field.name) for field in fields(Performer)}
 
 
 @dataclass(frozen=True, kw_only=True)
