@@ -80,11 +80,6 @@ def write_scenario(
     return target
 
 
-def _define(layer: Sdf.Layer, path: str, type_name: str) -> Sdf.PrimSpec:
-    """A defined prim; ancestors are Scopes."""
-    return define_prim(layer, path, type_name)
-
-
 def _name(name: str, index: int) -> str:
     """A prim's name that is valid and unique."""
     valid = Tf.MakeValidIdentifier(re.sub(r"[^A-Za-z0-9_]+", "_", name.rpartition("/")[2]).strip("_") or "prim")
