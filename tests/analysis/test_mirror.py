@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from tests.builders import Gait, build_walker, walker_rig
 from tests.images import REFLECTION, mirrored_clip
 from usdfoot.analysis.joint_pairs import joint_pairs
-from usdfoot.analysis.mirror import mirror_contacts, mirror_map
+from usdfoot.analysis.mirror import mirror_map
 from usdfoot.analysis.world import detect_contacts
 from usdfoot.maths import quaternion
 from usdfoot.model.clip import Clip
@@ -96,7 +96,7 @@ def test_contacts_of_the_mirrored_clip_are_the_mirrored_contacts() -> None:
     skeleton, biped = walker.library.skeleton, walker.library.biped
     image = mirrored_clip(walker.clip, mirror_map(skeleton, biped))
     found = detect_contacts(image, skeleton, biped)
-    expected = mirror_contacts(detect_contacts(walker.clip, skeleton, biped))
+    expected = mirrored_contacts(detect_contacts(walker.clip, skeleton, biped))
     for side in range(2):
         assert_allclose(found[side].strike_times, expected[side].strike_times, atol=1e-6)
         assert_allclose(found[side].positions, expected[side].positions, atol=1e-6)

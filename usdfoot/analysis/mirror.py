@@ -7,7 +7,7 @@ local axes of the two. In joint-local terms, with C' of the parent: q_j = C'^-1 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,10 +16,9 @@ from usdfoot.analysis.joint_pairs import joint_pairs
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.biped import Biped
-from usdfoot.model.contacts import Contacts, FootContacts
 from usdfoot.model.skeleton import Skeleton
 
-__all__ = ["SAME_SHAPE", "MirrorMap", "mirror_contacts", "mirror_map", "mirrored_rotations"]
+__all__ = ["SAME_SHAPE", "MirrorMap", "mirror_map", "mirrored_rotations"]
 
 REFLECTION = np.array([-1.0, 1.0, 1.0])
 CONTRADICTION = 0.2
@@ -100,12 +99,3 @@ def mirrored_rotations(rotations: FloatArray, mirror: MirrorMap) -> FloatArray:
     """Mirror image of joint-local rotations (..., J, 4)."""
     images = quaternion.mirror_x(rotations[..., mirror.partners, :])
     return quaternion.compose(mirror.parent_inverses, quaternion.compose(images, mirror.relations))
-
-
-def mirror_contacts(contacts: Contacts) -> Contacts:
-    """Mirror image of contacts in the plane x = 0."""
-    return Contacts(left=_mirrored_foot(contacts.right), right=_mirrored_foot(contacts.left))
-
-
-def _mirrored_foot(foot: FootContacts) -> FootContacts:
-    return replace(foot, positions=foot.positions * REFLECTION, yaws=-foot.yaws)
