@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from tests.builders import Gait, build_walker, walker_rig
-from tests.images import mirrored_clip, mirrored_contacts
+from tests.images import REFLECTION, mirrored_clip, mirrored_contacts
 from usdfoot.analysis.joint_pairs import joint_pairs
 from usdfoot.analysis.mirror import mirror_map
 from usdfoot.analysis.world import detect_contacts
