@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from usdfoot.readers.limits import Limits
+    from usdfoot.model.limits import Limits
 
 __all__ = ["add_batch_flags", "limits_of"]
 
@@ -39,7 +39,7 @@ def add_batch_flags(parser: argparse.ArgumentParser) -> None:
 
 def limits_of(arguments: argparse.Namespace) -> Limits:
     """Limits as given, else the defaults."""
-    from usdfoot.readers.limits import Limits
+    from usdfoot.model.limits import Limits
 
     given = {name: getattr(arguments, f"max_{name}") for name in LIMITED}
     return Limits(**{name: value for name, value in given.items() if value is not None})
