@@ -10,12 +10,22 @@ from rich.table import Table
 
 if TYPE_CHECKING:
     from usdfoot.analysis.summary import ClipSummary
+    from usdfoot.model.capture import Capture
     from usdfoot.model.motion import StepResults
     from usdfoot.model.plan import FootstepPlan
     from usdfoot.pipeline.validate import AgentFigures, Figure
     from usdfoot.planning.lint import Fault
 
-__all__ = ["clip_table", "fault_table", "figure_table", "plan_table", "step_table", "target_table", "unpromised_table"]
+__all__ = [
+    "capture_table",
+    "clip_table",
+    "fault_table",
+    "figure_table",
+    "plan_table",
+    "step_table",
+    "target_table",
+    "unpromised_table",
+]
 
 MOST_ROWS = 40
 """Agents listed at most; the total covers all."""
@@ -47,6 +57,21 @@ def clip_table(summaries: Sequence[ClipSummary]) -> Table:
             _number(100.0 * summary.duty_factor, 0) + (" %" if math.isfinite(summary.duty_factor) else ""),
             "\n".join(notes),
         )
+    return table
+
+
+def capture_table(captures: Mapping[str, Capture]) -> Table:
+    """What was imported: clips and the skeletons they move."""
+    table = Table(title="clips")
+    table.add_column("clip")
+    table.add_column("skeleton")
+    for heading in ("joints", "frames", "frames/s", "seconds"):
+        table.add_column(heading, justify="right")
+    for name, capture in captures.items():
+        for clip in capture.clips:
+            frames, joints = clip.rotations.shape[:2]
+            seconds = (frames - 1) / clip.rate
+            table.add_row(clip.name, name, str(joints), str(frames), f"{clip.rate:g}", _number(seconds, 2))
     return table
 
 
