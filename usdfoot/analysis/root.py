@@ -158,7 +158,7 @@ def _densest(velocities: FloatArray, weights: FloatArray, width: float) -> Float
     """Where velocities (M, 2), smoothed by a Gaussian of a width, lie densest, to half a width, shape (2,)."""
     half = np.ceil(1.5 / KERNEL_WIDTH)  # faster feet than 1.5 times the 95th percentile stand nowhere
     edges = (np.arange(-2.0 * half, 2.0 * half + 2.0) - 0.5) * 0.5 * width
-    counts, _, _ = np.histogram2d(*velocities.T, bins=(edges, edges), weights=weights)
+    counts, _ = np.histogramdd(velocities, bins=(edges, edges), weights=weights)
     densest = np.unravel_index(np.argmax(gaussian_filter(counts, 2.0, mode="constant")), counts.shape)
     return edges[np.array(densest)] + 0.25 * width
 
