@@ -54,8 +54,8 @@ class Overrides:
 
         Args:
             name: Of the agent.
-            plan_of: The plans of the scene by agent name, of agents that follow trajectories those they last walked; None for
-                a name that no agent has.
+            plan_of: The plans of the scene by agent name, of agents that follow trajectories those they last walked;
+                None for a name that no agent has.
 
         Raises:
             PlanError: If what they made of it is no plan, or no plan is where they point.
@@ -80,7 +80,6 @@ class Overrides:
         plan, problems = read_plan(prim, self.units)
         frame = matrices_of(prim, np.array([start_code(stage).GetValue()]))[0] if path == own else np.eye(4)
         return OverriddenPlan(plan=plan, problems=problems, frame=frame)
-
 
     def executed_plan(self, name: str) -> FootstepPlan | None:
         """The plan that an agent last walked; None if it was never made."""
