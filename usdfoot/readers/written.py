@@ -52,6 +52,8 @@ class WrittenAgent:
     """Status of each footstep; empty if there are no results."""
     blend_error: FloatArray
     """Recorded blend error of each footstep [m], shape (N,) or (0,)."""
+    placement_error: FloatArray
+    """Recorded placement error of each footstep [m], shape (N,) or (0,)."""
     hull_distance: FloatArray
     """Recorded distance to the hull [m], shape (N,) or (0,)."""
     skeleton: Skeleton
@@ -92,8 +94,11 @@ class JointTracks:
     """Joint-local rotations, xyzw, shape (F, J, 4)."""
 
 
-def read_written_crowd(path: str | os.PathLike[str]) -> WrittenCrowd:
+def read_written_crowd(path: str | os.PathLike[str] | Usd.Stage) -> WrittenCrowd:
     """The crowd's stage, and the terrain of the scene recorded in its provenance.
+
+    Args:
+        path: A file, or an open stage, which is not changed.
 
     Raises:
         SceneError: If the file cannot be opened or has no agents.
@@ -101,8 +106,9 @@ def read_written_crowd(path: str | os.PathLike[str]) -> WrittenCrowd:
     stage = open_stage(path)
     agents = stage.GetPrimAtPath(tokens.Prim.AGENTS)
     if not agents or not agents.GetChildren():
+        where = stage.GetRootLayer().identifier
         raise SceneError(
-            path, f"has no agents below {tokens.Prim.AGENTS}", "give a crowd.usd written by usdfoot animate"
+            where, f"has no agents below {tokens.Prim.AGENTS}", "give a crowd.usd written by usdfoot animate"
         )
     folder, recorded = _provenance(stage)
     scene = str((folder / recorded).resolve()) if recorded else ""
@@ -163,6 +169,7 @@ def read_agent_prim(prim: Usd.Prim, units: StageUnits) -> WrittenAgent:
         flat_times=_flat_times(animation.GetPrim(), plan, units),
         status=tuple(str(value) for value in authored(plans[0], tokens.Result.STATUS) or ()),
         blend_error=_floats(plans[0], tokens.Result.BLEND_ERROR) * units.meters_per_unit,
+        placement_error=_floats(plans[0], tokens.Result.PLACEMENT_ERROR) * units.meters_per_unit,
         hull_distance=_floats(plans[0], tokens.Result.HULL_DISTANCE) * units.meters_per_unit,
         skeleton=skeleton,
         biped=biped,
