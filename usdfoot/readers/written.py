@@ -36,6 +36,7 @@ __all__ = [
     "WrittenCrowd",
     "agent_names",
     "read_agent",
+    "read_agent_prim",
     "read_joint_tracks",
     "read_written_crowd",
 ]
@@ -140,30 +141,19 @@ def read_agent(crowd: WrittenCrowd, name: str) -> WrittenAgent:
     Raises:
         UsdfootError: If the agent has no plan, Skeleton, biped or animation.
     """
-    return _read_agent(crowd.stage.GetPrimAtPath(f"{tokens.Prim.AGENTS}/{name}"), crowd.units)
+    return read_agent_prim(crowd.stage.GetPrimAtPath(f"{tokens.Prim.AGENTS}/{name}"), crowd.units)
 
 
-def read_joint_tracks(agent: WrittenAgent, units: StageUnits, codes: FloatArray) -> JointTracks:
-    """Joints at time codes (F,), whole or not, interpolated as any USD program does."""
-    local, skel, above = [], [], []
-    for code in codes.tolist():
-        time = Usd.TimeCode(code)
-        local.append(np.array(agent.query.ComputeJointLocalTransforms(time)))
-        skel.append(np.array(agent.query.ComputeJointSkelTransforms(time)))
-        above.append(np.array(UsdGeom.XformCache(time).GetLocalToWorldTransform(agent.skeleton_prim)))
-    world = np.stack(skel) @ np.stack(above)[:, None]  # row vectors, (F, J, 4, 4)
-    shape = world.shape[:2]
-    _, turns, _ = split_matrices(world.reshape(-1, 4, 4))
-    _, rotations, _ = split_matrices(np.stack(local).reshape(-1, 4, 4))
-    return JointTracks(
-        times=units.codes_to_times(codes),
-        positions=units.points_to_canonical(world[..., 3, :3]),
-        turns=units.frames_to_canonical(turns.reshape(*shape, 4)),
-        rotations=quaternion.continuous(rotations.reshape(*shape, 4)),
-    )
+def read_agent_prim(prim: Usd.Prim, units: StageUnits) -> WrittenAgent:
+    """One agent of a stage, whatever its path.
 
+    Args:
+        prim: The agent's SkelRoot.
+        units: Of its stage.
 
-def _read_agent(prim: Usd.Prim, units: StageUnits) -> WrittenAgent:
+    Raises:
+        UsdfootError: If the agent has no plan, Skeleton, biped or animation.
+    """
     plans = [prim.GetStage().GetPrimAtPath(path) for path in targets(prim, tokens.Agent.PLAN)]
     if not plans or not plans[0]:
         raise SceneError(prim.GetPath(), "has no plan", f"{tokens.Agent.PLAN} must name one below {tokens.Prim.PLANS}")
@@ -196,6 +186,26 @@ def _read_agent(prim: Usd.Prim, units: StageUnits) -> WrittenAgent:
         frame_codes=codes,
         skeleton_prim=skeleton_prim,
         query=query,
+    )
+
+
+def read_joint_tracks(agent: WrittenAgent, units: StageUnits, codes: FloatArray) -> JointTracks:
+    """Joints at time codes (F,), whole or not, interpolated as any USD program does."""
+    local, skel, above = [], [], []
+    for code in codes.tolist():
+        time = Usd.TimeCode(code)
+        local.append(np.array(agent.query.ComputeJointLocalTransforms(time)))
+        skel.append(np.array(agent.query.ComputeJointSkelTransforms(time)))
+        above.append(np.array(UsdGeom.XformCache(time).GetLocalToWorldTransform(agent.skeleton_prim)))
+    world = np.stack(skel) @ np.stack(above)[:, None]  # row vectors, (F, J, 4, 4)
+    shape = world.shape[:2]
+    _, turns, _ = split_matrices(world.reshape(-1, 4, 4))
+    _, rotations, _ = split_matrices(np.stack(local).reshape(-1, 4, 4))
+    return JointTracks(
+        times=units.codes_to_times(codes),
+        positions=units.points_to_canonical(world[..., 3, :3]),
+        turns=units.frames_to_canonical(turns.reshape(*shape, 4)),
+        rotations=quaternion.continuous(rotations.reshape(*shape, 4)),
     )
 
 
