@@ -7,7 +7,7 @@ from pxr import Usd, UsdGeom, UsdSkel
 nvidia = pytest.importorskip("usd_validation_nvidia", reason="no NVIDIA validation: pip install usd-validation-nvidia")
 
 EXTENTS = "ExtentsChecker"
-"""Wants, to the last bit, the extent that USD falls back on where none is authored. Ours bounds each joint's own skin."""
+"""Wants, to the last bit, the extent USD falls back on where none is authored. Ours bounds the skin of each joint."""
 
 
 @pytest.mark.parametrize("name", ["crowd.usd", "crowd.expanded.usda"])
