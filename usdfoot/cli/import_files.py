@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from usdfoot.cli.batch_flags import add_limits, limits_of
 from usdfoot.cli.console import print_problems, results_console, shown_progress
-from usdfoot.cli.tables import capture_table
 
 if TYPE_CHECKING:
+    from usdfoot.model.capture import Capture
     from usdfoot.pipeline.import_clips import ClipFormat
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
@@ -67,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
         report = import_clips(arguments.files, arguments.output, clip_format=_clip_format(arguments), progress=progress)
     print_problems(report.problems, quiet=arguments.quiet)
     console = results_console()
-    console.print(capture_table(report.captures))
+    console.print(_table(report.captures))
     console.print(f"wrote {report.file}", soft_wrap=True)
     return 1 if any(problem.severity == "error" for problem in report.problems) else 0
 
@@ -77,3 +77,18 @@ def _clip_format(arguments: argparse.Namespace) -> ClipFormat:
     from usdfoot.pipeline.import_clips import ClipFormat
 
     return ClipFormat(unit=arguments.unit, rate=arguments.rate, up=arguments.up, limits=limits_of(arguments))
+
+
+def _table(captures: Mapping[str, Capture]) -> Table:
+    """What was imported: clips and the skeletons they move."""
+    table = Table(title="clips")
+    table.add_column("clip")
+    table.add_column("skeleton")
+    for heading in ("joints", "frames", "frames/s", "seconds"):
+        table.add_column(heading, justify="right")
+    for name, capture in captures.items():
+        for clip in capture.clips:
+            frames, joints = clip.rotations.shape[:2]
+            seconds = (frames - 1) / clip.rate
+            table.add_row(clip.name, name, str(joints), str(frames), f"{clip.rate:g}", f"{seconds:.2f}")
+    return table

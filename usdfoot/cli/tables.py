@@ -10,19 +10,19 @@ from rich.table import Table
 
 if TYPE_CHECKING:
     from usdfoot.analysis.summary import ClipSummary
-    from usdfoot.model.capture import Capture
     from usdfoot.model.motion import StepResults
     from usdfoot.model.plan import FootstepPlan
+    from usdfoot.pipeline.doctor import Symptom
     from usdfoot.pipeline.validate import AgentFigures, Figure
     from usdfoot.planning.lint import Fault
 
 __all__ = [
-    "capture_table",
     "clip_table",
     "fault_table",
     "figure_table",
     "plan_table",
     "step_table",
+    "symptom_table",
     "target_table",
     "unpromised_table",
 ]
@@ -60,21 +60,6 @@ def clip_table(summaries: Sequence[ClipSummary]) -> Table:
     return table
 
 
-def capture_table(captures: Mapping[str, Capture]) -> Table:
-    """What was imported: clips and the skeletons they move."""
-    table = Table(title="clips")
-    table.add_column("clip")
-    table.add_column("skeleton")
-    for heading in ("joints", "frames", "frames/s", "seconds"):
-        table.add_column(heading, justify="right")
-    for name, capture in captures.items():
-        for clip in capture.clips:
-            frames, joints = clip.rotations.shape[:2]
-            seconds = (frames - 1) / clip.rate
-            table.add_row(clip.name, name, str(joints), str(frames), f"{clip.rate:g}", _number(seconds, 2))
-    return table
-
-
 def fault_table(faults: Sequence[Fault]) -> Table:
     """What is wrong with plans."""
     table = Table(title="faults")
@@ -88,6 +73,16 @@ def fault_table(faults: Sequence[Fault]) -> Table:
         table.add_row(fault.plan, number, fault.kind, fault.severity, fault.message)
     if len(faults) > MOST_ROWS:
         table.add_row(f"and {len(faults) - MOST_ROWS} more", *[""] * 4)
+    return table
+
+
+def symptom_table(symptoms: Sequence[Symptom]) -> Table:
+    """What usdfoot runs on, and what to do about what is missing."""
+    table = Table(title="usdfoot doctor")
+    for heading in ("what", "state", "found", "what to do"):
+        table.add_column(heading, overflow="fold")
+    for symptom in symptoms:
+        table.add_row(symptom.name, symptom.state, symptom.told, symptom.remedy)
     return table
 
 
