@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
+
+from rich.table import Table
 
 from usdfoot.cli.batch_flags import add_limits, limits_of
 from usdfoot.cli.console import print_problems, results_console, shown_progress
