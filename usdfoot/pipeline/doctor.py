@@ -24,6 +24,7 @@ LOWEST_USD = (0, 24, 8)
 EXTRAS = {
     "crowd": (("jupedsim",), "usdfoot plan crowd"),
     "report": (("matplotlib", "PIL"), "pictures: usdfoot analyze --plot, tools/draw.py"),
+    "import": (("pygltflib",), "usdfoot import: glTF"),
     "dask": (("distributed",), "usdfoot animate --scheduler"),
 }
 """Modules of the optional extras, and what they are for."""
