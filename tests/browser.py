@@ -29,6 +29,8 @@ FLAGS = (
     "--enable-unsafe-swiftshader",
     "--remote-debugging-pipe",
 )
+SOFTWARE_RENDERER = "GL Driver Message (OpenGL, Performance"
+"""Chromium's remark that drawing without a graphics card is slow."""
 PATIENCE = 120.0
 """Seconds to wait for an answer before the test fails."""
 
@@ -67,7 +69,6 @@ class Browser:
         """Errors and warnings of the page."""
         self.requests: list[str] = []
         """Addresses asked for, but for files and data in the page."""
-        self._loaded = False
         target = next(item for item in self.call("Target.getTargets")["targetInfos"] if item["type"] == "page")
         attached = self.call("Target.attachToTarget", targetId=target["targetId"], flatten=True)
         self._session = attached["sessionId"]
@@ -91,7 +92,8 @@ class Browser:
 
     def open(self, page: Path) -> None:
         """Load a page and wait until it says that it is ready, or complains."""
-        self._loaded = False
+        self.complaints.clear()
+        self.requests.clear()
         self.call("Page.navigate", url=page.resolve().as_uri())
         self.wait("document.documentElement?.dataset.ready === 'yes'")
 
@@ -154,9 +156,12 @@ class Browser:
             thrown = details["exceptionDetails"]
             self.complaints.append(thrown.get("exception", {}).get("description", thrown["text"]))
         elif kind == "Runtime.consoleAPICalled" and details["type"] in ("error", "warning", "assert"):
-            self.complaints.append(" ".join(str(part.get("value", part.get("description"))) for part in details["args"]))
+            self.complaints.append(
+                " ".join(str(part.get("value", part.get("description"))) for part in details["args"])
+            )
         elif kind == "Log.entryAdded" and details["entry"]["level"] in ("error", "warning"):
-            self.complaints.append(details["entry"]["text"])
+            if SOFTWARE_RENDERER not in details["entry"]["text"]:
+                self.complaints.append(details["entry"]["text"])
         elif kind == "Network.requestWillBeSent":
             address = details["request"]["url"]
             if not address.startswith(("file:", "data:", "blob:")):

@@ -205,6 +205,6 @@ def prepare_steps(
         setup, contacts=contacts, path=lay_root(contacts, setup.segments, step_height_share=options.step_height_share)
     )
     arrays = device_segments(setup, blend, measure_seams(setup, blend) if options.seam != "none" else None)
-    source = ClipPoses(setup=setup, blend=blend, arrays=arrays)
+    source = ClipPoses(setup=setup, arrays=arrays)
     planting = prepare_planting(setup, source, ground)
     return PreparedSteps(setup=setup, blend=blend, landings=landings, source=source, planting=planting)

@@ -92,9 +92,9 @@ def _soles(
         inputs=[
             layout.rig.arrays,
             device_feet(layout, feet, np.zeros((len(contacts.sides), 2, 3))),
-            wp.array(rows.astype(np.int32), dtype=wp.int32),
-            wp.array(contacts.sides[rows].astype(np.int32), dtype=wp.int32),
-            wp.array((times - contacts.starts[agents]).astype(np.float32), dtype=wp.float32),
+            wp.array(rows.astype(np.int32), dtype=wp.int32, copy=False),
+            wp.array(contacts.sides[rows].astype(np.int32), dtype=wp.int32, copy=False),
+            wp.array((times - contacts.starts[agents]).astype(np.float32), dtype=wp.float32, copy=False),
             poses.pelvis_positions,
             poses.pelvis_rotations,
             poses.rotations,

@@ -16,6 +16,7 @@ from usdfoot.analysis.figures import frames_between
 from usdfoot.bridge.tokens import File
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.maths.types import FloatArray
+from usdfoot.model.report import Problem
 from usdfoot.pipeline.measures import AgentMeasures, flat_times, measure_agent
 from usdfoot.pipeline.page_figures import ELSEWHERE, page_figures, step_values, whole_values
 from usdfoot.pipeline.validate import AgentFigures, figures_of, read_sources
@@ -29,7 +30,7 @@ from usdfoot.readers.written import (
     read_joint_tracks,
     read_written_crowd,
 )
-from usdfoot.writers.page.document import write_document
+from usdfoot.writers.page.document import check_page, write_document
 from usdfoot.writers.page.ground import GroundPicture, picture_ground
 from usdfoot.writers.page.pictures import AgentPicture, CrowdPicture
 from usdfoot.writers.page.stick import stick_figure
@@ -49,10 +50,11 @@ LEAST_RATE = 6.0
 class PageReport:
     """What was written."""
 
-    page: Path
-    agents: int
-    footsteps: int
-    problems: tuple[str, ...]
+    file: Path
+    agents: tuple[str, ...]
+    """Names of the agents shown."""
+    problems: tuple[Problem, ...]
+    """Agents that could not be read or measured."""
 
 
 def write_page(
@@ -75,16 +77,12 @@ def write_page(
         OutputError: If the page cannot be written.
         UsdfootError: If three.js is not installed.
     """
-    three_source()  # before minutes of measuring
-    picture = picture_crowd(crowd_file, agents=agents, progress=progress)
+    check_page(Path(output))  # both before minutes of measuring
+    three_source()
+    picture, problems = picture_crowd(crowd_file, agents=agents, progress=progress)
     progress("write", 0, 0)
     write_document(Path(output), picture)
-    return PageReport(
-        page=Path(output),
-        agents=len(picture.agents),
-        footsteps=sum(len(agent.plan) for agent in picture.agents),
-        problems=picture.problems,
-    )
+    return PageReport(file=Path(output), agents=tuple(agent.name for agent in picture.agents), problems=problems)
 
 
 def picture_crowd(
@@ -92,14 +90,21 @@ def picture_crowd(
     *,
     agents: str = "*",
     progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
-) -> CrowdPicture:
-    """All that the page shows of a written crowd, measured as `validate` does; arguments as of `write_page`."""
+) -> tuple[CrowdPicture, tuple[Problem, ...]]:
+    """All that the page shows of a written crowd, measured as `validate` does, and the agents that cannot be shown.
+
+    Arguments and errors are those of `write_page`.
+    """
     crowd = read_written_crowd(crowd_file)
     report = _read_report(crowd.folder / File.REPORT)
-    problems = [f"{problem['severity']}: {problem['message']}" for problem in report.get("problems", ())]
+    problems: list[Problem] = []
     read = _read_agents(crowd, agents, problems, progress)
     if not read:
-        raise SceneError(crowd_file, f"has no agent to show that is named {agents}", "; ".join(problems[:3]))
+        raise SceneError(
+            crowd_file,
+            f"has no agent to show that is named {agents}",
+            "; ".join(str(problem) for problem in problems[:3]),
+        )
     every = _frame_step(read, crowd)
     sources = read_sources(crowd.folder / File.REPORT)
     prims = {agent["name"]: agent.get("prim", "") for agent in report.get("agents", ())}
@@ -114,12 +119,15 @@ def picture_crowd(
             )
             measured.append(measures)
         except UsdfootError as error:
-            problems.append(f"error: {error}")
+            problems.append(Problem(severity="error", where=error.where, message=str(error)))
+    if not pictures:
+        raise SceneError(crowd_file, "has no agent that can be measured", "; ".join(str(each) for each in problems[:3]))
     total = figures_of(measured, "total", sources)
     places = np.concatenate([part for picture in pictures for part in (picture.plan.positions, picture.roots)])
     ground = picture_ground(crowd.terrain, places)
     rate = crowd.units.time_codes_per_second
-    return CrowdPicture(
+    recorded = [f"{problem['severity']}: {problem['message']}" for problem in report.get("problems", ())]
+    picture = CrowdPicture(
         title=f"{crowd.folder.name}/{Path(crowd_file).name}",
         agents=tuple(pictures),
         figures=page_figures(total),
@@ -127,14 +135,15 @@ def picture_crowd(
         frame_time=every / rate,
         code_rate=rate,
         total=tuple({**asdict(figure), "passed": figure.passed} for figure in total.figures),
-        problems=tuple(problems),
+        problems=(*recorded, *(str(problem) for problem in problems)),
         notes=tuple(_notes(crowd, ground, every)),
         facts=_facts(crowd, report),
     )
+    return picture, tuple(problems)
 
 
 def _read_agents(
-    crowd: WrittenCrowd, agents: str, problems: list[str], progress: Callable[[str, int, int], None]
+    crowd: WrittenCrowd, agents: str, problems: list[Problem], progress: Callable[[str, int, int], None]
 ) -> list[WrittenAgent]:
     """The agents that are asked for and can be read; `problems` gets the others."""
     names = [name for name in agent_names(crowd) if fnmatchcase(name, agents)]
@@ -142,9 +151,12 @@ def _read_agents(
     for number, name in enumerate(names):
         progress("read", number, len(names))
         try:
-            read.append(read_agent(crowd, name))
+            agent = read_agent(crowd, name)
+            if not len(agent.frame_codes):
+                raise SceneError(name, "has an animation without samples", "animate it again")
+            read.append(agent)
         except UsdfootError as error:
-            problems.append(f"error: {error}")
+            problems.append(Problem(severity="error", where=error.where, message=str(error)))
     return read
 
 
@@ -225,7 +237,7 @@ def _facts(crowd: WrittenCrowd, report: Mapping[str, Any]) -> dict[str, str]:
     units = crowd.units
     facts = {
         "scene": str(report.get("scene", "")) or (Path(crowd.scene).name if crowd.scene else "not recorded"),
-        "stage": f"{units.meters_per_unit:g} m a unit, {units.up_axis} up, {units.time_codes_per_second:g} codes a second",
+        "stage": f"{units.meters_per_unit:g} m a unit, {units.up_axis} up, {units.time_codes_per_second:g} codes/s",
         "page": "metres, seconds, Y up, whatever the stage's units",
     }
     versions = report.get("versions", {})

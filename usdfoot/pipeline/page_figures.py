@@ -102,7 +102,7 @@ FIGURES = (
         title="root velocity error",
         unit="m/s",
         digits=3,
-        meaning="Root velocity of the blended clips to the wanted one, as recorded; at most 0.1 m/s is the target at root"
+        meaning="Root velocity of the blended clips to the wanted one, as recorded; the target, 0.1 m/s, is for root"
         " weight 1.",
     ),
     PageFigure(
@@ -154,8 +154,8 @@ FIGURES = (
 )
 
 ELSEWHERE = (
-    "Replay, centre of mass against people, kernel, step set-up, end to end and centre-of-mass solve are figures of usdfoot,"
-    " not of one crowd: tools/replay.py, tools/bench.py and README have them."
+    "Replay, centre of mass against people, kernel, step set-up, end to end and centre-of-mass solve are figures of"
+    " usdfoot, not of one crowd: tools/replay.py, tools/bench.py and README have them."
 )
 """What the page says of the other rows of section 10."""
 

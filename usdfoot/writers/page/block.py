@@ -20,8 +20,8 @@ TYPES = {"float32", "int16", "int32", "uint8", "uint16", "uint32"}
 def encode_block(arrays: Mapping[str, NDArray[Any]]) -> tuple[list[dict[str, Any]], str]:
     """What the block holds, in order, and the block itself: zlib's stream in base64.
 
-    Whole numbers are stored as differences along the flattened array, which wrap around, and all numbers by bytes of equal
-    significance, since both compress better.
+    Whole numbers are stored as differences along the flattened array, which wrap around, and all numbers by bytes of
+    equal significance, since both compress better.
 
     Args:
         arrays: Of the types in TYPES, by name.
@@ -36,7 +36,7 @@ def encode_block(arrays: Mapping[str, NDArray[Any]]) -> tuple[list[dict[str, Any
             raise TypeError(f"{name} is {kind}; the page reads {', '.join(sorted(TYPES))}")
         directory.append({"name": name, "type": kind, "count": int(values.size)})
         parts.append(_planes(values.ravel()))
-    return directory, base64.b64encode(zlib.compress(b"".join(parts), level=9)).decode("ascii")
+    return directory, base64.b64encode(zlib.compress(b"".join(parts), level=6)).decode("ascii")
 
 
 def quantised(values: FloatArray, resolution: float) -> IntArray:

@@ -18,7 +18,9 @@ from usdfoot.writers.page.block import encode_block
 from usdfoot.writers.page.pictures import CrowdPicture
 from usdfoot.writers.page.three import three_source
 
-__all__ = ["SCRIPTS", "page_text", "write_document"]
+__all__ = ["SCRIPTS", "check_page", "page_text", "write_document"]
+
+SUFFIXES = (".html", ".htm")
 
 SCRIPTS = (
     "data",
@@ -52,6 +54,7 @@ def write_document(path: Path, crowd: CrowdPicture) -> None:
         OutputError: If it cannot be written.
         UsdfootError: If three.js is not installed.
     """
+    check_page(path)
     text = page_text(crowd)
     waiting = path.with_name(f".{path.name}.part")
     try:
@@ -60,6 +63,16 @@ def write_document(path: Path, crowd: CrowdPicture) -> None:
         os.replace(waiting, path)
     except OSError as error:
         raise OutputError(path, "cannot be written", str(error)) from error
+
+
+def check_page(path: Path) -> None:
+    """Nothing, if a page may be written there; a crowd's own files are none.
+
+    Raises:
+        OutputError: If the name does not end like a page's.
+    """
+    if path.suffix.lower() not in SUFFIXES:
+        raise OutputError(path, f"ends in {path.suffix or 'no suffix'}", f"name a page that ends in {SUFFIXES[0]}")
 
 
 def page_text(crowd: CrowdPicture) -> str:

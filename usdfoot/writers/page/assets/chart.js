@@ -120,12 +120,12 @@ page.chart = (() => {
     context.stroke();
   }
 
-  /** Colored squares with what they stand for. */
+  /** Squares in colors of the style, by name, with what they stand for. */
   function legend(holder, entries) {
     holder.replaceChildren(
       ...entries.map(([tone, text]) => {
         const square = element("i");
-        square.style.background = tone;
+        square.style.background = `var(--${tone})`;
         return element("span", {}, square, text);
       }),
     );

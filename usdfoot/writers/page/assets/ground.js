@@ -25,7 +25,8 @@ page.ground = (() => {
     }
     void main() {
       vec3 color = mix(barred, base, step(0.5, vWalkable)) * vLight;
-      color = mix(color, lines, 0.35 * grid(1.0) + 0.5 * grid(5.0));
+      float line = max(max(0.35 * grid(1.0), 0.6 * grid(5.0)), max(0.7 * grid(50.0), 0.8 * grid(500.0)));
+      color = mix(color, lines, line);
       gl_FragColor = vec4(mix(color, sky, smoothstep(0.55, 1.0, distance(vPlace.xz, middle.xz) / reach)), 1.0);
     }`;
 

@@ -42,10 +42,10 @@ page.heights = (() => {
     page.chart.stroke(context, [box.left, y(deepest)], [box.right, y(deepest)]);
     context.setLineDash([]);
     page.chart.legend(legend, [
-      [color("left"), "left"],
-      [color("right"), "right"],
-      [color("swing"), `mid swing: at least ${least} mm`],
-      [color("over"), `deepest allowed: ${deepest} mm`],
+      ["left", "left"],
+      ["right", "right"],
+      ["swing", `mid swing: at least ${least} mm`],
+      ["over", `deepest allowed: ${deepest} mm`],
     ]);
   }
 
@@ -86,8 +86,8 @@ page.heights = (() => {
     }
     context.lineWidth = 1;
     page.chart.legend(legend, [
-      [color("accent"), "pelvis"],
-      [color("ground-edge"), "ground below the root"],
+      ["accent", "pelvis"],
+      ["ground-edge", "ground below the root"],
     ]);
   }
 

@@ -19,6 +19,7 @@ page.histograms = (() => {
         counted = count(crowd, state, figure);
         card.hidden = !counted.known && figure.target === null;
         caption.textContent = words(figure, counted);
+        drawing.canvas.hidden = !counted.known;
         drawing.redraw();
       };
       show();
@@ -27,10 +28,10 @@ page.histograms = (() => {
     const legend = element("div", { class: "legend" });
     holder.before(legend);
     page.chart.legend(legend, [
-      [color("good"), "within the target"],
-      [color("over"), "target missed"],
-      [color("unpromised"), "status promises nothing"],
-      [color("ink"), "target (dashed)"],
+      ["good", "within the target"],
+      ["over", "target missed"],
+      ["unpromised", "status promises nothing"],
+      ["ink", "target (dashed)"],
     ]);
     let due = 0;
     state.on("shown", () => {

@@ -21,10 +21,10 @@ page.plan = (() => {
     });
     body.append(tip);
     page.chart.legend(legend, [
-      [color("left"), "left print"],
-      [color("right"), "right print"],
-      [color("ink"), "where the ball stood"],
-      [color("accent"), "root"],
+      ["left", "left print"],
+      ["right", "right print"],
+      ["ink", "where the ball stood"],
+      ["accent", "root"],
     ]);
 
     function reset() {

@@ -10,10 +10,10 @@ page.timing = (() => {
       plot: (context, x, box, legend) => {
         plot(context, crowd, state, x, box);
         page.chart.legend(legend, [
-          [color("left"), "left stands"],
-          [color("right"), "right stands"],
-          [color("both"), "double stance"],
-          [color("flight"), "flight"],
+          ["left", "left stands"],
+          ["right", "right stands"],
+          ["both", "double stance"],
+          ["flight", "flight"],
         ]);
       },
     });

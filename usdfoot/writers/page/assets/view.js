@@ -2,6 +2,7 @@
 page.view = (() => {
   const PICK_DISTANCE = 40; // pixels from an agent's middle
   const CLICK = 4; // pixels that the pointer may move in a click
+  const SMALLEST = 26; // pixels that a body is high at the beginning
   const BEHIND = [0.54, 0.5, 0.677]; // where the camera is, seen from what it looks at: a unit vector
 
   function create(crowd, state) {
@@ -9,7 +10,7 @@ page.view = (() => {
     const { THREE } = window;
     let renderer;
     try {
-      renderer = new THREE.WebGLRenderer({ antialias: crowd.agents.length < 400, powerPreference: "high-performance" });
+      renderer = new THREE.WebGLRenderer({ antialias: true, powerPreference: "high-performance" });
     } catch {
       holder.append(page.dom.element("p", { class: "empty" }, "This browser has no WebGL: the 3-D view is off."));
       return { draw() {}, frames: 0 };
@@ -62,21 +63,41 @@ page.view = (() => {
     function fit(alone) {
       const agents = alone ? [crowd.agents[state.agent]] : crowd.agents;
       const { center } = alone ? bounds(crowd, agents) : around;
-      const distance = fitting(crowd, agents, center, camera);
+      look(center, fitting(crowd, agents, center, camera));
+    }
+
+    /** Everybody, or, where they would be too small to see, the chosen agent and those around. */
+    function begin() {
+      const { legLength } = crowd.agents[state.agent].stick;
+      const pixels = (0.5 * holder.clientHeight) / Math.tan((Math.PI * camera.fov) / 360);
+      const farthest = (2 * legLength * pixels) / SMALLEST;
+      if (fitting(crowd, crowd.agents, around.center, camera) <= farthest) return fit(false);
+      look(chosenPlace(), farthest);
+    }
+
+    function look(center, distance) {
       controls.target.copy(center);
       camera.position.set(...BEHIND).multiplyScalar(distance).add(center);
-      camera.far = 20 * distance + 100;
+      camera.far = 20 * Math.max(distance, around.radius) + 100;
       camera.near = Math.min(0.05 + distance / 500, 1);
       camera.updateProjectionMatrix();
       draw();
     }
 
+    const chosenPlace = () => new THREE.Vector3(...pelvis(crowd, crowd.agents[state.agent], state.time));
+
     /** Move the camera as the chosen agent moved. */
     function follow() {
-      const place = pelvis(crowd, crowd.agents[state.agent], state.time);
-      const shift = new THREE.Vector3(...place).sub(controls.target);
+      const shift = chosenPlace().sub(controls.target);
       controls.target.add(shift);
       camera.position.add(shift);
+    }
+
+    /** Bring the chosen agent into the picture. */
+    function seek() {
+      const { x, y, z } = chosenPlace().project(camera);
+      if (Math.max(Math.abs(x), Math.abs(y)) > 0.95 || z > 1) follow();
+      draw();
     }
 
     /** Go near the chosen agent when it is first followed. */
@@ -95,6 +116,7 @@ page.view = (() => {
       renderer.setSize(width, height);
       camera.aspect = width / height;
       camera.updateProjectionMatrix();
+      bones.sharpen((2 * Math.tan((Math.PI * camera.fov) / 360)) / height);
       draw();
     }
 
@@ -109,10 +131,11 @@ page.view = (() => {
     new ResizeObserver(resize).observe(holder);
     state.on("time prints", draw);
     state.on("agent shown alone", choose);
+    state.on("agent step", seek);
     state.on("follow", approach);
     state.on("theme", paint);
     resize();
-    fit(crowd.agents.length === 1);
+    begin();
     paint();
     choose();
     return view;

@@ -30,7 +30,7 @@ page.weights = (() => {
       }
       let sum = 0;
       for (const [place, weight] of entries.sort((a, b) => a[0] - b[0])) {
-        context.fillStyle = tone(place);
+        context.fillStyle = color(tone(place));
         context.fillRect(from, y(sum + weight), Math.max(to - from - 1, 0.5), y(sum) - y(sum + weight));
         sum += weight;
       }
@@ -38,11 +38,11 @@ page.weights = (() => {
     rootWeights(context, crowd, agent, x, y);
     const entries = names.slice(0, MOST).map((clip, place) => [tone(place), leaf(crowd.header.clips[clip])]);
     if (names.length > MOST) entries.push([tone(MOST), `${names.length - MOST} more`]);
-    entries.push([color("ink"), `root weight, mean ${number(meanRootWeight(crowd, agent), 2)}`]);
+    entries.push(["ink", `root weight, mean ${number(meanRootWeight(crowd, agent), 2)}`]);
     page.chart.legend(legend, entries);
   }
 
-  const tone = (place) => color(place >= 0 && place < MOST ? `clip-${place}` : "clip-rest");
+  const tone = (place) => (place >= 0 && place < MOST ? `clip-${place}` : "clip-rest");
 
   /** Clips of an agent, the most used first. */
   function strongest(crowd, agent) {
