@@ -15,6 +15,7 @@ pytestmark = pytest.mark.skipif(
 )
 
 MANY = 1000
+FRAMES = 120
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +122,7 @@ def test_light_and_dark(opened):
 def test_a_thousand_agents_stay_usable(browser, picture, tmp_path):
     """Page size, rows that exist, drawing and filtering; copies of one agent, ten metres apart."""
     model = picture.agents[0]
-    frames = np.resize(np.arange(len(model.times)), 240)
+    frames = np.resize(np.arange(len(model.times)), FRAMES)
 
     def copy(number):
         shift = np.array([number % 40, 0.0, number // 40]) * 10.0
@@ -130,7 +131,7 @@ def test_a_thousand_agents_stay_usable(browser, picture, tmp_path):
             name=f"Agent_{number}",
             plan=replace(model.plan, positions=model.plan.positions + shift),
             stood=model.stood + shift,
-            times=model.times[0] + picture.frame_time * np.arange(240),
+            times=model.times[0] + picture.frame_time * np.arange(FRAMES),
             roots=model.roots[frames] + shift,
             joints=model.joints[frames] + shift,
             sole_heights=model.sole_heights[frames],
@@ -138,7 +139,7 @@ def test_a_thousand_agents_stay_usable(browser, picture, tmp_path):
 
     file = tmp_path / "many.html"
     write_document(file, replace(picture, agents=tuple(copy(number) for number in range(MANY))))
-    assert file.stat().st_size < 40e6
+    assert file.stat().st_size < 20e6
     browser.open(file)
     assert browser.run("usdfoot.crowd.agents.length") == MANY
     assert len(rows(browser, "agents")) < 100 and len(rows(browser, "steps")) < 100

@@ -56,6 +56,11 @@ class PageReport:
     problems: tuple[Problem, ...]
     """Agents that could not be read or measured."""
 
+    @property
+    def skipped(self) -> tuple[Problem, ...]:
+        """Agents that could not be read or measured."""
+        return tuple(problem for problem in self.problems if problem.severity == "error")
+
 
 def write_page(
     crowd_file: str | os.PathLike[str],
