@@ -31,7 +31,7 @@ example:
   usdfoot analyze clips.usd
 
 units and rates are never guessed: where a file does not state them, --unit and --rate are needed. Lengths of ASF files
-are in that unit divided by their `:units length`; glTF is in metres, and needs the extra: pip install 'usdfoot[import]'.
+are in that unit divided by their `:units length`; glTF is in metres. It needs the extra: pip install 'usdfoot[import]'.
 
 exit codes: 0 all imported, 1 some files skipped (listed), 2 nothing written
 
@@ -47,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--output", metavar="USD", required=True, help="stage to write: .usd, .usda or .usdc")
     parser.add_argument("--unit", default="", help="of lengths: m, cm, mm, ft, in, or metres a unit")
     parser.add_argument(
-        "--rate", metavar="HZ", type=rate, default=0.0, help="frames a second of AMC files, samples of glTF's keys"
+        "--rate", metavar="HZ", type=rate, default=0.0, help="frames a second of AMC files; of glTF's clips"
     )
     parser.add_argument("--up", choices=("Y", "Z"), default="Y", help="axis that points up (default: %(default)s)")
     add_limits(parser, "joints", "frames")
