@@ -25,7 +25,7 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.terrain import Terrain
 from usdfoot.readers.written import JointTracks, WrittenAgent, read_joint_tracks
 
-__all__ = ["AgentMeasures", "measure_agent"]
+__all__ = ["AgentMeasures", "measure_agent", "measure_placement"]
 
 SUBFRAMES = (0.25, 0.5, 0.75)
 """Where between two frames the slide is measured too."""
@@ -114,6 +114,30 @@ def measure_agent(agent: WrittenAgent, units: StageUnits, terrain: Terrain | Non
         joint_jerk=float(np.quantile(jerks, 0.99)) if jerks.size else np.nan,
         **columns,
     )
+
+
+def measure_placement(agent: WrittenAgent, units: StageUnits, codes: FloatArray) -> FloatArray:
+    """Horizontal distance of the ball to each footstep, mean over its planted samples [m], NaN without any, shape (N,).
+
+    Args:
+        agent: As read from the written crowd.
+        units: Of its stage.
+        codes: Time codes of the samples to look at, increasing, shape (F,).
+    """
+    plan, flats = agent.plan, _flat_times(agent)
+    errors = np.full(len(plan), np.nan)
+    if not len(codes):
+        return errors
+    tracks = read_joint_tracks(agent, units, codes)
+    for side in (0, 1):
+        own = np.flatnonzero(plan.sides == side)
+        balls = tracks.positions[:, agent.biped.balls[side]]
+        planted = frames_between(tracks.times, flats[own], plan.liftoff_times[own])
+        figures = contact_figures(
+            balls, balls, planted, targets=plan.positions[own], orientations=plan.orientations[own]
+        )
+        errors[own] = figures.placement_error
+    return errors
 
 
 def _seam_jump(agent: WrittenAgent, tracks: JointTracks, jumps: FloatArray) -> float:
