@@ -57,24 +57,23 @@ def swing_soles(
     heels[frame] = pose.ankle + wp.quat_rotate(pose.rotation, rig.heel_offsets[side])
 
 
-def plan_detours(layout: Layout, source: PoseSource, feet: ContactFeet, ground: Ground) -> FloatArray:
-    """What to add to each swing so that the sole clears the terrain and the foot passes beside the standing leg.
+def plan_detours(
+    layout: Layout, source: PoseSource, feet: ContactFeet, ground: Ground, *, rows: IntArray
+) -> FloatArray:
+    """What to add to the swings after contacts `rows` (N,) so that the sole clears the terrain and the standing leg.
 
     Returns:
-        Offsets at KNOTS instants of the swing after each contact [m], shape (C, KNOTS, 3).
+        Offsets at KNOTS instants of each swing [m], shape (N, KNOTS, 3).
     """
     contacts = layout.contacts
-    rows = np.flatnonzero(contacts.has_swing)
     begins, ends = contacts.liftoffs[rows], contacts.strikes[rows + 2]
     times = begins[:, None] + (ends - begins)[:, None] * (PROBES / (FINE - 1))
     soles = _soles(layout, source, feet, np.repeat(rows, len(PROBES)), times.ravel())
     balls, heels = (_refine(points.reshape(-1, len(PROBES), 3)) for points in soles)
     beside = _beside_leg(layout, rows, balls[:, ::BETWEEN])
     aside = _refine(beside, np.arange(0, FINE, BETWEEN))
-    detours = np.zeros((len(contacts.sides), KNOTS, 3))
-    detours[rows] = beside
-    detours[rows, :, 1] += _over_ground(layout, rows, balls + aside, heels + aside, ground)
-    return detours
+    beside[..., 1] += _over_ground(layout, rows, balls + aside, heels + aside, ground)
+    return beside
 
 
 def _soles(

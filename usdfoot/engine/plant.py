@@ -17,7 +17,9 @@ PAST_UPRIGHT = wp.constant(0.3)
 
 @wp.struct
 class FootArrays:
-    """Contacts on the device, C of them in order of strike per agent; a foot's next contact is two further."""
+    """Contacts on the device, C of them."""
+
+    following: wp.array(dtype=wp.int32)  # next contact of the same foot
 
     positions: wp.array(dtype=wp.vec3f)  # ground under the ball, agent's origin
     frames: wp.array(dtype=wp.quatf)  # print to world: +Z forward, +Y normal
@@ -131,7 +133,7 @@ def standing_foot(
 def swinging_foot(rig: LegRig, feet: FootArrays, contact: int, side: int, time: float, leg: Leg) -> FootPose:
     """Foot in the air: the blended path, led from the footprint it leaves to the one it lands on."""
     begin = feet.liftoffs[contact]
-    fraction = wp.clamp((time - begin) / (feet.strikes[contact + 2] - begin), 0.0, 1.0)
+    fraction = wp.clamp((time - begin) / (feet.strikes[feet.following[contact]] - begin), 0.0, 1.0)
     weight = smootherstep(fraction)
     leave = feet.leave_rotations[contact]
     land = feet.land_rotations[contact]

@@ -91,6 +91,9 @@ class Feet:
     longest: FloatArray
     """Distance from hip to ankle that the leg may be stretched to [m], shape (F, 2)."""
 
+    def __getitem__(self, rows: IntArray) -> Feet:
+        return Feet(**{name: values[rows] for name, values in vars(self).items()})
+
 
 @dataclass(frozen=True, kw_only=True)
 class Layout:
@@ -196,6 +199,7 @@ def device_segments(
         np.where(natural > 0.0, LIFTOFF_PHASES[1], 1.0).astype(np.float32) * last, dtype=wp.float32, copy=False
     )
     arrays.origins = wp.array(origins.astype(np.float32), dtype=wp.vec3f, copy=False)
+    arrays.seams_after = wp.array(np.arange(1, len(supports) + 1, dtype=np.int32), dtype=wp.int32, copy=False)
     seams = seams or no_seams(len(supports), len(setup.skeleton.joints))
     arrays.joint_values, arrays.joint_slopes = seams.joint_values, seams.joint_slopes
     arrays.position_values, arrays.position_slopes = seams.position_values, seams.position_slopes

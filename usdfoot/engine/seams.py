@@ -6,7 +6,7 @@ import numpy as np
 import warp as wp
 
 from usdfoot.engine.poses import Poses, Seams, Setup, StepBlend, device_segments, pose_frames, segment_origins
-from usdfoot.maths.types import FloatArray
+from usdfoot.maths.types import FloatArray, IntArray
 
 __all__ = ["measure_seams"]
 
@@ -54,11 +54,11 @@ def joint_jumps(
     slopes[row, joint] = 0.25 * velocity
 
 
-def measure_seams(setup: Setup, blend: StepBlend) -> Seams:
-    """Poses just before, at and just after every seam, and the jumps between them."""
+def measure_seams(setup: Setup, blend: StepBlend, *, seams: IntArray | None = None) -> Seams:
+    """Poses just before, at and just after the seams before segments `seams` (all by default), and the jumps there."""
     segments = setup.segments
     count, joints = len(segments), len(setup.skeleton.joints)
-    seams = np.flatnonzero(segments.joined)
+    seams = np.flatnonzero(segments.joined) if seams is None else seams
     rows = np.stack([seams - 1, seams - 1, seams, seams], axis=1).ravel()
     sides = np.array([-1.0, 0.0, 0.0, 1.0])
     near, far = (np.ravel(segments.begins[seams][:, None] + time * sides) for time in (PROBE_TIME, PELVIS_PROBE_TIME))
