@@ -75,6 +75,8 @@ def _plant_time(steps: PreparedSteps, frames: Frames, joints: IntArray) -> float
         device_feet(setup, steps.planting.feet, steps.planting.detours),
         wp.array(frames.contacts.astype(np.int32), dtype=wp.int32),
         wp.array(clock.astype(np.float32), dtype=wp.float32),
+        wp.empty((0, 2), dtype=wp.vec3f),
+        wp.empty((0, 2), dtype=wp.vec3f),
         poses.pelvis_positions,
         poses.pelvis_rotations,
         poses.rotations,

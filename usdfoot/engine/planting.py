@@ -138,6 +138,8 @@ def plant_frames(planting: Planting, frames: Frames) -> Poses:
             device_feet(layout, planting.feet, planting.detours),
             wp.array(frames.contacts.astype(np.int32), dtype=wp.int32, copy=False),
             wp.array(clock.astype(np.float32), dtype=wp.float32, copy=False),
+            wp.empty((0, 2), dtype=wp.vec3f),
+            wp.empty((0, 2), dtype=wp.vec3f),
             poses.pelvis_positions,
             poses.pelvis_rotations,
             poses.rotations,

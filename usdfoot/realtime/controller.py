@@ -1,0 +1,422 @@
+"""Controller: footsteps or velocities in as they come, the poses of many agents out by the frame ([B] 6)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import warp as wp
+
+from usdfoot.engine.animate import PreparedLibrary, prepare_library
+from usdfoot.engine.options import EngineOptions
+from usdfoot.engine.plant import plant_feet
+from usdfoot.engine.poses import Poses, pose_feet
+from usdfoot.engine.root import root_at
+from usdfoot.errors import UsdfootError
+from usdfoot.maths import planar, quaternion
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.clip import ClipLibrary
+from usdfoot.model.ground import Ground
+from usdfoot.model.report import Problem
+from usdfoot.model.skeleton import forward_kinematics
+from usdfoot.model.terrain import Terrain
+from usdfoot.planning.predictions import build_gaits
+from usdfoot.realtime.footsteps import Footsteps
+from usdfoot.realtime.nudges import Nudges, Snapshot
+from usdfoot.realtime.preparing import prepare_stretch
+from usdfoot.realtime.rows import Rows
+from usdfoot.realtime.steering import Steering
+from usdfoot.realtime.tables import REACH_BACK, cut_stretch
+from usdfoot.realtime.windows import CLEAN, Windows
+
+__all__ = ["Controller", "ControllerOptions", "CrowdPose"]
+
+FARTHEST_ORIGIN = 20.0
+"""An agent this far from its origin gets a new one, since single precision grows coarse [m]."""
+LONGEST_CLOCK = 60.0
+"""The same for its clock [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ControllerOptions:
+    """What may be turned."""
+
+    engine: EngineOptions = field(default_factory=EngineOptions)
+    ik_reach: float = 0.3
+    """Largest horizontal distance IK may pull a landing to its footstep [m] ([B] 5)."""
+    farthest_stand: float = 0.8
+    """Who runs out of footsteps with its feet farther apart than this brings them together [leg lengths]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CrowdPose:
+    """All N agents at one instant, canonical: metres, +Y up, facing +Z."""
+
+    time: float
+    """[s]"""
+    root_positions: FloatArray
+    """On the ground, world [m], shape (N, 3)."""
+    root_yaws: FloatArray
+    """About +Y from +Z to +X [rad], shape (N,)."""
+    translations: FloatArray
+    """Joint-local; those at the top below the root [m], float32, shape (N, J, 3)."""
+    rotations: FloatArray
+    """Joint-local xyzw, float32, shape (N, J, 4)."""
+    halted: BoolArray
+    """Who stands, or is about to, for want of a footstep, shape (N,)."""
+
+
+class Controller:
+    """Walks N agents over footsteps given while they walk.
+
+    Everyone starts standing. Give footsteps at least two ahead of the one that the body stands on: then the motion is
+    that of the whole plan. With fewer the body prepares to halt, and goes on from there when the next one comes. What
+    has been prepared is kept; a new footstep prepares only the parts of steps that it completes, for all agents that
+    have one in a few array operations.
+
+    Args:
+        library: Clips of the character.
+        positions: Where the agents stand, ground under the middle of the feet, world [m], shape (N, 3).
+        yaws: Which way they face [rad], shape (N,).
+        start: First instant [s].
+        terrain: What they walk on; None = the levels of the footsteps.
+        options: What may be turned.
+
+    Raises:
+        ClipError: If no clip has a usable step, or one foot never swings.
+        UsdfootError: If a position or yaw is not finite.
+    """
+
+    def __init__(
+        self,
+        library: ClipLibrary | PreparedLibrary,
+        *,
+        positions: FloatArray,
+        yaws: FloatArray,
+        start: float = 0.0,
+        terrain: Terrain | None = None,
+        options: ControllerOptions | None = None,
+    ) -> None:
+        positions, yaws = np.array(positions, dtype=float), np.array(yaws, dtype=float)
+        if positions.shape != (len(yaws), 3) or not (np.isfinite(positions).all() and np.isfinite(yaws).all()):
+            raise UsdfootError("Controller", f"positions {positions.shape} and yaws {yaws.shape}", "give finite (N, 3), (N,)")
+        self._options = options or ControllerOptions()
+        engine = self._options.engine
+        self._library = library if isinstance(library, PreparedLibrary) else prepare_library(library, engine)
+        self._ground = Ground(terrain or _no_terrain())
+        source, examples = self._library.source, self._library.examples
+        leg_length = source.biped.maximal_leg_length
+        gaits = build_gaits(examples, self._library.spaces, style=self._library.style, leg_length=leg_length)
+        self._stance_width, self._leg_length = gaits.stance_width, leg_length
+        swings = (examples.durations - np.maximum(examples.swing_liftoffs, 0.0))[:-1]
+        self.usual_swing = float(np.median(swings))
+        """Time of a swing whose liftoff nobody gave [s]."""
+        feet = np.stack([positions + _aside(yaws, side, gaits.stance_width) for side in (0, 1)], axis=1)
+        self._windows = Windows(feet, yaws, start=start, usual_swing=self.usual_swing)
+        count, joints = len(yaws), len(source.skeleton.joints)
+        self._rows = Rows(count, joints)
+        self._nudges = Nudges(count, joints, pelvis=source.biped.pelvis)
+        self._steering = Steering(count, gaits, leg_length=leg_length, options=engine.follow)
+        self._origins, self._starts = positions.copy(), np.full(count, start)
+        self._time = start
+        self._rest = _RestingJoints(self._library)
+        self._prepare(start)
+
+    def __len__(self) -> int:
+        return len(self._windows)
+
+    @property
+    def footing(self) -> Footsteps:
+        """Where everyone's last footstep known is, executed; the next one is of the other foot."""
+        windows, agents = self._windows, np.arange(len(self))
+        place = agents, windows.last % windows.sides.shape[1]
+        return Footsteps(
+            sides=windows.sides[place],
+            positions=windows.positions[place],
+            yaws=windows.yaws[place],
+            strike_times=windows.strikes[place],
+            liftoff_times=windows.liftoffs[place],
+        )
+
+    def plan(self, agents: IntArray, footsteps: Footsteps, *, instead: bool = False) -> tuple[Problem, ...]:
+        """Gives agents their next footsteps.
+
+        Args:
+            agents: Whose each footstep is, shape (M,); one agent's in order of strike.
+            footsteps: M of them.
+            instead: Whether they replace footsteps whose swings have not begun.
+
+        Returns:
+            Footsteps that were refused, with all that follow of the same agent, and warnings of those that came too
+            late and strike later. The others are not touched by either.
+        """
+        agents = np.asarray(agents, dtype=np.intp)
+        faults, windows = footsteps.faults(), self._windows
+        for row in np.flatnonzero((agents < 0) | (agents >= len(self))):
+            faults[int(row)] = f"there is no agent {agents[row]}; they are 0 to {len(self) - 1}"
+        if instead:
+            windows.forget(np.unique(np.delete(agents, list(faults))), now=self._time)
+        problems: list[Problem] = []
+        refused = np.zeros(len(self), dtype=bool)
+        for rows in _rounds(agents):
+            whole = np.array([row not in faults for row in rows.tolist()], dtype=bool)
+            problems += [_problem("error", agents[row], faults[row]) for row in rows[~whole].tolist()]
+            refused[agents[rows[~whole & (agents[rows] >= 0) & (agents[rows] < len(self))]]] = True
+            own = rows[whole]
+            own = own[~refused[agents[own]]]
+            wrong, full = windows.refuses(agents[own], footsteps[own], now=self._time)
+            sides = "the other foot has to move next; left and right alternate"
+            problems += [_problem("error", agent, sides) for agent in agents[own[wrong]]]
+            crowded = "knows as many footsteps ahead as it can; give the next ones later"
+            problems += [_problem("error", agent, crowded) for agent in agents[own[full & ~wrong]]]
+            refused[agents[own[wrong | full]]] = True
+            own = own[~(wrong | full)]
+            late = windows.append(agents[own], footsteps[own], now=self._time)
+            for row in np.flatnonzero(late > 1e-6):
+                problems.append(_problem("warning", agents[own[row]], f"a footstep came late by {late[row]:.3g} s"))
+        self._steering.active[np.unique(agents[(agents >= 0) & (agents < len(self))])] = False
+        return tuple(problems)
+
+    def steer(self, agents: IntArray, velocities: FloatArray, yaws: FloatArray) -> tuple[Problem, ...]:
+        """Has agents go on at velocities, with footsteps of their own ([B] 5), until they are told otherwise.
+
+        A velocity counts from the next footstep on that is not planned yet, and 0 brings the feet together.
+
+        Args:
+            agents: Shape (M,).
+            velocities: Of the roots in the world, (x, z) [m/s], shape (M, 2).
+            yaws: Headings [rad], shape (M,).
+
+        Returns:
+            Those refused, since a value is not finite or there is no such agent.
+        """
+        agents = np.asarray(agents, dtype=np.intp)
+        whole = np.isfinite(velocities).all(axis=1) & np.isfinite(yaws)
+        there = (agents >= 0) & (agents < len(self))
+        good = whole & there
+        self._steering.set(agents[good], velocities[good], yaws[good])
+        problems = [_problem("error", agent, "velocity or yaw is not a finite number") for agent in agents[~whole]]
+        problems += [_problem("error", agent, f"there are agents 0 to {len(self) - 1}") for agent in agents[~there]]
+        return tuple(problems)
+
+    def pose(self, time: float) -> CrowdPose:
+        """Everyone at `time` [s], not before the time asked for last.
+
+        Raises:
+            UsdfootError: If the time is, or is not finite.
+        """
+        if not self._time <= time < np.inf:
+            raise UsdfootError("time", f"is {time}", f"time goes on from {self._time} s")
+        windows = self._windows
+        windows.advance(time)
+        while self._steering.step(windows, self._ground, now=time):
+            pass
+        self._halt(windows.wanting(time))
+        self._prepare(time)
+        agents = np.arange(len(self))
+        poses = self._blended(agents, time, nudged=True)
+        self._plant(poses, agents, time, nudged=True)
+        self._time = time
+        return self._rest.finish(poses, self._roots(agents, time, nudged=True), self._origins, time, windows.halted)
+
+    def _halt(self, agents: IntArray) -> None:
+        if agents.size:
+            windows = self._windows
+            number = windows.last[agents]
+            sides = 1 - windows.sides[agents, number % windows.sides.shape[1]]
+            yaws = windows.at(windows.yaws, agents, number)
+            across = np.where(sides == 0, 1.0, -1.0)[:, None] * _aside(yaws, 0, 2.0 * self._stance_width)
+            places = windows.at(windows.positions, agents, number) + across
+            windows.halt(agents, farthest=self._options.farthest_stand * self._leg_length, beside=places)
+
+    def _prepare(self, time: float) -> None:
+        """Prepares what changed, and has those go on from their present poses whom it moves."""
+        windows, rows = self._windows, self._rows
+        agents = np.flatnonzero(windows.dirty != CLEAN)
+        if not agents.size:
+            return
+        seen = agents[self._moved(agents)]
+        before = self._snapshot(seen, nudged=True) if seen.size else None
+        distant = self._rebased(agents)
+        firsts = windows.dirty[agents] - REACH_BACK
+        firsts = np.where(distant, np.minimum(firsts, windows.current[agents] - 3), firsts)
+        stretch = cut_stretch(
+            windows,
+            agents,
+            np.maximum(firsts, 0),
+            self._library,
+            rows.blends,
+            origins=self._origins[agents],
+            starts=self._starts[agents],
+            options=self._options.engine,
+        )
+        prepare_stretch(
+            stretch,
+            windows,
+            rows,
+            self._library,
+            ground=self._ground,
+            reach=self._options.ik_reach,
+            options=self._options.engine,
+        )
+        windows.dirty[agents] = CLEAN
+        if before is not None:
+            after = self._snapshot(seen, nudged=False)
+            self._nudges.add(seen, before, after, time=self._time, landings=self._landings(seen))
+
+    def _moved(self, agents: IntArray) -> BoolArray:
+        """Whose pose at the last instant may change by what is to be prepared."""
+        if not self._rows.numbers[agents, 1].min(initial=0) >= 0:
+            return np.zeros(len(agents), dtype=bool)
+        _, _, numbers = self._rows.struck(agents, self._time)
+        flying = self._windows.at(self._windows.liftoffs, agents, numbers) <= self._time
+        return numbers + flying >= self._windows.dirty[agents] - 2
+
+    def _rebased(self, agents: IntArray) -> BoolArray:
+        """Gives agents that are far from their origins new ones; who did."""
+        windows = self._windows
+        places = windows.at(windows.positions, agents, windows.current[agents])
+        strikes = windows.at(windows.strikes, agents, windows.current[agents])
+        distant = np.linalg.norm(places - self._origins[agents], axis=1) > FARTHEST_ORIGIN
+        distant |= strikes - self._starts[agents] > LONGEST_CLOCK
+        self._origins[agents[distant]], self._starts[agents[distant]] = places[distant], strikes[distant]
+        return distant
+
+    def _blended(self, agents: IntArray, time: float, *, nudged: bool) -> Poses:
+        """Poses of agents, feet not yet planted."""
+        library = self._library.device
+        rows, _, _ = self._rows.struck(agents, time)
+        poses = self._rows.pose(library, rows, time - self._starts[agents], joints=self._rest.moving)
+        fading = self._nudges.fading(agents, time) if nudged else np.zeros(0, dtype=np.intp)
+        if fading.size:
+            bodies = poses.pelvis_positions, poses.pelvis_rotations, poses.rotations
+            self._nudges.move_bodies(fading, agents[fading], time, bodies)
+        return poses
+
+    def _plant(self, poses: Poses, agents: IntArray, time: float, *, nudged: bool) -> None:
+        """Plants the feet of poses, in place."""
+        _, contacts, _ = self._rows.struck(agents, time)
+        shifts = turns = np.zeros((0, 2, 3), dtype=np.float32)
+        if nudged:
+            shifts, turns = self._nudges.feet(agents, time)
+        clock = (time - self._starts[agents]).astype(np.float32)
+        wp.launch(
+            plant_feet,
+            dim=len(agents),
+            inputs=[
+                self._library.rig.arrays,
+                self._rows.feet,
+                wp.array(contacts.astype(np.int32), dtype=wp.int32, copy=False),
+                wp.array(clock, dtype=wp.float32, copy=False),
+                wp.array(shifts, dtype=wp.vec3f, copy=False),
+                wp.array(turns, dtype=wp.vec3f, copy=False),
+                poses.pelvis_positions,
+                poses.pelvis_rotations,
+                poses.rotations,
+            ],
+        )
+
+    def _roots(self, agents: IntArray, time: float, *, nudged: bool) -> FloatArray:
+        """Roots of agents, x, ground height, z [m] and yaw [rad], shape (N, 4)."""
+        rows, _, _ = self._rows.struck(agents, time)
+        times = np.full(len(agents), time)
+        roots = root_at(self._rows.path(rows), np.arange(len(rows)), times)[:, :4]
+        return roots + self._nudges.roots(agents, time) if nudged else roots
+
+    def _snapshot(self, agents: IntArray, *, nudged: bool) -> Snapshot:
+        """Agents at the last instant, as prepared now."""
+        poses = self._blended(agents, self._time, nudged=nudged)
+        origins = self._origins[agents]
+        positions, rotations = poses.pelvis_positions.numpy() + origins, poses.rotations.numpy().astype(float)
+        rotations[:, self._library.source.biped.pelvis] = poses.pelvis_rotations.numpy()
+        self._plant(poses, agents, self._time, nudged=nudged)
+        feet = pose_feet(self._library.rig, poses)
+        return Snapshot(
+            pelvis_positions=positions,
+            rotations=rotations,
+            balls=feet.balls + origins[:, None],
+            ankles=feet.rotations,
+            roots=self._roots(agents, self._time, nudged=nudged),
+        )
+
+    def _landings(self, agents: IntArray) -> FloatArray:
+        """When feet in the air strike [s], infinite for those that stand, shape (N, 2)."""
+        _, contacts, _ = self._rows.struck(agents, self._time)
+        clock = (self._time - self._starts[agents])[:, None]
+        feet = self._rows.feet
+        swings = feet.liftoffs.numpy()[contacts] <= clock
+        lands = feet.strikes.numpy()[feet.following.numpy()[contacts]] + self._starts[agents][:, None]
+        return np.where(swings, lands, np.inf)
+
+
+class _RestingJoints:
+    """What is the same in every pose of a skeleton, and poses put together with it."""
+
+    def __init__(self, library: PreparedLibrary) -> None:
+        skeleton, self._pelvis = library.source.skeleton, library.source.biped.pelvis
+        self.moving = np.setdiff1d(np.arange(len(skeleton.joints)), [self._pelvis])
+        """Joints but the pelvis."""
+        self._translations = skeleton.rest_translations.astype(np.float32)
+        self._rotations = skeleton.rest_rotations.astype(np.float32)
+        places, turns = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
+        parent = int(skeleton.parents[self._pelvis])
+        self._above = _ancestors(skeleton.parents, self._pelvis)
+        self._place = places[parent] if parent >= 0 else np.zeros(3)
+        self._undo = quaternion.inverse(turns[parent]) if parent >= 0 else np.array([0.0, 0.0, 0.0, 1.0])
+
+    def finish(
+        self, poses: Poses, roots: FloatArray, origins: FloatArray, time: float, halted: BoolArray
+    ) -> CrowdPose:
+        """Poses below their roots (N, 4)."""
+        turn = quaternion.yaw_quaternion(-roots[:, 3])
+        pelvis = quaternion.rotate(turn, poses.pelvis_positions.numpy() + (origins - roots[:, :3]))
+        turned = quaternion.compose(turn, poses.pelvis_rotations.numpy())
+        rotations = poses.rotations.numpy()
+        rotations[:, self._pelvis] = quaternion.compose(self._undo, turned)
+        rotations[:, self._above] = self._rotations[self._above]
+        translations = np.empty((*rotations.shape[:2], 3), dtype=np.float32)
+        translations[:] = self._translations
+        translations[:, self._pelvis] = quaternion.rotate(self._undo, pelvis - self._place)
+        return CrowdPose(
+            time=time,
+            root_positions=roots[:, :3],
+            root_yaws=roots[:, 3],
+            translations=translations,
+            rotations=rotations,
+            halted=halted.copy(),
+        )
+
+
+def _ancestors(parents: IntArray, joint: int) -> list[int]:
+    above = []
+    while parents[joint] >= 0:
+        joint = int(parents[joint])
+        above.append(joint)
+    return above
+
+
+def _aside(yaws: FloatArray, side: int, width: float) -> FloatArray:
+    """From the root to a foot that stands beside it [m], shape (N, 3)."""
+    across = planar.rotate(yaws, np.tile([0.5 * width if side == 0 else -0.5 * width, 0.0], (len(yaws), 1)))
+    return np.stack([across[:, 0], np.zeros(len(yaws)), across[:, 1]], axis=1)
+
+
+def _rounds(agents: IntArray) -> Sequence[IntArray]:
+    """Rows of the agents' first footsteps, of their second ones, ..."""
+    order = np.argsort(agents, kind="stable")
+    fresh = np.diff(agents[order], prepend=-np.inf) != 0
+    begins = np.flatnonzero(fresh)
+    ranks = np.arange(len(agents)) - np.repeat(begins, np.diff(np.append(begins, len(agents))))
+    return [order[ranks == rank] for rank in range(int(ranks.max(initial=-1)) + 1)]
+
+
+def _problem(severity: str, agent: int, message: str) -> Problem:
+    return Problem(severity=severity, where=f"agent {agent}", message=f"agent {agent}: {message}")
+
+
+def _no_terrain() -> Terrain:
+    none = np.zeros(0, dtype=int)
+    return Terrain(
+        meshes=(), points=np.zeros((0, 3)), triangles=none.reshape(0, 3), mesh_indices=none, walkable=none.astype(bool)
+    )
