@@ -15,7 +15,7 @@ from usdfoot.engine.frames import Frames, lay_frames
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.plant import plant_feet
 from usdfoot.engine.planting import plant_frames
-from usdfoot.engine.poses import ClipPoses, device_segments
+from usdfoot.engine.poses import ClipPoses, device_segments, place_segments
 from usdfoot.maths.types import IntArray
 from usdfoot.model.clip import ClipLibrary
 
@@ -61,7 +61,7 @@ def _four_clips(library: PreparedLibrary, steps: PreparedSteps) -> PreparedSteps
         same = np.flatnonzero(sides == library.examples.swing_sides[first])
         chosen[row] = same[(int(np.searchsorted(same, first)) + np.arange(4)) % len(same)]
     blend = replace(steps.blend, examples=chosen, weights=np.tile(WEIGHTS, (len(chosen), 1)))
-    source = ClipPoses(setup=steps.setup, arrays=device_segments(steps.setup, blend))
+    source = ClipPoses(setup=steps.setup, arrays=place_segments(steps.setup, device_segments(steps.setup, blend)))
     return replace(steps, blend=blend, planting=replace(steps.planting, source=source))
 
 

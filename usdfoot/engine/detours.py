@@ -27,6 +27,10 @@ FINE = BETWEEN * (KNOTS - 1) + 1
 PROBES = np.union1d(np.arange(0, FINE, BETWEEN), [1, 2, FINE - 3, FINE - 2])
 """Fine samples at which the swing is posed: the knots, and two more near either end where the sole is lowest."""
 
+KNOT_SHARES = CubicSpline(np.arange(0, FINE, BETWEEN), np.eye(KNOTS))(np.arange(FINE))
+PROBE_SHARES = CubicSpline(PROBES, np.eye(len(PROBES)))(np.arange(FINE))
+"""Cubic splines through the knots and through the probes, at all fine samples, shape (FINE, K)."""
+
 FIRST_GAINS = np.array([5.0, 2.2, 1.4])
 """How much the knot after a swing's begin must rise for each sample before it, since the detour begins at zero."""
 
@@ -69,9 +73,9 @@ def plan_detours(
     begins, ends = contacts.liftoffs[rows], contacts.strikes[rows + 2]
     times = begins[:, None] + (ends - begins)[:, None] * (PROBES / (FINE - 1))
     soles = _soles(layout, source, feet, np.repeat(rows, len(PROBES)), times.ravel())
-    balls, heels = (_refine(points.reshape(-1, len(PROBES), 3)) for points in soles)
+    balls, heels = (PROBE_SHARES @ points.reshape(-1, len(PROBES), 3) for points in soles)
     beside = _beside_leg(layout, rows, balls[:, ::BETWEEN])
-    aside = _refine(beside, np.arange(0, FINE, BETWEEN))
+    aside = KNOT_SHARES @ beside
     beside[..., 1] += _over_ground(layout, rows, balls + aside, heels + aside, ground)
     return beside
 
@@ -142,13 +146,6 @@ def _over_ground(layout: Layout, rows: IntArray, balls: FloatArray, heels: Float
         sampled = np.clip(np.arange(KNOTS) * BETWEEN + shift, 0, missing.shape[1] - 1)
         grouped = np.maximum(grouped, missing[:, sampled])
     return _envelope(grouped)
-
-
-def _refine(path: FloatArray, probes: IntArray = PROBES) -> FloatArray:
-    """Smooth paths (N, FINE, 3) through points (N, K, 3) at the fine samples `probes` (K,)."""
-    shares = CubicSpline(probes, np.eye(len(probes)))(np.arange(FINE))
-    points: FloatArray = shares @ path
-    return points
 
 
 def _envelope(missing: FloatArray) -> FloatArray:

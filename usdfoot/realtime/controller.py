@@ -6,31 +6,28 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import warp as wp
 
 from usdfoot.engine.animate import PreparedLibrary, prepare_library
 from usdfoot.engine.options import EngineOptions
-from usdfoot.engine.plant import plant_feet
-from usdfoot.engine.poses import Poses, pose_feet
-from usdfoot.engine.root import root_at
 from usdfoot.errors import UsdfootError
-from usdfoot.maths import planar, quaternion
+from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.ground import Ground
 from usdfoot.model.report import Problem
-from usdfoot.model.skeleton import forward_kinematics
 from usdfoot.model.terrain import Terrain
 from usdfoot.planning.predictions import build_gaits
+from usdfoot.realtime.bodies import Bodies
+from usdfoot.realtime.crowd_pose import CrowdPose, rest_joints
 from usdfoot.realtime.footsteps import Footsteps
-from usdfoot.realtime.nudges import Nudges, Snapshot
+from usdfoot.realtime.nudges import Nudges
 from usdfoot.realtime.preparing import prepare_stretch
 from usdfoot.realtime.rows import Rows
 from usdfoot.realtime.steering import Steering
 from usdfoot.realtime.tables import REACH_BACK, cut_stretch
 from usdfoot.realtime.windows import CLEAN, Windows
 
-__all__ = ["Controller", "ControllerOptions", "CrowdPose"]
+__all__ = ["Controller", "ControllerOptions"]
 
 FARTHEST_ORIGIN = 20.0
 """An agent this far from its origin gets a new one, since single precision grows coarse [m]."""
@@ -47,24 +44,6 @@ class ControllerOptions:
     """Largest horizontal distance IK may pull a landing to its footstep [m] ([B] 5)."""
     farthest_stand: float = 0.8
     """Who runs out of footsteps with its feet farther apart than this brings them together [leg lengths]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class CrowdPose:
-    """All N agents at one instant, canonical: metres, +Y up, facing +Z."""
-
-    time: float
-    """[s]"""
-    root_positions: FloatArray
-    """On the ground, world [m], shape (N, 3)."""
-    root_yaws: FloatArray
-    """About +Y from +Z to +X [rad], shape (N,)."""
-    translations: FloatArray
-    """Joint-local; those at the top below the root [m], float32, shape (N, J, 3)."""
-    rotations: FloatArray
-    """Joint-local xyzw, float32, shape (N, J, 4)."""
-    halted: BoolArray
-    """Who stands, or is about to, for want of a footstep, shape (N,)."""
 
 
 class Controller:
@@ -100,7 +79,9 @@ class Controller:
     ) -> None:
         positions, yaws = np.array(positions, dtype=float), np.array(yaws, dtype=float)
         if positions.shape != (len(yaws), 3) or not (np.isfinite(positions).all() and np.isfinite(yaws).all()):
-            raise UsdfootError("Controller", f"positions {positions.shape} and yaws {yaws.shape}", "give finite (N, 3), (N,)")
+            raise UsdfootError(
+                "Controller", f"positions {positions.shape} and yaws {yaws.shape}", "give finite (N, 3), (N,)"
+            )
         self._options = options or ControllerOptions()
         engine = self._options.engine
         self._library = library if isinstance(library, PreparedLibrary) else prepare_library(library, engine)
@@ -115,12 +96,12 @@ class Controller:
         feet = np.stack([positions + _aside(yaws, side, gaits.stance_width) for side in (0, 1)], axis=1)
         self._windows = Windows(feet, yaws, start=start, usual_swing=self.usual_swing)
         count, joints = len(yaws), len(source.skeleton.joints)
-        self._rows = Rows(count, joints)
+        self._rows = Rows(count)
         self._nudges = Nudges(count, joints, pelvis=source.biped.pelvis)
         self._steering = Steering(count, gaits, leg_length=leg_length, options=engine.follow)
         self._origins, self._starts = positions.copy(), np.full(count, start)
         self._time = start
-        self._rest = _RestingJoints(self._library)
+        self._rest = rest_joints(source)
         self._prepare(start)
 
     def __len__(self) -> int:
@@ -214,11 +195,11 @@ class Controller:
             pass
         self._halt(windows.wanting(time))
         self._prepare(time)
-        agents = np.arange(len(self))
-        poses = self._blended(agents, time, nudged=True)
-        self._plant(poses, agents, time, nudged=True)
+        bodies = self._bodies(np.arange(len(self)), time, nudged=True)
+        poses = bodies.pose()
+        bodies.plant(poses)
         self._time = time
-        return self._rest.finish(poses, self._roots(agents, time, nudged=True), self._origins, time, windows.halted)
+        return self._rest.finish(poses, bodies.roots(), self._origins, time, windows.halted)
 
     def _halt(self, agents: IntArray) -> None:
         if agents.size:
@@ -237,7 +218,7 @@ class Controller:
         if not agents.size:
             return
         seen = agents[self._moved(agents)]
-        before = self._snapshot(seen, nudged=True) if seen.size else None
+        before = self._bodies(seen, self._time, nudged=True).snapshot() if seen.size else None
         distant = self._rebased(agents)
         firsts = windows.dirty[agents] - REACH_BACK
         firsts = np.where(distant, np.minimum(firsts, windows.current[agents] - 3), firsts)
@@ -262,16 +243,31 @@ class Controller:
         )
         windows.dirty[agents] = CLEAN
         if before is not None:
-            after = self._snapshot(seen, nudged=False)
-            self._nudges.add(seen, before, after, time=self._time, landings=self._landings(seen))
+            bodies = self._bodies(seen, self._time, nudged=False)
+            self._nudges.add(seen, before, bodies.snapshot(), time=self._time, landings=bodies.landings())
+
+    def _bodies(self, agents: IntArray, time: float, *, nudged: bool) -> Bodies:
+        """Agents at an instant as they are prepared now."""
+        segments, contacts, numbers = self._rows.struck(agents, time)
+        return Bodies(
+            agents=agents,
+            time=time,
+            origins=self._origins[agents],
+            clock=time - self._starts[agents],
+            segments=segments,
+            contacts=contacts,
+            numbers=numbers,
+            library=self._library,
+            rows=self._rows,
+            nudges=self._nudges if nudged else None,
+        )
 
     def _moved(self, agents: IntArray) -> BoolArray:
         """Whose pose at the last instant may change by what is to be prepared."""
-        if not self._rows.numbers[agents, 1].min(initial=0) >= 0:
-            return np.zeros(len(agents), dtype=bool)
         _, _, numbers = self._rows.struck(agents, self._time)
         flying = self._windows.at(self._windows.liftoffs, agents, numbers) <= self._time
-        return numbers + flying >= self._windows.dirty[agents] - 2
+        known = self._rows.numbers[agents, 1] >= 0
+        return known & (numbers + flying >= self._windows.dirty[agents] - 2)
 
     def _rebased(self, agents: IntArray) -> BoolArray:
         """Gives agents that are far from their origins new ones; who did."""
@@ -282,118 +278,6 @@ class Controller:
         distant |= strikes - self._starts[agents] > LONGEST_CLOCK
         self._origins[agents[distant]], self._starts[agents[distant]] = places[distant], strikes[distant]
         return distant
-
-    def _blended(self, agents: IntArray, time: float, *, nudged: bool) -> Poses:
-        """Poses of agents, feet not yet planted."""
-        library = self._library.device
-        rows, _, _ = self._rows.struck(agents, time)
-        poses = self._rows.pose(library, rows, time - self._starts[agents], joints=self._rest.moving)
-        fading = self._nudges.fading(agents, time) if nudged else np.zeros(0, dtype=np.intp)
-        if fading.size:
-            bodies = poses.pelvis_positions, poses.pelvis_rotations, poses.rotations
-            self._nudges.move_bodies(fading, agents[fading], time, bodies)
-        return poses
-
-    def _plant(self, poses: Poses, agents: IntArray, time: float, *, nudged: bool) -> None:
-        """Plants the feet of poses, in place."""
-        _, contacts, _ = self._rows.struck(agents, time)
-        shifts = turns = np.zeros((0, 2, 3), dtype=np.float32)
-        if nudged:
-            shifts, turns = self._nudges.feet(agents, time)
-        clock = (time - self._starts[agents]).astype(np.float32)
-        wp.launch(
-            plant_feet,
-            dim=len(agents),
-            inputs=[
-                self._library.rig.arrays,
-                self._rows.feet,
-                wp.array(contacts.astype(np.int32), dtype=wp.int32, copy=False),
-                wp.array(clock, dtype=wp.float32, copy=False),
-                wp.array(shifts, dtype=wp.vec3f, copy=False),
-                wp.array(turns, dtype=wp.vec3f, copy=False),
-                poses.pelvis_positions,
-                poses.pelvis_rotations,
-                poses.rotations,
-            ],
-        )
-
-    def _roots(self, agents: IntArray, time: float, *, nudged: bool) -> FloatArray:
-        """Roots of agents, x, ground height, z [m] and yaw [rad], shape (N, 4)."""
-        rows, _, _ = self._rows.struck(agents, time)
-        times = np.full(len(agents), time)
-        roots = root_at(self._rows.path(rows), np.arange(len(rows)), times)[:, :4]
-        return roots + self._nudges.roots(agents, time) if nudged else roots
-
-    def _snapshot(self, agents: IntArray, *, nudged: bool) -> Snapshot:
-        """Agents at the last instant, as prepared now."""
-        poses = self._blended(agents, self._time, nudged=nudged)
-        origins = self._origins[agents]
-        positions, rotations = poses.pelvis_positions.numpy() + origins, poses.rotations.numpy().astype(float)
-        rotations[:, self._library.source.biped.pelvis] = poses.pelvis_rotations.numpy()
-        self._plant(poses, agents, self._time, nudged=nudged)
-        feet = pose_feet(self._library.rig, poses)
-        return Snapshot(
-            pelvis_positions=positions,
-            rotations=rotations,
-            balls=feet.balls + origins[:, None],
-            ankles=feet.rotations,
-            roots=self._roots(agents, self._time, nudged=nudged),
-        )
-
-    def _landings(self, agents: IntArray) -> FloatArray:
-        """When feet in the air strike [s], infinite for those that stand, shape (N, 2)."""
-        _, contacts, _ = self._rows.struck(agents, self._time)
-        clock = (self._time - self._starts[agents])[:, None]
-        feet = self._rows.feet
-        swings = feet.liftoffs.numpy()[contacts] <= clock
-        lands = feet.strikes.numpy()[feet.following.numpy()[contacts]] + self._starts[agents][:, None]
-        return np.where(swings, lands, np.inf)
-
-
-class _RestingJoints:
-    """What is the same in every pose of a skeleton, and poses put together with it."""
-
-    def __init__(self, library: PreparedLibrary) -> None:
-        skeleton, self._pelvis = library.source.skeleton, library.source.biped.pelvis
-        self.moving = np.setdiff1d(np.arange(len(skeleton.joints)), [self._pelvis])
-        """Joints but the pelvis."""
-        self._translations = skeleton.rest_translations.astype(np.float32)
-        self._rotations = skeleton.rest_rotations.astype(np.float32)
-        places, turns = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
-        parent = int(skeleton.parents[self._pelvis])
-        self._above = _ancestors(skeleton.parents, self._pelvis)
-        self._place = places[parent] if parent >= 0 else np.zeros(3)
-        self._undo = quaternion.inverse(turns[parent]) if parent >= 0 else np.array([0.0, 0.0, 0.0, 1.0])
-
-    def finish(
-        self, poses: Poses, roots: FloatArray, origins: FloatArray, time: float, halted: BoolArray
-    ) -> CrowdPose:
-        """Poses below their roots (N, 4)."""
-        turn = quaternion.yaw_quaternion(-roots[:, 3])
-        pelvis = quaternion.rotate(turn, poses.pelvis_positions.numpy() + (origins - roots[:, :3]))
-        turned = quaternion.compose(turn, poses.pelvis_rotations.numpy())
-        rotations = poses.rotations.numpy()
-        rotations[:, self._pelvis] = quaternion.compose(self._undo, turned)
-        rotations[:, self._above] = self._rotations[self._above]
-        translations = np.empty((*rotations.shape[:2], 3), dtype=np.float32)
-        translations[:] = self._translations
-        translations[:, self._pelvis] = quaternion.rotate(self._undo, pelvis - self._place)
-        return CrowdPose(
-            time=time,
-            root_positions=roots[:, :3],
-            root_yaws=roots[:, 3],
-            translations=translations,
-            rotations=rotations,
-            halted=halted.copy(),
-        )
-
-
-def _ancestors(parents: IntArray, joint: int) -> list[int]:
-    above = []
-    while parents[joint] >= 0:
-        joint = int(parents[joint])
-        above.append(joint)
-    return above
 
 
 def _aside(yaws: FloatArray, side: int, width: float) -> FloatArray:

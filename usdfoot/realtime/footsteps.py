@@ -44,9 +44,8 @@ class Footsteps:
         return Footsteps(**{name: values[rows] for name, values in vars(self).items()})
 
     def faults(self) -> dict[int, str]:
-        """What is wrong with footsteps, by number: sides other than 0 and 1, values not finite, contacts that take no
-        time."""
-        found = {}
+        """What is wrong with which footstep: its side, a value that is not finite, a contact that takes no time."""
+        found: dict[int, str] = {}
         for name, values in vars(self).items():
             bad = ~np.isfinite(values.reshape(len(self), -1)).all(axis=1)
             found |= {int(row): f"{name} is not a finite number" for row in np.flatnonzero(bad)}

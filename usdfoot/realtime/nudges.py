@@ -80,9 +80,7 @@ class Nudges:
         self._since = np.full(agents, -np.inf)
         self._foot_times = np.full((agents, 2), NUDGE_TIME)
 
-    def add(
-        self, agents: IntArray, before: Snapshot, after: Snapshot, *, time: float, landings: FloatArray
-    ) -> None:
+    def add(self, agents: IntArray, before: Snapshot, after: Snapshot, *, time: float, landings: FloatArray) -> None:
         """Has agents go on from `before` a change instead of from `after` it.
 
         Args:
@@ -102,25 +100,19 @@ class Nudges:
         self._since[agents] = time
         self._foot_times[agents] = np.clip(landings - time, 1e-6, NUDGE_TIME)
 
-    def fading(self, agents: IntArray, time: float) -> IntArray:
-        """Which of the agents have a difference left at `time` [s]."""
-        return np.flatnonzero(time < self._since[agents] + NUDGE_TIME)
-
-    def move_bodies(
-        self,
-        frames: IntArray,
-        agents: IntArray,
-        time: float,
-        bodies: tuple[wp.array, wp.array, wp.array],
-    ) -> None:
-        """Adds the differences of `agents` (K,) to `frames` (K,) of pelvis positions, rotations, and all rotations."""
-        shares = _left(time - self._since[agents], NUDGE_TIME)
+    def move_bodies(self, agents: IntArray, time: float, bodies: tuple[wp.array, wp.array, wp.array]) -> None:
+        """Adds the differences of agents (N,) to pelvis positions, pelvis rotations and all rotations, in place."""
+        frames = np.flatnonzero(time < self._since[agents] + NUDGE_TIME)
+        if not frames.size:
+            return
+        own = agents[frames]
+        shares = _left(time - self._since[own], NUDGE_TIME)
         wp.launch(
             nudge_bodies,
             dim=len(frames),
             inputs=[
                 wp.array(frames.astype(np.int32), dtype=wp.int32, copy=False),
-                wp.array(agents.astype(np.int32), dtype=wp.int32, copy=False),
+                wp.array(own.astype(np.int32), dtype=wp.int32, copy=False),
                 wp.array(shares.astype(np.float32), dtype=wp.float32, copy=False),
                 wp.array(self._shifts, dtype=wp.vec3f, copy=False),
                 wp.array(self._turns, dtype=wp.vec3f, copy=False),

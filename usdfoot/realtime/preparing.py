@@ -9,11 +9,11 @@ import numpy as np
 from usdfoot.engine.animate import PreparedLibrary
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.planting import prepare_planting
-from usdfoot.engine.poses import Setup, device_segments, no_seams
+from usdfoot.engine.poses import Setup, device_segments, no_seams, place_segments
 from usdfoot.engine.root import lay_root
 from usdfoot.engine.seams import measure_seams
 from usdfoot.engine.weights import align_events, reach_footsteps
-from usdfoot.maths.types import FloatArray
+from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.contact_table import lay_on_ground
 from usdfoot.model.ground import Ground
 from usdfoot.realtime.rows import Rows
@@ -49,11 +49,12 @@ def prepare_stretch(
     windows.positions[stretch.places] = setup.contacts.positions
     rows.put_blends(stretch)
     remade = np.flatnonzero(stretch.changed & segments.joined[:-1])
+    arrays = device_segments(setup, stretch.blend)
     if options.seam == "none":
         seams = no_seams(len(segments), len(setup.skeleton.joints))
     else:
-        seams = measure_seams(setup, stretch.blend, seams=remade)
-    source = rows.put_segments(stretch, device_segments(setup, stretch.blend, seams), seams, remade)
+        seams = measure_seams(setup, arrays, seams=remade)
+    source = rows.put_segments(stretch, place_segments(setup, arrays), seams, remade)
     known = rows.known(stretch, source)
     rows.put_feet(stretch, prepare_planting(setup, source, ground, known=known, due=stretch.due))
 
@@ -74,9 +75,7 @@ def _weighed(
     return replace(stretch, setup=setup, blend=blend)
 
 
-def _on_ground(
-    setup: Setup, ground: Ground, rows: FloatArray, planned: FloatArray, options: EngineOptions
-) -> Setup:
+def _on_ground(setup: Setup, ground: Ground, rows: IntArray, planned: FloatArray, options: EngineOptions) -> Setup:
     """The setup with its contacts `rows` on the ground and the root path laid anew."""
     contacts = setup.contacts
     if ground.has_terrain:

@@ -13,7 +13,7 @@ import warp as wp
 
 from usdfoot.engine.clock_kernel import ClockArrays
 from usdfoot.engine.feet import ContactFeet, device_feet, unplanted_feet
-from usdfoot.engine.kernels import LibraryArrays, SegmentArrays
+from usdfoot.engine.kernels import SegmentArrays
 from usdfoot.engine.plant import FootArrays
 from usdfoot.engine.planting import Planting
 from usdfoot.engine.poses import Poses, Seams, Setup, blend_frames
@@ -22,12 +22,12 @@ from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.realtime.tables import Stretch
 from usdfoot.realtime.windows import RING
 
-__all__ = ["Rows", "RowPoses"]
+__all__ = ["RowPoses", "Rows"]
 
 SEAMS = tuple(field.name for field in fields(Seams))
 PATHS = tuple(field.name for field in fields(RootPath))
-LINKS = ("seams_after", "following")
-"""Numbers of other rows."""
+Views = dict[str, np.ndarray]
+"""Arrays of a device struct as the host sees them, by name."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,10 +50,9 @@ class Rows:
 
     Args:
         agents: Number of agents.
-        joints: Of the skeleton.
     """
 
-    def __init__(self, agents: int, joints: int) -> None:
+    def __init__(self, agents: int) -> None:
         self.blends = (
             np.zeros((agents, RING, 4), dtype=np.intp),
             np.zeros((agents, RING, 4)),
@@ -70,7 +69,9 @@ class Rows:
         self._detours = np.zeros((agents, RING, 0, 3))
         self._paths: dict[str, FloatArray] = {}
         self.segments, self.feet = SegmentArrays(), FootArrays()
-        self._joints = joints
+        self._segment_views: Views = {}
+        self._clock_views: Views = {}
+        self._foot_views: Views = {}
 
     def known(self, stretch: Stretch, source: RowPoses) -> Planting | None:
         """What was prepared of a stretch's contacts; None before the first preparation."""
@@ -90,14 +91,15 @@ class Rows:
         places = stretch.owners[segments.supports] * RING + stretch.numbers[segments.supports] % RING
         rows = 2 * places + ~segments.stands
         if not self._paths:
-            self._allocate(arrays, seams, setup)
+            self._allocate(arrays, setup)
         valid = np.flatnonzero(segments.joined[:-1] | (stretch.numbers[segments.supports] == 1))
-        _copy_rows(self.segments, arrays, rows[valid], valid, skipped=(*SEAMS, *LINKS, "clocks"), kind=SegmentArrays)
-        _copy_rows(self.segments.clocks, arrays.clocks, rows[valid], valid, skipped=(), kind=ClockArrays)
-        after = np.where(segments.joined[1:], np.append(rows[1:], 0), len(self.segments.seams_after.numpy()) - 1)
-        self.segments.seams_after.numpy()[rows[valid]] = after[valid]
+        _copy_rows(self._segment_views, arrays, rows[valid], valid, but=(*SEAMS, "seams_after"))
+        _copy_rows(self._clock_views, arrays.clocks, rows[valid], valid, but=())
+        none = 2 * self.stand_ends.size
+        after = np.where(segments.joined[1:], np.append(rows[1:], 0), none)
+        self._segment_views["seams_after"][rows[valid]] = after[valid]
         for name in SEAMS:
-            getattr(self.segments, name).numpy()[rows[remade]] = getattr(seams, name).numpy()[remade]
+            self._segment_views[name][rows[remade]] = getattr(seams, name).numpy()[remade]
         for name in PATHS:
             self._paths[name][rows[valid]] = getattr(setup.path, name)[valid]
         self.stand_ends[stretch.places] = -np.inf
@@ -128,10 +130,10 @@ class Rows:
         arrays = device_feet(stretch.setup, planting.feet, planting.detours)
         owners, numbers = stretch.places
         rows = owners * RING + numbers
-        if self.feet.positions is None:
-            _allocate(self.feet, arrays, self.stand_ends.size, kind=FootArrays, skipped=())
-        _copy_rows(self.feet, arrays, rows, np.arange(len(rows)), skipped=LINKS, kind=FootArrays)
-        self.feet.following.numpy()[rows] = owners * RING + (numbers + 2) % RING
+        if not self._foot_views:
+            self._foot_views = _allocate(self.feet, arrays, self.stand_ends.size, kind=FootArrays, skipped=())
+        _copy_rows(self._foot_views, arrays, rows, np.arange(len(rows)), but=("following",))
+        self._foot_views["following"][rows] = owners * RING + (numbers + 2) % RING
 
     def struck(self, agents: IntArray, time: float) -> tuple[IntArray, IntArray, IntArray]:
         """Where agents are at `time` [s].
@@ -147,24 +149,17 @@ class Rows:
         feet = np.stack([np.where(left, *places), np.where(left, *places[::-1])], axis=1)
         return 2 * (agents * RING + places[0]) + steps, agents[:, None] * RING + feet, latest
 
-    def pose(self, library: LibraryArrays, rows: IntArray, clock: FloatArray, *, joints: IntArray) -> Poses:
-        """Blended poses of segments in `rows` (F,) at times on their agents' clocks [s] (F,)."""
-        return blend_frames(library, self.segments, rows, clock, joints=joints)
-
     def path(self, rows: IntArray) -> RootPath:
         """Root path of the segments in `rows` (F,)."""
         return RootPath(**{name: values[rows] for name, values in self._paths.items()})
 
-    def _allocate(self, arrays: SegmentArrays, seams: Seams, setup: Setup) -> None:
-        """Room for all segments, shaped as those given; the last seam is none."""
-        count = 2 * self.stand_ends.size
-        _allocate(self.segments, arrays, count, kind=SegmentArrays, skipped=(*SEAMS, "clocks"))
-        _allocate(self.segments.clocks, arrays.clocks, count, kind=ClockArrays, skipped=())
+    def _allocate(self, arrays: SegmentArrays, setup: Setup) -> None:
+        """Room for all segments, shaped as those given, and one row more for the seam that is none."""
+        count = 2 * self.stand_ends.size + 1
+        self._segment_views = _allocate(self.segments, arrays, count, kind=SegmentArrays, skipped=())
+        self._clock_views = _allocate(self.segments.clocks, arrays.clocks, count, kind=ClockArrays, skipped=())
         self.segments.clocks.seam_kind = arrays.clocks.seam_kind
-        for name in SEAMS:
-            like = getattr(seams, name)
-            setattr(self.segments, name, wp.zeros((count + 1, *like.shape[1:]), dtype=like.dtype))
-        self._paths = {name: _rows(getattr(setup.path, name), count) for name in PATHS}
+        self._paths = {name: np.zeros((count, *getattr(setup.path, name).shape[1:])) for name in PATHS}
 
 
 def _rings(values: FloatArray, agents: int) -> FloatArray:
@@ -172,24 +167,20 @@ def _rings(values: FloatArray, agents: int) -> FloatArray:
     return np.tile(values[None], (agents, RING, *[1] * (values.ndim - 1)))
 
 
-def _rows(values: FloatArray, count: int) -> FloatArray:
-    return np.zeros((count, *values.shape[1:]))
-
-
-def _allocate(target: object, like: object, count: int, *, kind: wp.struct, skipped: tuple[str, ...]) -> None:
-    """Arrays of `count` rows for every array of a device struct."""
+def _allocate(target: object, like: object, count: int, *, kind: wp.struct, skipped: tuple[str, ...]) -> Views:
+    """Arrays of `count` rows for every array of a device struct; what shows them to the host."""
+    views: Views = {}
     for name in kind.vars:
         values = getattr(like, name)
         if name not in skipped and isinstance(values, wp.array):
-            rows = count + 1 if name in LINKS else count
-            setattr(target, name, wp.zeros((rows, *values.shape[1:]), dtype=values.dtype))
+            rows = wp.zeros((count, *values.shape[1:]), dtype=values.dtype)
+            setattr(target, name, rows)
+            views[name] = rows.numpy()
+    return views
 
 
-def _copy_rows(
-    target: object, source: object, rows: IntArray, chosen: IntArray, *, kind: wp.struct, skipped: tuple[str, ...]
-) -> None:
-    """Rows `chosen` of a device struct's arrays into `rows` of another's."""
-    for name in kind.vars:
-        values = getattr(source, name)
-        if name not in skipped and isinstance(values, wp.array):
-            getattr(target, name).numpy()[rows] = values.numpy()[chosen]
+def _copy_rows(views: Views, source: object, rows: IntArray, chosen: IntArray, *, but: tuple[str, ...]) -> None:
+    """Rows `chosen` of a device struct's arrays, but for some, into `rows` of those shown."""
+    for name, values in views.items():
+        if name not in but:
+            values[rows] = getattr(source, name).numpy()[chosen]
