@@ -102,21 +102,23 @@ def reach_footsteps(
         blend: Of the others.
         reach: Largest distance from blended landing to footstep for each agent [m], shape (A,).
     """
-    count, steps = len(setup.segments), np.flatnonzero(wanted)
+    segments, count, steps = setup.segments, len(setup.segments), np.flatnonzero(wanted)
     limited, moved = np.zeros(count, dtype=bool), np.zeros((count, 2))
     setup, blend, landings = _solve(setup, spaces, steps, blend)
     while True:
         excess = np.zeros((count, 2))
         excess[steps] = beyond_reach(setup, steps, landings.offsets[steps], reach)
         over = wanted & (np.abs(excess).max(axis=1) > 1e-6) & ~limited
-        first = _first_of_agent(setup.segments.agents, over)
+        first = _first_of_agent(segments.agents, over)
         if not first.any():
             break
         limited |= first
         shift = excess * first[:, None]
         moved += shift
         setup = _move_targets(setup, shift)
-        setup, blend, landings = _solve(setup, spaces, steps, blend)
+        again = wanted & np.isin(segments.agents, segments.agents[first])
+        setup, blend, anew = _solve(setup, spaces, np.flatnonzero(again), blend)
+        landings = _merged(landings, anew, again)
     reached = Reached(
         offsets=landings.offsets + moved,
         hull_distances=landings.hull_distances,
@@ -168,6 +170,15 @@ class _Solution:
     time_warps: FloatArray
 
 
+def _merged(solution: _Solution, other: _Solution, rows: BoolArray) -> _Solution:
+    """The solution with the other's values of some segments."""
+    return _Solution(
+        offsets=np.where(rows[:, None], other.offsets, solution.offsets),
+        hull_distances=np.where(rows, other.hull_distances, solution.hull_distances),
+        time_warps=np.where(rows, other.time_warps, solution.time_warps),
+    )
+
+
 def _first_of_agent(agents: IntArray, flags: BoolArray) -> BoolArray:
     """Keeps the first flag of each agent only."""
     rows = np.flatnonzero(flags)
@@ -217,6 +228,8 @@ def place_departures(setup: Setup, blend: StepBlend) -> Setup:
     first = contacts.first[:-1]
     begins = np.searchsorted(segments.supports, first + 1)
     rows = begins[contacts.steps[first] < 0]
+    if not rows.size:
+        return setup
     supports = segments.supports[rows]
     weights, chosen = blend.weights[rows], blend.examples[rows]
     departures = np.sum(weights[..., None] * examples.departures[chosen], axis=1)

@@ -80,25 +80,35 @@ class Nudges:
         self._since = np.full(agents, -np.inf)
         self._foot_times = np.full((agents, 2), NUDGE_TIME)
 
-    def add(self, agents: IntArray, before: Snapshot, after: Snapshot, *, time: float, landings: FloatArray) -> None:
-        """Has agents go on from `before` a change instead of from `after` it.
+    def add_bodies(self, agents: IntArray, before: Snapshot, after: Snapshot, *, time: float) -> None:
+        """Has the bodies of agents go on from `before` a change instead of from `after` it, their feet as they come.
 
         Args:
             agents: Shape (N,).
             before: As they are seen, nudges before included.
             after: Without any nudge.
             time: Of both [s].
-            landings: When their feet are down again, shape (N, 2) [s]; those that stand now, infinite.
         """
         self._shifts[agents] = before.pelvis_positions - after.pelvis_positions
         self._turns[agents] = _turns(before.rotations, after.rotations)
-        self._ball_shifts[agents] = before.balls - after.balls
-        self._foot_turns[agents] = _turns(before.ankles, after.ankles)
         roots = before.roots - after.roots
         roots[:, 3] = planar.wrap_angle(roots[:, 3])
         self._roots[agents] = roots
         self._since[agents] = time
-        self._foot_times[agents] = np.clip(landings - time, 1e-6, NUDGE_TIME)
+        self._ball_shifts[agents] = self._foot_turns[agents] = 0.0
+
+    def add_feet(self, agents: IntArray, before: Snapshot, after: Snapshot, *, landings: FloatArray) -> None:
+        """The same for their feet, `after` with the bodies' nudges.
+
+        Args:
+            agents: Shape (N,).
+            before: As they are seen.
+            after: With the nudges of `add_bodies`.
+            landings: When their feet are down again, shape (N, 2) [s]; those that stand now, infinite.
+        """
+        self._ball_shifts[agents] = before.balls - after.balls
+        self._foot_turns[agents] = _turns(before.ankles, after.ankles)
+        self._foot_times[agents] = np.clip(landings - self._since[agents][:, None], 1e-6, NUDGE_TIME)
 
     def move_bodies(self, agents: IntArray, time: float, bodies: tuple[wp.array, wp.array, wp.array]) -> None:
         """Adds the differences of agents (N,) to pelvis positions, pelvis rotations and all rotations, in place."""

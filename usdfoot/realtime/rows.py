@@ -7,6 +7,7 @@ Contact n of agent a is row a * RING + n % RING of the feet. Of the segments, th
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -77,7 +78,7 @@ class Rows:
         """What was prepared of a stretch's contacts; None before the first preparation."""
         if not self._detours.shape[2]:
             return None
-        feet = {name: values[stretch.places] for name, values in self._feet.items()}
+        feet: dict[str, Any] = {name: values[stretch.places] for name, values in self._feet.items()}
         return Planting(
             layout=stretch.setup, source=source, feet=ContactFeet(**feet), detours=self._detours[stretch.places]
         )

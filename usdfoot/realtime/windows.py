@@ -15,8 +15,10 @@ KEPT = 6
 """Contacts before the current one that are kept: what the poses between now and the next footsteps depend on."""
 FOREVER = 1.0e4
 """How long a body stands that has no footstep to go to [s]."""
-SHORTEST_SWING = 0.2
-"""Least time from a foot's liftoff to its strike [s]."""
+SHORTEST_SWING = 0.25
+"""Least time from a foot's liftoff to its strike if nobody timed its liftoff [s]."""
+QUICKEST_SWING = 0.05
+"""The same if somebody did [s]."""
 SHORTEST_STEP = 0.15
 """Least time from the strike of one foot to that of the other [s]."""
 SHORTEST_CONTACT = 0.08
@@ -178,9 +180,11 @@ class Windows:
         leaving, staying = (agents, (last - 1) % RING), (agents, last % RING)
         earliest = np.maximum(self.strikes[leaving] + SHORTEST_CONTACT, np.where(self.halted[agents], now, -np.inf))
         given, wanted = self.given_liftoffs[leaving], footsteps.strike_times
-        leave = np.where(given > now, given, wanted - self._usual_swing)
-        leave = np.maximum(np.minimum(leave, wanted - SHORTEST_SWING), earliest)
-        strikes = np.maximum(wanted, np.maximum(leave + SHORTEST_SWING, self.strikes[staying] + SHORTEST_STEP))
+        timed = given > now
+        shortest = np.where(timed, QUICKEST_SWING, SHORTEST_SWING)
+        leave = np.where(timed, given, wanted - self._usual_swing)
+        leave = np.maximum(np.minimum(leave, wanted - shortest), earliest)
+        strikes = np.maximum(wanted, np.maximum(leave + shortest, self.strikes[staying] + SHORTEST_STEP))
         kept = self.given_liftoffs[staying]
         known = np.isfinite(kept) & (kept > leave) & (kept < strikes + FOREVER / 2.0)
         kept = np.where(known, kept, strikes + LAST_SUPPORT)
