@@ -35,7 +35,7 @@ FIRST_GAINS = np.array([5.0, 2.2, 1.4])
 """How much the knot after a swing's begin must rise for each sample before it, since the detour begins at zero."""
 
 EASY_SPEED, STEEP_SPEED = 0.5, 1.5
-"""Speeds at which a foot would have to rise or fall: up to the first as it comes, from the second wholly eased [m/s]."""
+"""Speeds at which a foot has to rise or fall: up to the first as it comes, from the second wholly eased [m/s]."""
 
 BLIND_HEIGHT = 0.6
 """Ground higher than this over both prints is not stepped over: a wall or another level [m]."""
