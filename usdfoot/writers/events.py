@@ -19,7 +19,7 @@ from usdfoot.writers.layers import LayerFormat, apply_schemas, author, new_layer
 from usdfoot.writers.paths import relative_asset
 from usdfoot.writers.staging import staged_files
 
-__all__ = ["write_clip_events"]
+__all__ = ["author_events", "write_clip_events"]
 
 
 def write_clip_events(
@@ -66,15 +66,20 @@ def write_clip_events(
         apply_schemas(prim, [tokens.Schema.CLIP])
         if path in styles:
             author(prim, tokens.Clip.STYLE, Sdf.ValueTypeNames.Token, styles[path], uniform=True)
-        for side in (0, 1):
-            foot = clip_contacts[side]
-            begun = np.isfinite(foot.strike_times)
-            _author_times(prim, tokens.Clip.STRIKE_TIMES[side], foot.strike_times, info.units)
-            _author_times(prim, tokens.Clip.FLAT_TIMES[side], foot.flat_times[begun], info.units)
-            _author_times(prim, tokens.Clip.LIFTOFF_TIMES[side], foot.liftoff_times, info.units)
+        author_events(prim, clip_contacts, info.units)
     with staged_files(target.parent) as files:
         files.add_layer(target.name, layer)
     return target
+
+
+def author_events(prim: Sdf.PrimSpec, contacts: Contacts, units: StageUnits) -> None:
+    """Strike, flat and liftoff times of both feet as UsdfootClipAPI attributes, those within the clip."""
+    for side in (0, 1):
+        foot = contacts[side]
+        begun = np.isfinite(foot.strike_times)
+        _author_times(prim, tokens.Clip.STRIKE_TIMES[side], foot.strike_times, units)
+        _author_times(prim, tokens.Clip.FLAT_TIMES[side], foot.flat_times[begun], units)
+        _author_times(prim, tokens.Clip.LIFTOFF_TIMES[side], foot.liftoff_times, units)
 
 
 def _author_times(prim: Sdf.PrimSpec, name: str, times: FloatArray, units: StageUnits) -> None:
