@@ -12,8 +12,9 @@ __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
 NAME = "retarget"
 HELP = "put clips of one rig on a character of another"
 DESCRIPTION = (
-    "Puts all clips of a USD file on another character and keeps their feet on the ground: limbs keep their directions, "
-    "steps are scaled by the length of the legs. Joints correspond by their names and the shape of the hierarchy."
+    "Puts all clips of a USD file on another character and keeps their feet on the ground: limbs keep their "
+    "directions, steps are scaled by the length of the legs. Joints correspond by their names and by the shape of the "
+    "hierarchy."
 )
 EPILOG = """\
 example:

@@ -16,7 +16,7 @@ from usdfoot.model.clip import Clip
 from usdfoot.model.contacts import Contacts
 from usdfoot.model.skeleton import forward_kinematics
 from usdfoot.retarget.evidence import find_evidence
-from usdfoot.retarget.feet import ball_goals, largest_slide, measure_sizes
+from usdfoot.retarget.feet import ball_goals, hip_goals, largest_slide, measure_sizes
 from usdfoot.retarget.frames import build_frames
 from usdfoot.retarget.legs import legs_of, lowering
 from usdfoot.retarget.poses import world_poses
@@ -78,7 +78,10 @@ def retarget_clips(
     Returns:
         One for each clip, or the error of one whose authored events are out of order.
     """
-    worlds = world_clips(clips, source.skeleton, source.biped)
+    worlds = [
+        world if isinstance(world, ClipError) else _with_own_samples(world, clip)
+        for world, clip in zip(world_clips(clips, source.skeleton, source.biped), clips, strict=True)
+    ]
     usable = [world for world in worlds if not isinstance(world, ClipError)]
     planted = not same_legs(source, target) if plant is None else plant
     done = iter(_retarget(source, usable, target, plant=planted) if usable else [])
@@ -94,8 +97,7 @@ def _retarget(source: Rig, worlds: Sequence[WorldClip], target: Rig, *, plant: b
     frames = build_frames(source, target, find_evidence(source, poses))
     sizes = measure_sizes(source, target, frames, poses)
     wanted = transfer_rotations(source, target, frames, poses.turns)
-    scales = sizes.scales[poses.runs.owners][:, None]
-    centres = scales * poses.places[:, list(source.biped.hips)].mean(axis=1) + sizes.hip_rise * UP
+    centres = hip_goals(source, poses, sizes)
     _, around, _ = pose_target(target, wanted, np.zeros_like(centres))
     pelvis = centres - around[:, list(target.biped.hips)].mean(axis=1)
     legs = legs_of(target, around + pelvis[:, None])
@@ -128,10 +130,24 @@ def _retarget(source: Rig, worlds: Sequence[WorldClip], target: Rig, *, plant: b
     return results
 
 
+def _own_samples(world: WorldClip, clip: Clip) -> slice:
+    """The clip's own samples in its world clip, which has a loop three times."""
+    first = round((clip.start_time - world.clip.start_time) * clip.rate)
+    return slice(first, first + len(clip.rotations))
+
+
+def _with_own_samples(world: WorldClip, clip: Clip) -> WorldClip:
+    """The world clip with the last sample of a loop as it is, not as the loop closes best."""
+    if world.root_motion.in_place:
+        return world
+    own, translations, rotations = _own_samples(world, clip), world.clip.translations.copy(), world.clip.rotations.copy()
+    translations[own], rotations[own] = clip.translations, clip.rotations
+    return replace(world, clip=replace(world.clip, translations=translations, rotations=rotations))
+
+
 def _as_sampled(result: _WorldResult, world: WorldClip, clip: Clip, source: Rig, target: Rig) -> RetargetedClip:
     """The samples that the clip has, in place again if it runs in place."""
-    first = round((clip.start_time - world.clip.start_time) * clip.rate)
-    own = slice(first, first + len(clip.rotations))
+    own = _own_samples(world, clip)
     pelvis, turns = result.pelvis[own], result.pelvis_turns[own]
     if world.root_motion.in_place:
         root = int(np.flatnonzero(source.skeleton.parents < 0)[0])

@@ -15,10 +15,12 @@ from usdfoot.retarget.frames import Frames
 from usdfoot.retarget.poses import WorldPoses
 from usdfoot.retarget.rig import Rig
 
-__all__ = ["FootShape", "Sizes", "ball_goals", "largest_slide", "measure_sizes"]
+__all__ = ["FootShape", "Sizes", "ball_goals", "hip_goals", "largest_slide", "measure_sizes"]
 
 SIDES = (0, 1)
 UP = np.array([0.0, 1.0, 0.0])
+HIP_WIDTHS = 0.05
+"""Hips narrower or wider than the source's by less, as a part of the leg, stand over feet as far apart."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,9 +49,13 @@ class Sizes:
     feet: tuple[FootShape, FootShape]
     """Of the target."""
     hip_rise: float
-    """What the target's ankles are higher than the source's in its size, added to the hips' height [m]."""
+    """How much higher the target's ankles are than the source's in its size, and so its hips [m]."""
+    hip_lag: float
+    """How much farther its ankles are behind the balls, and so its hips [m]."""
     ball_rises: FloatArray
     """The same of the balls, shape (2,) [m]."""
+    spread: float
+    """How much farther out each foot stands than the source's in the target's size [m]."""
 
 
 def measure_sizes(source: Rig, target: Rig, frames: tuple[Frames, Frames], poses: WorldPoses) -> Sizes:
@@ -57,13 +63,26 @@ def measure_sizes(source: Rig, target: Rig, frames: tuple[Frames, Frames], poses
     own, leg = (rest_leg_length(rig.skeleton, rig.biped) for rig in (source, target))
     before, feet = _feet(source, frames[0]), _feet(target, frames[1])
     rises = [to.ankle_height - leg / own * at.ankle_height for at, to in zip(before, feet, strict=True)]
+    lags = [to.ball[2] - leg / own * at.ball[2] for at, to in zip(before, feet, strict=True)]
     ball_rises = [to.ball_height - leg / own * at.ball_height for at, to in zip(before, feet, strict=True)]
     return Sizes(
         scales=np.array([leg / world.leg_length for world in poses.worlds]),
         feet=feet,
         hip_rise=float(np.mean(rises)),
+        hip_lag=float(np.mean(lags)),
         ball_rises=np.array(ball_rises),
+        spread=_spread(_hip_width(target) - leg / own * _hip_width(source), HIP_WIDTHS * leg),
     )
+
+
+def _hip_width(rig: Rig) -> float:
+    """From each hip to the middle of the body [m]."""
+    return 0.5 * float(np.linalg.norm(rig.place(rig.biped.hips[0]) - rig.place(rig.biped.hips[1])))
+
+
+def _spread(difference: float, negligible: float) -> float:
+    """The difference less what is negligible, towards 0."""
+    return float(np.sign(difference)) * max(abs(difference) - negligible, 0.0)
 
 
 def _feet(rig: Rig, frames: Frames) -> tuple[FootShape, FootShape]:
@@ -77,6 +96,15 @@ def _feet(rig: Rig, frames: Frames) -> tuple[FootShape, FootShape]:
         heel = np.array([0.0, across[1] - height, float(heels_ahead(across[2], -across[1], np.array(height)))])
         shapes.append(FootShape(ball=across, heel=heel, ball_height=height))
     return shapes[0], shapes[1]
+
+
+def hip_goals(source: Rig, poses: WorldPoses, sizes: Sizes) -> FloatArray:
+    """Where the middle between the target's hips has to be [m], shape (N, 3)."""
+    scale = sizes.scales[poses.runs.owners][:, None]
+    left = _outward(source, poses)[:, 0]
+    ahead = np.stack([-left[:, 2], left[:, 1], left[:, 0]], axis=1)
+    middle = poses.places[:, list(source.biped.hips)].mean(axis=1)
+    return scale * middle + sizes.hip_rise * UP - sizes.hip_lag * ahead
 
 
 def ball_goals(source: Rig, poses: WorldPoses, feet: FloatArray, sizes: Sizes, *, plant: bool) -> FloatArray:
@@ -93,12 +121,25 @@ def ball_goals(source: Rig, poses: WorldPoses, feet: FloatArray, sizes: Sizes, *
     balls = scale * poses.places[:, list(source.biped.balls)] + sizes.ball_rises[:, None] * UP
     if not plant:
         return balls
+    outward = sizes.spread * _outward(source, poses)
+    balls += outward
     for world, own, size in zip(poses.worlds, poses.samples, sizes.scales, strict=True):
+        times = world.clip.times
         for side in SIDES:
             contacts = world.contacts[side]
-            scaled = replace(contacts, positions=size * contacts.positions)
-            balls[own, side] = _led(world.clip.times, balls[own, side], feet[own, side], scaled, sizes.feet[side])
+            middles = 0.5 * (np.maximum(contacts.flat_times, times[0]) + np.minimum(contacts.liftoff_times, times[-1]))
+            places = size * contacts.positions + _points_at(times, outward[own, side], middles)
+            scaled = replace(contacts, positions=places)
+            balls[own, side] = _led(times, balls[own, side], feet[own, side], scaled, sizes.feet[side])
     return balls
+
+
+def _outward(source: Rig, poses: WorldPoses) -> FloatArray:
+    """Level unit vectors from the middle of the body to each side, shape (N, 2, 3)."""
+    hips = poses.places[:, list(source.biped.hips)]
+    left = (hips[:, 0] - hips[:, 1]) * np.array([1.0, 0.0, 1.0])
+    left = left / np.maximum(np.linalg.norm(left, axis=1, keepdims=True), 1e-9)
+    return np.stack([left, -left], axis=1)
 
 
 def _led(

@@ -12,6 +12,7 @@ import numpy as np
 
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
+from usdfoot.retarget.counterparts import find_counterparts
 from usdfoot.retarget.evidence import Evidence
 from usdfoot.retarget.limb_frames import arm_frames, foot_frames, frame_of_axes, leg_frames
 from usdfoot.retarget.rig import Rig
@@ -43,6 +44,9 @@ def build_frames(source: Rig, target: Rig, evidence: Evidence) -> tuple[Frames, 
         for found in parts:
             for own, more in zip(worlds, found, strict=True):
                 own |= more
+    for joint, partner in find_counterparts(source, target)[1].items():  # parents first; at rest they are alike
+        worlds[0][partner] = worlds[0][int(source.skeleton.parents[partner])]
+        worlds[1][joint] = worlds[1][int(target.skeleton.parents[joint])]
     frames = [
         {joint: quaternion.compose(quaternion.inverse(rig.turn(joint)), frame) for joint, frame in own.items()}
         for rig, own in zip((source, target), worlds, strict=True)

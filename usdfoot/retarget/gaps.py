@@ -5,6 +5,7 @@ from __future__ import annotations
 from usdfoot.analysis.body import Arm
 from usdfoot.analysis.joint_words import ancestors, is_helper
 from usdfoot.model.biped import SIDES
+from usdfoot.retarget.counterparts import find_counterparts
 from usdfoot.retarget.rig import Rig
 
 __all__ = ["find_gaps"]
@@ -16,7 +17,7 @@ def find_gaps(source: Rig, target: Rig) -> tuple[str, ...]:
     """Sentences about the source's parts that move nothing, and the target's joints that keep their rest pose."""
     parts = zip(_parts(source).items(), _parts(target).values(), strict=True)
     lost = [part for (part, own), other in parts if own and not other]
-    moved = {target.biped.pelvis, *target.biped.hips, *target.biped.knees, *target.biped.ankles, *target.biped.balls}
+    moved = {joint for counterparts in find_counterparts(source, target) for joint in counterparts}
     for own, other in zip(_parts(source).values(), _parts(target).values(), strict=True):
         moved |= set(other) if own else set()
     still = [

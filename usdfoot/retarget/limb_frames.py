@@ -72,9 +72,14 @@ def leg_frames(
 def arm_frames(
     source: Rig, target: Rig, evidence: Evidence, side: int
 ) -> tuple[dict[int, FloatArray], dict[int, FloatArray]]:
-    """The same of upper arm, lower arm and hand. Elbows of spread arms bend forward; resting wrists are straight."""
+    """The same of upper arm, lower arm and hand.
+
+    Elbows of spread arms bend forward. Resting wrists are straight and not turned: palms of spread arms look down,
+    those of hanging arms at the body, whatever axis the elbow has.
+    """
     limbs = []
     outward = np.array([1.0 if side == 0 else -1.0, 0.0, 0.0])
+    down = np.cross(outward, [0.0, 0.0, 1.0])  # up on the right, where hinges are the other way round
     for rig in (source, target):
         arm = rig.body.arms[side]
         if arm is None:
@@ -82,14 +87,16 @@ def arm_frames(
         first = rig.direction(arm.upper, arm.lower)
         second = rig.direction(arm.lower, arm.hand) if arm.hand is not None else first
         bones = np.stack([first, second if second.any() else first])
-        usual = _swung(outward, first, np.cross(outward, [0.0, 0.0, 1.0]))
+        usual = _swung(outward, first, down)
         limbs.append(_Limb(rig=rig, joints=(arm.upper, arm.lower), bones=bones, usual=usual))
     frames = _limb_frames(limbs[0], limbs[1], evidence.hinges.get(limbs[0].joints[0]))
     found = []
     for limb, own in zip(limbs, frames, strict=True):
         arm = limb.rig.body.arms[side]
-        hand = {arm.hand: own[1]} if arm is not None and arm.hand is not None else {}
-        found.append(dict(zip(limb.joints, own, strict=True)) | hand)
+        found.append(dict(zip(limb.joints, own, strict=True)))
+        if arm is not None and arm.hand is not None:
+            palm = _swung(outward, limb.bones[1], down)
+            found[-1][arm.hand] = frame_of_axes(limb.bones[1], palm, keep="y")
     return found[0], found[1]
 
 

@@ -2,16 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
+from usdfoot.retarget.counterparts import find_counterparts
 from usdfoot.retarget.frames import Frames
 from usdfoot.retarget.rig import Rig
 
 __all__ = ["pose_target", "transfer_rotations"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Chain:
+    """Joints of a rig that bend as one: trunk, neck or a collar."""
+
+    joints: tuple[int, ...]
+    start: int
+    """The joint they hang on."""
+    places: FloatArray
+    """How far along the chain each joint lies, by length, the last one at 1; shape (K,)."""
 
 
 def transfer_rotations(
@@ -28,58 +41,46 @@ def transfer_rotations(
         frames: Anatomical frames of both.
         turns: World rotations of the source's joints, shape (N, J, 4).
     """
-    bodies = source.body, target.body
     meaning = {joint: quaternion.compose(turns[:, joint], frame) for joint, frame in frames[0].items()}
-    pelvis = meaning[source.biped.pelvis]
-    wanted = {target.biped.pelvis: pelvis}
-    chest = meaning[bodies[0].trunk[-1]] if bodies[0].trunk else pelvis
-    chains = [(bodies[0].trunk, bodies[1].trunk, pelvis), (bodies[0].neck, bodies[1].neck, chest)]
-    bases = [(source.biped.pelvis, target.biped.pelvis), _chests(source, target)]
-    for side in (0, 1):
-        for pair in ("hips", "knees", "ankles", "balls"):
-            wanted[getattr(target.biped, pair)[side]] = meaning[getattr(source.biped, pair)[side]]
-        arms = bodies[0].arms[side], bodies[1].arms[side]
-        if arms[0] is not None and arms[1] is not None:
-            wanted |= {arms[1].upper: meaning[arms[0].upper], arms[1].lower: meaning[arms[0].lower]}
-            if arms[0].hand is not None and arms[1].hand is not None:
-                wanted[arms[1].hand] = meaning[arms[0].hand]
-            chains.append((arms[0].collar, arms[1].collar, chest))
-            bases.append(_chests(source, target))
-    for (own, other, base), (start, other_start) in zip(chains, bases, strict=True):
-        places = _places_along(source, own, start), _places_along(target, other, other_start)
-        nodes = [base, *(meaning[joint] for joint in own)]
-        if own:
-            wanted |= dict(zip(other, _spread(np.concatenate([[0.0], places[0]]), nodes, places[1]), strict=True))
+    limbs, named = find_counterparts(source, target)
+    wanted = {joint: meaning[partner] for joint, partner in (limbs | named).items()}
+    for own, other in zip(_chains(source), _chains(target), strict=True):
+        if own.joints:
+            wanted |= _spread(own, other, meaning)
     return {
         joint: quaternion.compose(rotation, quaternion.inverse(frames[1][joint])) for joint, rotation in wanted.items()
     }
 
 
-def _chests(source: Rig, target: Rig) -> tuple[int, int]:
-    """The joints that carry neck and arms."""
-    first, second = (rig.body.trunk[-1] if rig.body.trunk else rig.biped.pelvis for rig in (source, target))
-    return first, second
+def _chains(rig: Rig) -> list[_Chain]:
+    """Trunk, neck and both collars of a rig, without joints where it has none."""
+    body = rig.body
+    chest = body.trunk[-1] if body.trunk else rig.biped.pelvis
+    collars = [() if arm is None else arm.collar for arm in body.arms]
+    return [
+        _chain(rig, rig.biped.pelvis, body.trunk),
+        *(_chain(rig, chest, joints) for joints in (body.neck, *collars)),
+    ]
 
 
-def _places_along(rig: Rig, chain: Sequence[int], start: int) -> FloatArray:
-    """How far along its chain each joint lies, by length, the last one at 1; shape (K,)."""
-    places = rig.reference.places[[start, *chain]]
-    lengths = np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))
-    return lengths / lengths[-1] if len(chain) and lengths[-1] > 1e-9 else np.ones(len(chain))
+def _chain(rig: Rig, start: int, joints: Sequence[int]) -> _Chain:
+    lengths = np.cumsum(np.linalg.norm(np.diff(rig.reference.places[[start, *joints]], axis=0), axis=1))
+    places = lengths / lengths[-1] if len(joints) and lengths[-1] > 1e-9 else np.ones(len(joints))
+    return _Chain(joints=tuple(joints), start=start, places=places)
 
 
-def _spread(places: FloatArray, nodes: Sequence[FloatArray], wanted: FloatArray) -> list[FloatArray]:
-    """Rotations (N, 4) at places (M,) of a chain on which they are known at places (K,), increasing."""
-    found = []
-    for place in wanted:
-        before = min(int(np.searchsorted(places, place + 1e-9, side="right")) - 1, len(places) - 1)
-        after = min(before + 1, len(places) - 1)
-        fraction = (place - places[before]) / max(places[after] - places[before], 1e-9)
-        if fraction < 1e-6:
-            found.append(nodes[before])
-        else:
-            found.append(quaternion.slerp(nodes[before], nodes[after], np.array(fraction)))
-    return found
+def _spread(source: _Chain, target: _Chain, meaning: Mapping[int, FloatArray]) -> dict[int, FloatArray]:
+    """Rotations (N, 4) of the target's joints, interpolated between those of the source's before and after them."""
+    nodes = [meaning[joint] for joint in (source.start, *source.joints)]
+    places = np.concatenate([[0.0], source.places])
+    spread = {}
+    for joint, place in zip(target.joints, target.places.tolist(), strict=True):
+        before = int(np.searchsorted(places, place + 1e-9, side="right")) - 1
+        after = min(before + 1, len(nodes) - 1)
+        part = (place - places[before]) / max(places[after] - places[before], 1e-9)
+        exact = part < 1e-6
+        spread[joint] = nodes[before] if exact else quaternion.slerp(nodes[before], nodes[after], np.array(part))
+    return spread
 
 
 def pose_target(
