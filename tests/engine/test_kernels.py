@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import warp as wp
 from numpy.testing import assert_allclose
 
 from tests.engine.plans import way
-from tests.engine.synthesis import synthesise
+from tests.engine.synthesis import slow_phases, synthesise
+from usdfoot.engine.clock_kernel import read_clocks
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.poses import device_segments, pose_feet, pose_frames
-from usdfoot.engine.segments import phases_at
 from usdfoot.maths import quaternion
 from usdfoot.model.examples import LIFTOFF_PHASES
 from usdfoot.model.skeleton import forward_kinematics
@@ -33,9 +34,20 @@ def frames(made):
     shares = np.tile(np.linspace(0.0, 1.0, SEGMENT_TIMES), len(setup.segments))
     begins, ends = setup.segments.begins[rows], setup.segments.ends[rows]
     times = begins + shares * (ends - begins)
-    poses = pose_frames(setup, made.blend, device_segments(setup, made.blend), rows, times, joints=joints)
-    samples = phases_at(setup.segments, rows, times) * (setup.examples.rotations.shape[1] - 1)
+    poses = pose_frames(setup, device_segments(setup, made.blend), rows, times, joints=joints)
+    samples = slow_phases(setup.segments, rows, times) * (setup.examples.rotations.shape[1] - 1)
     return rows, times, samples, poses
+
+
+def clock_samples(setup, blend, rows: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Samples of the examples that the kernel reads at instants of segments."""
+    count, last = len(rows), float(setup.examples.rotations.shape[1] - 1)
+    numbers = [wp.empty(count, dtype=wp.float32) for _ in range(3)]
+    windows = [wp.empty(count, dtype=wp.vec4f) for _ in range(2)]
+    clock = wp.array(times - setup.contacts.starts[setup.segments.agents[rows]], dtype=wp.float64)
+    inputs = [device_segments(setup, blend).clocks, wp.array(rows.astype(np.int32), dtype=wp.int32), clock, last]
+    wp.launch(read_clocks, dim=count, inputs=inputs, outputs=[*numbers, *windows])
+    return numbers[0].numpy()
 
 
 def naive_blend(rotations: np.ndarray, examples: np.ndarray, weights: np.ndarray, sample: float) -> np.ndarray:
@@ -146,3 +158,18 @@ def test_weights_are_a_partition_heaviest_first(made):
     assert_allclose(weights.sum(axis=1), 1.0, atol=1e-12)
     assert weights.min() >= 0.0
     assert np.all(weights[:, 0] >= weights.max(axis=1) - 1e-12)
+
+
+def test_samples_rise_from_strike_to_strike_as_pchip_and_straight_pieces_say(made):
+    setup, segments = made.setup, made.setup.segments
+    rows = np.repeat(np.arange(len(segments)), 50)
+    times = (
+        segments.begins[rows]
+        + np.tile(np.linspace(0.0, 1.0, 50), len(segments)) * (segments.ends - segments.begins)[rows]
+    )
+    samples = clock_samples(setup, made.blend, rows, times)
+    last = setup.examples.rotations.shape[1] - 1
+    assert_allclose(samples, last * slow_phases(segments, rows, times), atol=1e-4)
+    rising = samples.reshape(len(segments), 50)
+    assert np.all(np.diff(rising, axis=1) > 0.0)
+    assert_allclose(rising[:, -1], last, rtol=1e-6)

@@ -33,7 +33,7 @@ def poses_beside(library, plan, seam: str):
     rows = np.repeat(np.stack([seams - 1, seams], axis=1), 3, axis=1)
     times = setup.segments.begins[seams][:, None] + PROBE * np.array([-2.0, -1.0, 0.0, 0.0, 1.0, 2.0])
     arrays = device_segments(setup, blend, measure_seams(setup, blend) if seam != "none" else None)
-    poses = pose_frames(setup, blend, arrays, rows.ravel(), times.ravel(), joints=joints)
+    poses = pose_frames(setup, arrays, rows.ravel(), times.ravel(), joints=joints)
     rotations = poses.rotations.numpy().reshape(len(seams), 6, len(joints), 4).astype(float)
     pelvis = setup.library.pelvis
     rotations[:, :, pelvis] = poses.pelvis_rotations.numpy().reshape(len(seams), 6, 4)

@@ -12,7 +12,7 @@ from tests.engine.walkers import WALKS, library_of
 from tests.strategies import footstep_plans
 from usdfoot.engine.animate import animate_crowd, prepare_library
 from usdfoot.engine.options import EngineOptions
-from usdfoot.engine.segments import cut_segments, phases_at
+from usdfoot.engine.segments import cut_segments
 from usdfoot.errors import ClipError, UsdfootError
 from usdfoot.maths import planar
 from usdfoot.maths.timeline import locate
@@ -53,19 +53,6 @@ def test_segments_partition_the_time_of_the_plan(plan):
     assert_allclose(segments.begins[1:], segments.ends[:-1])
     assert np.all(segments.ends > segments.begins)
     assert np.all(np.diff(segments.knot_times, axis=1) > 0.0)
-
-
-@given(plan=footstep_plans(smallest=3))
-def test_phases_rise_from_strike_to_strike(plan):
-    segments = cut_segments(lay_contacts([plan]), EngineOptions())
-    rows = np.repeat(np.arange(len(segments)), 50)
-    shares = np.tile(np.linspace(0.0, 1.0, 50), len(segments))
-    times = segments.begins[rows] + shares * (segments.ends - segments.begins)[rows]
-    phases = phases_at(segments, rows, times).reshape(len(segments), 50)
-    assert np.all(np.diff(phases, axis=1) > 0.0)
-    assert_allclose(phases[~segments.stands, -1], 1.0, atol=1e-9)
-    whole = ~segments.stands & (segments.begins == segments.knot_times[:, 0])
-    assert_allclose(phases[whole, 0], 0.0, atol=1e-9)
 
 
 def test_agents_keep_their_own_contacts():

@@ -72,7 +72,7 @@ def test_events_read_back_and_can_be_corrected(clips, tmp_path, suffix):
 
 
 def test_messages(clips, tmp_path, stages):
-    with pytest.raises(OutputError, match="would replace a layer of the clips"):
+    with pytest.raises(OutputError, match="would replace a layer of the input"):
         analyze(clips, output=clips)
     with pytest.raises(OutputError, match=r"is not a USD file name. end it with \.usd"):
         analyze(clips, output=tmp_path / "events.txt")

@@ -28,8 +28,8 @@ def frame_times(library: ClipLibrary, joints: int, *, agents: int = 40, frames: 
     """Microseconds per agent-frame with four clips blended.
 
     Returns:
-        By part: "blend, place" (all joints and the pelvis), "plant" (both legs by IK), "warp" (times to phases, seams'
-        windows, root, heading), and "frame" for all of it.
+        By part: "warp, blend, place" (times to phases and headings, all joints and the pelvis), "plant" (both legs by
+        IK), and "frame" for all of it.
     """
     options = EngineOptions()
     resized = with_joints(library, joints)
@@ -40,12 +40,11 @@ def frame_times(library: ClipLibrary, joints: int, *, agents: int = 40, frames: 
     count = len(laid.times) / 1e6
     whole = best_time(lambda: plant_frames(steps.planting, laid)) / count
     moving = np.delete(np.arange(joints), steps.setup.library.pelvis)
-    posing = function_times(lambda: _pose(steps, laid, moving), ("pose_frames", "launch"))
+    posing = best_time(lambda: _pose(steps, laid, moving)) / count
     plant = _plant_time(steps, laid, moving) / count
     return {
-        "blend, place": posing["launch"] / count,
+        "warp, blend, place": posing,
         "plant": plant,
-        "warp": (posing["pose_frames"] - posing["launch"]) / count,
         "frame": whole,
     }
 
@@ -62,7 +61,7 @@ def _four_clips(library: PreparedLibrary, steps: PreparedSteps) -> PreparedSteps
         same = np.flatnonzero(sides == library.examples.swing_sides[first])
         chosen[row] = same[(int(np.searchsorted(same, first)) + np.arange(4)) % len(same)]
     blend = replace(steps.blend, examples=chosen, weights=np.tile(WEIGHTS, (len(chosen), 1)))
-    source = ClipPoses(setup=steps.setup, blend=blend, arrays=device_segments(steps.setup, blend))
+    source = ClipPoses(setup=steps.setup, arrays=device_segments(steps.setup, blend))
     return replace(steps, blend=blend, planting=replace(steps.planting, source=source))
 
 

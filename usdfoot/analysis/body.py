@@ -67,8 +67,8 @@ def find_body(skeleton: Skeleton, biped: Biped, places: FloatArray) -> Body:
         way = skeleton.chain(biped.pelvis, branch)[1:]
     else:
         way = shape.spine
-    necks = [index for index, joint in enumerate(way) if is_neck(skeleton.joints[joint])]
-    trunk = way[: necks[0]] if necks else way
+    names = [skeleton.joints[joint] for joint in way]
+    trunk = way[: next((index for index, name in enumerate(names) if is_neck(name) or is_head(name)), len(way))]
     chest = trunk[-1] if trunk else biped.pelvis
     return Body(
         trunk=trunk,

@@ -85,9 +85,22 @@ def time_steps(distances: FloatArray, rule: TimingRule) -> StepTiming:
     threshold = rule.flight_distance / size or np.sqrt(60.0 * rule.walk_ratio * np.sqrt(0.5) * froude_speed)
     flies = lengths > threshold
     times = np.where(flies, running, walking)
-    speeds = lengths / times / froude_speed
+    overlaps = times * _overlap_shares(lengths / times / froude_speed, flies)
+    return StepTiming(step_times=clock * times, overlaps=clock * overlaps)
+
+
+def _overlap_shares(speeds: FloatArray, flies: BoolArray) -> FloatArray:
+    """Double support over step time at speeds over sqrt(gravity leg length), negative where steps fly, shape (S,)."""
     stance = np.where(flies, np.clip(0.54 - 0.14 * speeds, 0.2, 0.45), np.clip(0.715 - 0.23 * speeds, 0.53, 0.7))
-    return StepTiming(step_times=clock * times, overlaps=clock * (2.0 * stance - 1.0) * times)
+    return 2.0 * stance - 1.0
+
+
+def _at_speed(distances: FloatArray, steps: StepTiming, speed: float, rule: TimingRule) -> StepTiming:
+    """The steps with all times stretched alike, so that their mean speed is as given [m/s]."""
+    times = steps.step_times * (distances.sum() / speed / steps.step_times.sum())
+    speeds = distances / times / np.sqrt(rule.gravity * rule.leg_length)
+    flies = distances > rule.flight_distance if rule.flight_distance else speeds**2 > 0.5
+    return StepTiming(step_times=times, overlaps=times * _overlap_shares(speeds, flies))
 
 
 def _with_run_ups(distances: FloatArray, steps: StepTiming, rule: TimingRule) -> StepTiming:
@@ -110,6 +123,7 @@ def time_footsteps(
     positions: FloatArray,
     rule: TimingRule | None = None,
     *,
+    speed: float = 0.0,
     start_time: float = 0.0,
     starts_standing: bool = False,
     ends_standing: bool = False,
@@ -119,12 +133,14 @@ def time_footsteps(
     Args:
         positions: Prints in order, left and right in turn [m], shape (N, 3).
         rule: Proportions and constants.
+        speed: Mean of all steps [m/s]; 0 = as fast as such steps are.
         start_time: Of the first strike [s].
         starts_standing: Both first feet strike together.
         ends_standing: Both last feet lift off together.
 
     Raises:
-        PlanError: If there are fewer than two prints or their positions are not finite.
+        PlanError: If there are fewer than two prints, their positions are not finite, or all are in one place though
+            they have a speed.
     """
     positions = np.asarray(positions, dtype=float)
     if positions.ndim != 2 or positions.shape[1] != 3 or len(positions) < 2:
@@ -134,6 +150,10 @@ def time_footsteps(
     rule = rule or TimingRule()
     distances = np.linalg.norm(np.diff(positions, axis=0), axis=1)
     steps = _with_run_ups(distances, time_steps(distances, rule), rule)
+    if speed:
+        if not distances.any():
+            raise PlanError("footprints", "are all in one place", "time them without a speed")
+        steps = _at_speed(distances, steps, speed, rule)
     step_times = steps.step_times.copy()
     overlaps = steps.overlaps.copy()
     if starts_standing:

@@ -190,6 +190,20 @@ class Prim:
     ANIMS: Final = "/Crowd/Anims"
 
 
+class Overlay:
+    """What is drawn over a crowd: its root, and properties that no schema declares."""
+
+    ROOT: Final = "/__usdfoot"
+    AGENTS: Final = "usdfoot:overlay:agents"
+    """On the root: names of the agents drawn."""
+    OWNERS: Final = "usdfoot:overlay:owners"
+    """On a part: index into `AGENTS` of each instance or line."""
+    FOOTSTEPS: Final = "usdfoot:overlay:footsteps"
+    """On a part: number of each instance's footstep in its plan, -1 = none in particular."""
+    NOTES: Final = "usdfoot:overlay:scale"
+    """Prefix of the root's numbers that say which length stands for what."""
+
+
 class File:
     """Names of the files in the output folder."""
 

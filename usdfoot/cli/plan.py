@@ -5,7 +5,16 @@ from __future__ import annotations
 import argparse
 from types import ModuleType
 
-from usdfoot.cli import plan_crowd, plan_lint, plan_path, plan_scenario, plan_stones, plan_trajectories, plan_wander
+from usdfoot.cli import (
+    plan_crowd,
+    plan_lint,
+    plan_path,
+    plan_scenario,
+    plan_stones,
+    plan_timing,
+    plan_trajectories,
+    plan_wander,
+)
 from usdfoot.cli.verbs import add_verb
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "PLANNERS", "add_arguments"]
@@ -27,6 +36,7 @@ PLANNERS: tuple[ModuleType, ...] = (
     plan_wander,
     plan_stones,
     plan_scenario,
+    plan_timing,
     plan_lint,
 )
 

@@ -193,7 +193,7 @@ def device_feet(layout: Layout, feet: ContactFeet, detours: FloatArray) -> FootA
         ("land_rotations", feet.land_rotations, wp.quatf),
         ("detours", detours, wp.vec3f),
     ):
-        setattr(arrays, name, wp.array(np.ascontiguousarray(values, dtype=np.float32), dtype=kind))
+        setattr(arrays, name, wp.array(np.ascontiguousarray(values, dtype=np.float32), dtype=kind, copy=False))
     return arrays
 
 
@@ -230,12 +230,12 @@ def _planted(
         inputs=[
             layout.rig.arrays,
             arrays,
-            wp.array(rows.astype(np.int32), dtype=wp.int32),
-            wp.array(sides.astype(np.int32), dtype=wp.int32),
-            wp.array(times.astype(np.float32), dtype=wp.float32),
-            wp.array(blended.raises[rows, sides].astype(np.float32), dtype=wp.float32),
-            wp.array(blended.hips[rows, sides].astype(np.float32), dtype=wp.vec3f),
-            wp.array(blended.longest[rows, sides].astype(np.float32), dtype=wp.float32),
+            wp.array(rows.astype(np.int32), dtype=wp.int32, copy=False),
+            wp.array(sides.astype(np.int32), dtype=wp.int32, copy=False),
+            wp.array(times.astype(np.float32), dtype=wp.float32, copy=False),
+            wp.array(blended.raises[rows, sides].astype(np.float32), dtype=wp.float32, copy=False),
+            wp.array(blended.hips[rows, sides].astype(np.float32), dtype=wp.vec3f, copy=False),
+            wp.array(blended.longest[rows, sides].astype(np.float32), dtype=wp.float32, copy=False),
         ],
         outputs=[balls, rotations],
     )

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import warp as wp
 
+from usdfoot.engine.clock_kernel import ClockArrays
+
 __all__ = ["LibraryArrays", "SegmentArrays", "blend_rotations", "place_pelvis"]
 
 
@@ -38,6 +40,7 @@ class SegmentArrays:
     joint_slopes: wp.array2d(dtype=wp.vec3f)  # (M + 1, J) its rate
     position_values: wp.array(dtype=wp.vec3f)  # (M + 1,) half the jump of the pelvis
     position_slopes: wp.array(dtype=wp.vec3f)
+    clocks: ClockArrays
 
 
 @wp.func

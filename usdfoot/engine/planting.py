@@ -105,8 +105,8 @@ def plant_frames(planting: Planting, frames: Frames) -> Poses:
         inputs=[
             layout.rig.arrays,
             device_feet(layout, planting.feet, planting.detours),
-            wp.array(frames.contacts.astype(np.int32), dtype=wp.int32),
-            wp.array(clock.astype(np.float32), dtype=wp.float32),
+            wp.array(frames.contacts.astype(np.int32), dtype=wp.int32, copy=False),
+            wp.array(clock.astype(np.float32), dtype=wp.float32, copy=False),
             poses.pelvis_positions,
             poses.pelvis_rotations,
             poses.rotations,
@@ -144,7 +144,7 @@ def cut_motions(
                 pelvis_positions=pelvis[own].astype(np.float32),
                 pelvis_rotations=turned[own].astype(np.float32),
                 rotations=rotations[own],
-                contacts=achieved_contacts(layout, planting.feet, index),
+                contacts=achieved_contacts(layout, planting.feet, index, times=frames.stamps[own]),
                 results=results[index],
             )
         )

@@ -8,14 +8,15 @@ from typing import Protocol
 import numpy as np
 import warp as wp
 
-from usdfoot.engine.flight import flight_lifts, natural_flights
+from usdfoot.engine.clock_kernel import read_clocks
+from usdfoot.engine.clocks import device_clocks
+from usdfoot.engine.flight import natural_flights
 from usdfoot.engine.kernels import LibraryArrays, SegmentArrays, blend_rotations, place_pelvis
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.plant import measure_legs
 from usdfoot.engine.rig import Rig
-from usdfoot.engine.root import RootPath, root_at
-from usdfoot.engine.segments import Segments, phases_at
-from usdfoot.engine.windows import seam_windows
+from usdfoot.engine.root import RootPath
+from usdfoot.engine.segments import Segments
 from usdfoot.maths.types import FloatArray, IntArray, StyleArray
 from usdfoot.model.contact_table import ContactTable
 from usdfoot.model.examples import LIFTOFF_PHASES, Examples
@@ -30,6 +31,7 @@ __all__ = [
     "Seams",
     "Setup",
     "StepBlend",
+    "blend_frames",
     "device_library",
     "device_segments",
     "pose_feet",
@@ -131,21 +133,20 @@ class ClipPoses:
     """Poses blended from clips."""
 
     setup: Setup
-    blend: StepBlend
     arrays: SegmentArrays
     """Segments and their seams on the device."""
 
     def pose(self, rows: IntArray, times: FloatArray, *, joints: IntArray) -> Poses:
         """Blended poses, see `pose_frames`."""
-        return pose_frames(self.setup, self.blend, self.arrays, rows, times, joints=joints)
+        return pose_frames(self.setup, self.arrays, rows, times, joints=joints)
 
 
 def device_library(skeleton: Skeleton, examples: Examples, rig: Rig, *, pelvis: int) -> LibraryArrays:
     """Examples as device arrays."""
     library = LibraryArrays()
-    library.rotations = wp.array(np.ascontiguousarray(examples.rotations, dtype=np.float32), dtype=wp.quatf)
-    library.pelvis_positions = wp.array(examples.pelvis_positions.astype(np.float32), dtype=wp.vec3f)
-    library.support_balls = wp.array(examples.support_balls.astype(np.float32), dtype=wp.vec3f)
+    library.rotations = wp.array(np.ascontiguousarray(examples.rotations, dtype=np.float32), dtype=wp.quatf, copy=False)
+    library.pelvis_positions = wp.array(examples.pelvis_positions.astype(np.float32), dtype=wp.vec3f, copy=False)
+    library.support_balls = wp.array(examples.support_balls.astype(np.float32), dtype=wp.vec3f, copy=False)
     library.translations = rig.arrays.translations
     library.chains = rig.arrays.chains
     library.pelvis = pelvis
@@ -178,18 +179,35 @@ def device_segments(
     arrays = SegmentArrays()
     chosen, weights = blend.examples.astype(np.int32), blend.weights.astype(np.float32)
     wide = weights.shape[1] > 4
-    arrays.examples = wp.array(np.ascontiguousarray(chosen[:, :4]), dtype=wp.vec4i)
-    arrays.weights = wp.array(np.ascontiguousarray(weights[:, :4]), dtype=wp.vec4f)
-    arrays.more_examples = wp.array(np.ascontiguousarray(chosen[:, 4:] if wide else 0 * chosen), dtype=wp.vec4i)
-    arrays.more_weights = wp.array(np.ascontiguousarray(weights[:, 4:] if wide else 0 * weights), dtype=wp.vec4f)
-    arrays.support_sides = wp.array(np.where(stands, -1, contacts.sides[supports]).astype(np.int32), dtype=wp.int32)
-    flies = natural_flights(setup.examples, blend.examples, blend.weights) > 0.0
+    arrays.examples = wp.array(np.ascontiguousarray(chosen[:, :4]), dtype=wp.vec4i, copy=False)
+    arrays.weights = wp.array(np.ascontiguousarray(weights[:, :4]), dtype=wp.vec4f, copy=False)
+    arrays.more_examples = wp.array(
+        np.ascontiguousarray(chosen[:, 4:] if wide else 0 * chosen), dtype=wp.vec4i, copy=False
+    )
+    arrays.more_weights = wp.array(
+        np.ascontiguousarray(weights[:, 4:] if wide else 0 * weights), dtype=wp.vec4f, copy=False
+    )
+    arrays.support_sides = wp.array(
+        np.where(stands, -1, contacts.sides[supports]).astype(np.int32), dtype=wp.int32, copy=False
+    )
+    natural = natural_flights(setup.examples, blend.examples, blend.weights)
     last = setup.examples.rotations.shape[1] - 1
-    arrays.anchors = wp.array(np.where(flies, LIFTOFF_PHASES[1], 1.0).astype(np.float32) * last, dtype=wp.float32)
-    arrays.origins = wp.array(origins.astype(np.float32), dtype=wp.vec3f)
+    arrays.anchors = wp.array(
+        np.where(natural > 0.0, LIFTOFF_PHASES[1], 1.0).astype(np.float32) * last, dtype=wp.float32, copy=False
+    )
+    arrays.origins = wp.array(origins.astype(np.float32), dtype=wp.vec3f, copy=False)
     seams = seams or no_seams(len(supports), len(setup.skeleton.joints))
     arrays.joint_values, arrays.joint_slopes = seams.joint_values, seams.joint_slopes
     arrays.position_values, arrays.position_slopes = seams.position_values, seams.position_slopes
+    arrays.clocks = device_clocks(
+        contacts,
+        setup.segments,
+        setup.path,
+        twists=blend.twists,
+        natural=natural,
+        levels=setup.origins[:, 1],
+        options=setup.options,
+    )
     return arrays
 
 
@@ -203,60 +221,47 @@ def no_seams(count: int, joints: int) -> Seams:
     )
 
 
-def turn_fraction(segments: Segments, rows: IntArray, times: FloatArray) -> FloatArray:
-    """How much of a step's twist is done, 0..1 without velocity or acceleration at the ends, shape (F,)."""
-    x = np.clip(
-        (times - segments.begins[rows]) / np.maximum(segments.ends[rows] - segments.begins[rows], 1e-6), 0.0, 1.0
-    )
-    return x * x * x * (10.0 + x * (6.0 * x - 15.0))
-
-
-def pose_frames(
-    setup: Setup, blend: StepBlend, arrays: SegmentArrays, rows: IntArray, times: FloatArray, *, joints: IntArray
-) -> Poses:
+def pose_frames(setup: Setup, arrays: SegmentArrays, rows: IntArray, times: FloatArray, *, joints: IntArray) -> Poses:
     """Blended poses of segments `rows` (F,) at `times` [s] (F,), the `joints` given; feet not yet planted."""
+    clock = times - setup.contacts.starts[setup.segments.agents[rows]]
+    return blend_frames(setup.library, arrays, rows, clock, joints=joints)
+
+
+def blend_frames(
+    library: LibraryArrays, arrays: SegmentArrays, rows: IntArray, clock: FloatArray, *, joints: IntArray
+) -> Poses:
+    """Blended poses of segments `rows` (F,) at times on their agents' clocks [s] (F,), the `joints` given."""
     count = len(rows)
-    segments, contacts = setup.segments, setup.contacts
-    samples = phases_at(segments, rows, times) * (setup.examples.rotations.shape[1] - 1)
-    yaws = contacts.headings[segments.supports[rows]] + blend.twists[rows] * turn_fraction(segments, rows, times)
-    ground = root_at(setup.path, rows, times)[:, 4] - setup.origins[segments.agents[rows], 1]
-    natural = natural_flights(setup.examples, blend.examples, blend.weights)
-    ground += flight_lifts(contacts, segments, natural, rows, times)
-    joint_windows, position_windows = seam_windows(segments, rows, times, setup.options)
     poses = Poses(
         pelvis_positions=wp.empty(count, dtype=wp.vec3f),
         pelvis_rotations=wp.empty(count, dtype=wp.quatf),
-        rotations=wp.empty((count, len(setup.skeleton.joints)), dtype=wp.quatf),
+        rotations=wp.empty((count, library.rotations.shape[2]), dtype=wp.quatf),
     )
-    frame_segments = wp.array(rows.astype(np.int32), dtype=wp.int32)
-    device_samples = wp.array(samples.astype(np.float32), dtype=wp.float32)
-    device_windows = wp.array(joint_windows, dtype=wp.vec4f)
+    segments = wp.array(rows.astype(np.int32), dtype=wp.int32, copy=False)
+    samples, yaws, grounds = (wp.empty(count, dtype=wp.float32) for _ in range(3))
+    joint_windows, position_windows = (wp.empty(count, dtype=wp.vec4f) for _ in range(2))
+    wp.launch(
+        read_clocks,
+        dim=count,
+        inputs=[
+            arrays.clocks,
+            segments,
+            wp.array(clock, dtype=wp.float64, copy=False),
+            float(library.rotations.shape[1] - 1),
+        ],
+        outputs=[samples, yaws, grounds, joint_windows, position_windows],
+    )
     wp.launch(
         place_pelvis,
         dim=count,
-        inputs=[
-            setup.library,
-            arrays,
-            frame_segments,
-            device_samples,
-            wp.array(yaws.astype(np.float32), dtype=wp.float32),
-            wp.array(ground.astype(np.float32), dtype=wp.float32),
-            device_windows,
-            wp.array(position_windows, dtype=wp.vec4f),
-        ],
+        inputs=[library, arrays, segments, samples, yaws, grounds, joint_windows, position_windows],
         outputs=[poses.pelvis_positions, poses.pelvis_rotations],
     )
+    moving = wp.array(joints.astype(np.int32), dtype=wp.int32, copy=False)
     wp.launch(
         blend_rotations,
         dim=count,
-        inputs=[
-            setup.library,
-            arrays,
-            wp.array(joints.astype(np.int32), dtype=wp.int32),
-            frame_segments,
-            device_samples,
-            device_windows,
-        ],
+        inputs=[library, arrays, moving, segments, samples, joint_windows],
         outputs=[poses.rotations],
     )
     return poses

@@ -63,12 +63,12 @@ def measure_seams(setup: Setup, blend: StepBlend) -> Seams:
     sides = np.array([-1.0, 0.0, 0.0, 1.0])
     near, far = (np.ravel(segments.begins[seams][:, None] + time * sides) for time in (PROBE_TIME, PELVIS_PROBE_TIME))
     arrays = device_segments(setup, blend, origins=np.zeros((count, 3)))
-    poses = pose_frames(setup, blend, arrays, rows, near, joints=np.arange(joints))
-    pelvis = pose_frames(setup, blend, arrays, rows, far, joints=np.arange(0)).pelvis_positions.numpy()
+    poses = pose_frames(setup, arrays, rows, near, joints=np.arange(joints))
+    pelvis = pose_frames(setup, arrays, rows, far, joints=np.arange(0)).pelvis_positions.numpy()
     origins = segment_origins(setup) * [1.0, 0.0, 1.0]
     values = wp.zeros((count + 1, joints), dtype=wp.vec3f)
     slopes = wp.zeros((count + 1, joints), dtype=wp.vec3f)
-    targets = wp.array(seams.astype(np.int32), dtype=wp.int32)
+    targets = wp.array(seams.astype(np.int32), dtype=wp.int32, copy=False)
     if seams.size:
         _put_pelvis(poses, setup.library.pelvis)
         wp.launch(
@@ -90,7 +90,7 @@ def measure_seams(setup: Setup, blend: StepBlend) -> Seams:
 
 
 def _device_vectors(vectors: FloatArray) -> wp.array:
-    return wp.array(vectors.astype(np.float32), dtype=wp.vec3f)
+    return wp.array(vectors.astype(np.float32), dtype=wp.vec3f, copy=False)
 
 
 @wp.kernel(enable_backward=False)

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdfoot.engine.options import EngineOptions
-from usdfoot.maths.monotone import pchip_evaluate, pchip_slopes
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable
 from usdfoot.model.examples import LIFTOFF_PHASES, event_knots
 
-__all__ = ["Segments", "cut_segments", "phases_at"]
+__all__ = ["Segments", "cut_segments"]
 
 
 SHORTEST_STAND = 0.25
@@ -98,19 +97,3 @@ def _knots(
     swing = np.where(after_stand, begins, contacts.liftoffs[supports - 1]) - starts
     times, _ = event_knots(durations, swing, contacts.liftoffs[supports] - starts)
     return starts[:, None] + times
-
-
-def phases_at(segments: Segments, rows: IntArray, times: FloatArray) -> FloatArray:
-    """Phases of segments `rows` at `times` [s], shape (F,).
-
-    A monotone warp (PCHIP) takes the planned events to those of the blended examples; from there the phase runs
-    straight between events, as it does in the examples, so that a step played as recorded keeps its pace exactly.
-    """
-    slopes = pchip_slopes(segments.knot_times, segments.knot_shares)
-    shares = pchip_evaluate(segments.knot_times, segments.knot_shares, slopes, rows, times)
-    knots = segments.knot_shares[rows]
-    phases = np.array([0.0, *LIFTOFF_PHASES, 1.0])
-    piece = (shares >= knots[:, 1]).astype(int) + (shares >= knots[:, 2])
-    frames = np.arange(len(rows))
-    start, end = knots[frames, piece], knots[frames, piece + 1]
-    return phases[piece] + (phases[piece + 1] - phases[piece]) * np.clip((shares - start) / (end - start), 0.0, 1.0)

@@ -61,7 +61,7 @@ def drifting_frames(
         halfway,
         dim=count,
         inputs=[
-            wp.array(layout.rig.leg_joints.astype(np.int32), dtype=wp.int32),
+            wp.array(layout.rig.leg_joints.astype(np.int32), dtype=wp.int32, copy=False),
             poses.pelvis_positions,
             poses.pelvis_rotations,
             poses.rotations,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.maths.types import FloatArray
 
-__all__ = ["pchip_evaluate", "pchip_slopes"]
+__all__ = ["pchip_slopes"]
 
 
 def pchip_slopes(knot_times: FloatArray, knot_values: FloatArray) -> FloatArray:
@@ -31,35 +31,6 @@ def pchip_slopes(knot_times: FloatArray, knot_values: FloatArray) -> FloatArray:
     slopes[:, 0] = _end_slopes(lengths[:, 0], lengths[:, 1], secants[:, 0], secants[:, 1])
     slopes[:, -1] = _end_slopes(lengths[:, -1], lengths[:, -2], secants[:, -1], secants[:, -2])
     return slopes
-
-
-def pchip_evaluate(
-    knot_times: FloatArray, knot_values: FloatArray, slopes: FloatArray, rows: IntArray, times: FloatArray
-) -> FloatArray:
-    """Values of the cubics of knot sets `rows` at `times`; before the first and after the last knot the end value.
-
-    Args:
-        knot_times: Strictly increasing along the last axis, shape (N, K).
-        knot_values: Shape (N, K).
-        slopes: From `pchip_slopes`, shape (N, K).
-        rows: Knot set of each query, shape (M,).
-        times: Shape (M,).
-
-    Returns:
-        Values, shape (M,).
-    """
-    times = np.clip(times, knot_times[rows, 0], knot_times[rows, -1])
-    start = np.zeros(len(times), dtype=np.intp)
-    for knot in range(1, knot_times.shape[1] - 1):
-        start += times >= knot_times[rows, knot]
-    length = knot_times[rows, start + 1] - knot_times[rows, start]
-    fraction = (times - knot_times[rows, start]) / length
-    rest = 1.0 - fraction
-    return (
-        rest**2 * (1.0 + 2.0 * fraction) * knot_values[rows, start]
-        + fraction**2 * (1.0 + 2.0 * rest) * knot_values[rows, start + 1]
-        + fraction * rest * length * (rest * slopes[rows, start] - fraction * slopes[rows, start + 1])
-    )
 
 
 def _inner_slopes(lengths: FloatArray, secants: FloatArray) -> FloatArray:

@@ -165,7 +165,7 @@ def animate_hybrids(
     com = optimise_contacts(
         steps.setup.contacts, _adjusted(library.source, options), options.physics, scripts=_scripts(agents)
     )
-    clips = ClipPoses(setup=steps.setup, blend=steps.blend, arrays=steps.source.arrays)
+    clips = ClipPoses(setup=steps.setup, arrays=steps.source.arrays)
     planting = prepare_planting(steps.setup, HybridPoses(clips=clips, com=com), _ground(agents, crowd))
     planted = plant_samples(planting, crowd.frame_times)
     figures = measure_contacts(steps.setup, planting.feet, planted.frames, planted.feet, agents)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from usdfoot import __version__
+from usdfoot.bridge.names import unique_name
 from usdfoot.bridge.scene import Character, StageInfo
 from usdfoot.errors import ClipError, SceneError
 from usdfoot.model.report import Problem
@@ -75,6 +76,7 @@ def retarget(
     source = read_libraries(clips_file)
     problems = list(source.problems)
     done: dict[str, RetargetedClip] = {}
+    names = set[str]()
     for index, (own, library) in enumerate(zip(source.characters, source.libraries, strict=True)):
         progress(library.skeleton.name, index, len(source.libraries))
         rig = build_rig(own.skeleton, own.biped, own.bind_pose)
@@ -84,7 +86,7 @@ def retarget(
             if isinstance(result, ClipError):
                 problems.append(Problem(severity="error", where=clip.name, message=str(result)))
             else:
-                done[_unique(clip.name.rsplit("/", 1)[-1], done)] = result
+                done[unique_name(clip.name.rsplit("/", 1)[-1], names)] = result
     if not done:
         raise SceneError(source.info.identifier, "no clip could be retargeted", str(problems[0]) if problems else "")
     progress("write", 0, 0)
@@ -108,12 +110,3 @@ def _read_target(file: str | os.PathLike[str], path: str) -> tuple[Character, St
     if not prim:
         raise SceneError(info.identifier, f"has no prim {path}", "give the path of the character's SkelRoot")
     return read_character(prim, info.units, np.array([info.start_code])), info
-
-
-def _unique(name: str, taken: Collection[str]) -> str:
-    """The name, numbered if it is taken."""
-    numbered, count = name, 1
-    while numbered in taken:
-        count += 1
-        numbered = f"{name}_{count}"
-    return numbered

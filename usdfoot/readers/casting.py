@@ -15,14 +15,15 @@ from usdfoot.errors import ClipError, UsdfootError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.agent import Agent, Follower, Performer
 from usdfoot.model.clip import Clip, ClipLibrary
+from usdfoot.model.limits import DEFAULT_LIMITS
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.model.trajectory import RootTrajectory
+from usdfoot.planning.proportions import Proportions, proportions_of
 from usdfoot.readers.agents import AgentSource, read_agent_options
 from usdfoot.readers.characters import character_key, find_skeleton, only_character, read_character
 from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.clips import missing_leg_joints, read_clip
-from usdfoot.readers.limits import DEFAULT_LIMITS
 from usdfoot.readers.stage import StagePrims, authored
 
 __all__ = ["Casting", "skipped"]
@@ -50,6 +51,14 @@ class Casting:
     _key_of: dict[Sdf.Path, tuple[object, ...]] = field(default_factory=dict)
     _character_of: dict[object, int | UsdfootError] = field(default_factory=dict)
     _library_of: dict[object, int | UsdfootError] = field(default_factory=dict)
+
+    @classmethod
+    def to_look(
+        cls, stage: Usd.Stage, prims: StagePrims, units: StageUnits, *, foreign: Sequence[Usd.Prim] = ()
+    ) -> Casting:
+        """Only to look at characters and clips, at one instant."""
+        finder = ClipFinder(stage, prims)
+        return cls(prims=prims, foreign=tuple(foreign), units=units, frame_codes=np.zeros(1), finder=finder)
 
     def cast(
         self, source: AgentSource, plan: FootstepPlan, root_trajectory: RootTrajectory | None = None
@@ -96,6 +105,14 @@ class Casting:
             UsdfootError: If it has none that can be used.
         """
         return self.characters[self._character(source)[0]]
+
+    def body_of(self, source: AgentSource) -> Proportions:
+        """Proportions of an agent's character; a person's if it has none that can be used."""
+        try:
+            character = self.character_of(source)
+        except UsdfootError:
+            return Proportions()
+        return proportions_of(character.skeleton, character.biped)
 
     def library_of(self, source: AgentSource) -> ClipLibrary:
         """The clips of an agent on its character; none if it has no clips.

@@ -16,11 +16,10 @@ from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.report import Problem
-from usdfoot.planning.proportions import Proportions, proportions_of
+from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.scenario import Seeker
 from usdfoot.readers.agents import AgentSource
 from usdfoot.readers.casting import Casting, skipped
-from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.stage import StagePrims, authored, start_code, targets
 
@@ -57,11 +56,11 @@ def read_goal_agents(
         speed: Of agents that author none [m/s].
         radius: Of their bodies [m].
     """
-    casting = _casting(stage, prims, units)
+    casting = Casting.to_look(stage, prims, units)
     agents, problems = [], []
     for source in sources:
         try:
-            body = _body_of(casting, source)
+            body = casting.body_of(source)
             seeker = _read_seeker(stage, source.prim, units, speed=speed, radius=radius, body=body)
             agents.append(GoalAgent(source=source, seeker=seeker))
         except UsdfootError as error:
@@ -73,7 +72,7 @@ def read_libraries(
     stage: Usd.Stage, prims: StagePrims, units: StageUnits, sources: Sequence[AgentSource]
 ) -> tuple[dict[str, ClipLibrary], tuple[Problem, ...]]:
     """Clip libraries of agents on their characters by the agents' names, and why some have none."""
-    casting = _casting(stage, prims, units)
+    casting = Casting.to_look(stage, prims, units)
     libraries, problems = {}, []
     for source in sources:
         try:
@@ -81,20 +80,6 @@ def read_libraries(
         except UsdfootError as error:
             problems.append(skipped(source, error))
     return libraries, tuple(problems)
-
-
-def _casting(stage: Usd.Stage, prims: StagePrims, units: StageUnits) -> Casting:
-    """Only to look at characters and clips, at one instant."""
-    finder = ClipFinder(stage, prims)
-    return Casting(prims=prims, foreign=(), units=units, frame_codes=np.zeros(1), finder=finder)
-
-
-def _body_of(casting: Casting, source: AgentSource) -> Proportions:
-    try:
-        character = casting.character_of(source)
-    except UsdfootError:
-        return Proportions()
-    return proportions_of(character.skeleton, character.biped)
 
 
 def _read_seeker(

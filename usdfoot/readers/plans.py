@@ -21,12 +21,13 @@ from usdfoot.model.report import Problem
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.stage import authored, start_code
 
-__all__ = ["is_plan", "path_orientations", "read_draft", "read_plan"]
+__all__ = ["is_plan", "path_orientations", "read_draft", "read_plan", "read_prints"]
 
 _logger = logging.getLogger(__name__)
 
 _UPRIGHT = 0.5
 """Prints whose normals rise less than this, on average, are read with the wrong axes: nobody stands on 60 degrees."""
+_UNTIMED = "author one entry a footstep, or let usdfoot plan timing find the times"
 _IN_PLACE = 0.1
 """Shorter than this [m] the way past a footstep does not tell where it faces."""
 
@@ -59,6 +60,20 @@ def read_draft(prim: Usd.Prim, units: StageUnits) -> tuple[PlanDraft, tuple[Prob
     Raises:
         PlanError: If the prim is no PointInstancer or lacks an array.
     """
+    draft, problems = read_prints(prim, units)
+    strikes, liftoffs = (
+        units.codes_to_times(_array(prim, name, (), float, _UNTIMED))
+        for name in (Token.STRIKE_TIMES, Token.LIFTOFF_TIMES)
+    )
+    return replace(draft, strike_times=strikes, liftoff_times=liftoffs), problems
+
+
+def read_prints(prim: Usd.Prim, units: StageUnits) -> tuple[PlanDraft, tuple[Problem, ...]]:
+    """As `read_draft`, but without times, which are all zero.
+
+    Raises:
+        PlanError: If the prim is no PointInstancer or lacks an array of prints.
+    """
     where = str(prim.GetPath())
     if not prim.IsA(UsdGeom.PointInstancer):
         kind = prim.GetTypeName() or "an untyped prim"
@@ -74,8 +89,8 @@ def read_draft(prim: Usd.Prim, units: StageUnits) -> tuple[PlanDraft, tuple[Prob
         sides=sides,
         positions=positions,
         orientations=orientations,
-        strike_times=units.codes_to_times(_array(prim, Token.STRIKE_TIMES, (), float)),
-        liftoff_times=units.codes_to_times(_array(prim, Token.LIFTOFF_TIMES, (), float)),
+        strike_times=np.zeros(len(sides)),
+        liftoff_times=np.zeros(len(sides)),
         root_weights=np.zeros(len(sides)) if weights is None else np.array(weights, dtype=float),
         styles=tuple(str(style) for style in authored(prim, Token.STYLES) or ()),
     )
@@ -106,11 +121,13 @@ def path_orientations(sides: IntArray, positions: FloatArray) -> FloatArray:
     return quaternion.yaw_quaternion(np.arctan2(forward[:, 0], forward[:, 2]))
 
 
-def _array(prim: Usd.Prim, name: str, shape: tuple[int, ...], kind: type) -> np.ndarray:
+def _array(
+    prim: Usd.Prim, name: str, shape: tuple[int, ...], kind: type, remedy: str = "author one entry a footstep"
+) -> np.ndarray:
     """An array attribute of the plan, shape (N, *shape)."""
     value = authored(prim, name)
     if value is None:
-        raise PlanError(prim.GetPath(), f"has no {name}", "author one entry a footstep")
+        raise PlanError(prim.GetPath(), f"has no {name}", remedy)
     array: np.ndarray = np.array(value, dtype=kind)
     return array if array.size else np.zeros((0, *shape), dtype=kind)
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from pxr import Sdf, Usd
 
+from usdfoot.bridge.names import unique_name
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import PlanError, UsdfootError
 from usdfoot.model.ground import Ground
@@ -21,8 +22,6 @@ from usdfoot.planning.proportions import Proportions, proportions_of
 from usdfoot.readers.agents import AgentSource
 from usdfoot.readers.casting import Casting
 from usdfoot.readers.characters import only_character, read_character
-from usdfoot.readers.clip_sources import ClipFinder
-from usdfoot.readers.names import unique_name
 from usdfoot.readers.paths import find_paths, read_paths
 from usdfoot.readers.stage import StagePrims
 
@@ -59,7 +58,7 @@ def read_walkers(
     """
     if not free_paths and all(source.path is None for source in sources):
         return (), {}
-    casting = _casting(stage, prims, units, sources)
+    casting = Casting.to_look(stage, prims, units, foreign=[source.plan for source in sources])
     walkers, errors = [], {}
     turns: Counter[Sdf.Path] = Counter()
     curves: dict[Sdf.Path, tuple[WalkingPath, ...] | UsdfootError] = {}
@@ -118,12 +117,6 @@ def plan_walkers(
             styles = (walker.path.style,) * len(plan) if walker.path.style else ()
             found[walker.name] = replace(plan, styles=styles)
     return found
-
-
-def _casting(stage: Usd.Stage, prims: StagePrims, units: StageUnits, sources: Sequence[AgentSource]) -> Casting:
-    """Only to look at characters, at one instant."""
-    foreign = tuple(source.plan for source in sources)
-    return Casting(prims=prims, foreign=foreign, units=units, frame_codes=np.zeros(1), finder=ClipFinder(stage, prims))
 
 
 def only_proportions(prims: StagePrims, units: StageUnits, *, foreign: Sequence[Usd.Prim] = ()) -> Proportions:

@@ -140,7 +140,8 @@ def _with_own_samples(world: WorldClip, clip: Clip) -> WorldClip:
     """The world clip with the last sample of a loop as it is, not as the loop closes best."""
     if world.root_motion.in_place:
         return world
-    own, translations, rotations = _own_samples(world, clip), world.clip.translations.copy(), world.clip.rotations.copy()
+    own = _own_samples(world, clip)
+    translations, rotations = world.clip.translations.copy(), world.clip.rotations.copy()
     translations[own], rotations[own] = clip.translations, clip.rotations
     return replace(world, clip=replace(world.clip, translations=translations, rotations=rotations))
 

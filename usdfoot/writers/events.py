@@ -12,11 +12,10 @@ from pxr import Sdf
 from usdfoot.bridge import tokens
 from usdfoot.bridge.scene import StageInfo
 from usdfoot.bridge.units import StageUnits
-from usdfoot.errors import OutputError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.contacts import Contacts
-from usdfoot.writers.layers import LayerFormat, apply_schemas, author, new_layer, rounded_codes
-from usdfoot.writers.paths import relative_asset
+from usdfoot.writers.layers import apply_schemas, author
+from usdfoot.writers.layers_over import author_times, layer_over
 from usdfoot.writers.staging import staged_files
 
 __all__ = ["author_events", "write_clip_events"]
@@ -47,20 +46,7 @@ def write_clip_events(
     Raises:
         OutputError: If the file is one of the clips' layers or cannot be written.
     """
-    target = Path(os.path.realpath(output))
-    if str(target) in {os.path.realpath(layer) for layer in info.layers}:
-        raise OutputError(target, "the output would replace a layer of the clips", "name another file")
-    if not Sdf.FileFormat.FindByExtension(target.suffix):
-        raise OutputError(target, "is not a USD file name", "end it with .usd, .usda or .usdc")
-    layer_format = LayerFormat(
-        units=info.units,
-        frames_per_second=info.frames_per_second,
-        start_code=info.start_code,
-        end_code=info.end_code,
-    )
-    layer = new_layer(layer_format, text=target.suffix != ".usdc")
-    layer.defaultPrim = default_prim
-    layer.subLayerPaths = [relative_asset(info.identifier, target.parent)]
+    target, layer = layer_over(output, info, default_prim=default_prim)
     for path, clip_contacts in contacts.items():
         prim = Sdf.CreatePrimInLayer(layer, path)
         apply_schemas(prim, [tokens.Schema.CLIP])
@@ -77,12 +63,10 @@ def author_events(prim: Sdf.PrimSpec, contacts: Contacts, units: StageUnits) -> 
     for side in (0, 1):
         foot = contacts[side]
         begun = np.isfinite(foot.strike_times)
-        _author_times(prim, tokens.Clip.STRIKE_TIMES[side], foot.strike_times, units)
-        _author_times(prim, tokens.Clip.FLAT_TIMES[side], foot.flat_times[begun], units)
-        _author_times(prim, tokens.Clip.LIFTOFF_TIMES[side], foot.liftoff_times, units)
+        author_times(prim, tokens.Clip.STRIKE_TIMES[side], _finite(foot.strike_times), units)
+        author_times(prim, tokens.Clip.FLAT_TIMES[side], _finite(foot.flat_times[begun]), units)
+        author_times(prim, tokens.Clip.LIFTOFF_TIMES[side], _finite(foot.liftoff_times), units)
 
 
-def _author_times(prim: Sdf.PrimSpec, name: str, times: FloatArray, units: StageUnits) -> None:
-    codes = rounded_codes(units.times_to_codes(times[np.isfinite(times)])).tolist()
-    value = Sdf.TimeCodeArray([Sdf.TimeCode(code) for code in codes])
-    author(prim, name, Sdf.ValueTypeNames.TimeCodeArray, value, uniform=True)
+def _finite(times: FloatArray) -> FloatArray:
+    return times[np.isfinite(times)]

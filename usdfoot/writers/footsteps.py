@@ -14,7 +14,8 @@ from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.motion import StepResults
 from usdfoot.model.plan import FootstepPlan
-from usdfoot.writers.layers import apply_schemas, author, author_targets, define_prim, rounded_codes
+from usdfoot.writers.layers import apply_schemas, author, author_targets, define_prim
+from usdfoot.writers.layers_over import author_times
 from usdfoot.writers.prints import PRINT_COLORS, print_extent, print_outline
 
 __all__ = ["PrintModels", "author_plan", "print_models", "write_executed_plan"]
@@ -126,8 +127,7 @@ def author_plan(
         (tokens.Plan.STRIKE_TIMES, plan.strike_times),
         (tokens.Plan.LIFTOFF_TIMES, plan.liftoff_times),
     ):
-        codes = Sdf.TimeCodeArray([Sdf.TimeCode(code) for code in rounded_codes(units.times_to_codes(times)).tolist()])
-        author(prim, attribute, ValueTypes.TimeCodeArray, codes, uniform=True)
+        author_times(prim, attribute, times, units)
     author_targets(prim, "prototypes", [_write_print(layer, path, side, prints) for side in (0, 1)])
     return prim
 

@@ -32,6 +32,7 @@ from usdfoot.writers.layers import (
     quaternion_array,
     rounded_codes,
 )
+from usdfoot.writers.plans import SUFFIXES
 from usdfoot.writers.staging import staged_files
 
 __all__ = ["WrittenClip", "write_retargeted"]
@@ -40,7 +41,6 @@ ValueTypes = Sdf.ValueTypeNames
 ROOT = "/Retargeted"
 CHARACTER = f"{ROOT}/Character"
 CLIPS = f"{ROOT}/Clips"
-SUFFIXES = (".usd", ".usda", ".usdc")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,7 +109,7 @@ def write_retargeted(
     with staged_files(target.parent) as files:
         if placed.copy is not None:
             files.add_layer(placed.copy.name, placed.copy.layer)
-        files.add_layer(target.name, layer, usd_format="usdc")
+        files.add_layer(target.name, layer)
     return target
 
 

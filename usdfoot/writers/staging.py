@@ -37,9 +37,9 @@ class StagedFiles:
         self._temporary: dict[str, Path] = {}
         self._adopted: dict[str, Path] = {}
 
-    def add_layer(self, name: str, layer: Sdf.Layer, *, usd_format: str = "usda") -> None:
-        """Save a layer; a file named .usd is usda, or usdc if asked for."""
-        arguments = {"format": usd_format} if name.endswith(".usd") else {}
+    def add_layer(self, name: str, layer: Sdf.Layer) -> None:
+        """Save a layer; a file named .usd has the layer's own format."""
+        arguments = {"format": str(layer.GetFileFormat().formatId)} if name.endswith(".usd") else {}
         delegate = UsdUtils.CoalescingDiagnosticDelegate()
         try:
             saved = layer.Export(str(self._reserve(name)), args=arguments)

@@ -1,0 +1,198 @@
+"""Inspect: a written crowd becomes an overlay that shows what happened on every footstep."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+import numpy as np
+
+from usdfoot import __version__
+from usdfoot.errors import SceneError, UsdfootError
+from usdfoot.maths import quaternion
+from usdfoot.maths.types import FloatArray
+from usdfoot.model.overlay import Overlay, ShownAgent
+from usdfoot.model.report import Problem
+from usdfoot.model.skeleton import forward_kinematics
+from usdfoot.pipeline.overlay_com import draw_com
+from usdfoot.pipeline.overlay_marks import mark_contacts, mark_errors, mark_footsteps, mark_timing, tabulate_steps
+from usdfoot.pipeline.overlay_spaces import draw_spaces
+from usdfoot.readers.stage import read_stage_info
+from usdfoot.readers.written import (
+    WrittenAgent,
+    WrittenCrowd,
+    agent_names,
+    read_agent,
+    read_joint_tracks,
+    read_written_crowd,
+)
+from usdfoot.writers.layers import LayerFormat
+from usdfoot.writers.overlay import overlay_layer, write_overlay
+
+__all__ = ["InspectOptions", "InspectReport", "draw_overlay", "inspect"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class InspectOptions:
+    """How an overlay is drawn."""
+
+    error_scale: float = 100.0
+    """Height of an error's column over the error ([B] Figure 8)."""
+    second_length: float = 0.5
+    """Length of a timing dagger that stands for a second [m] ([P] Figure 3)."""
+    weight_length: float = 0.3
+    """Height of the column on an example that has all the weight [m] ([B] Figure 4)."""
+    spaces: bool = True
+    """Draw the footstep spaces too; for them the scene's clips are read and analysed again."""
+
+    def __post_init__(self) -> None:
+        for name in ("error_scale", "second_length", "weight_length"):
+            if not 0.0 < getattr(self, name) < np.inf:
+                raise UsdfootError(name, f"is {getattr(self, name)}", "must be a number above 0")
+
+
+@dataclass(frozen=True, kw_only=True)
+class InspectReport:
+    """What was drawn."""
+
+    file: Path
+    """The layer written."""
+    agents: tuple[str, ...]
+    """Names of the agents drawn."""
+    problems: tuple[Problem, ...]
+    """Agents that could not be read (errors), and what could not be drawn of others (warnings)."""
+
+    @property
+    def skipped(self) -> tuple[Problem, ...]:
+        """Agents that could not be read."""
+        return tuple(problem for problem in self.problems if problem.severity == "error")
+
+
+def inspect(
+    crowd_file: str | os.PathLike[str],
+    output: str | os.PathLike[str],
+    *,
+    agents: str = "*",
+    options: InspectOptions | None = None,
+    progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
+) -> InspectReport:
+    """Write an overlay of a written crowd as a layer, for `usdview --sessionLayer` or over it in any stage.
+
+    Args:
+        crowd_file: A crowd.usd written by `usdfoot animate`; never changed.
+        output: Layer to write: .usd, .usda or .usdc.
+        agents: Glob on the agents' names.
+        options: How it is drawn.
+        progress: Told what begins or goes on, how much of it is done, and of how much: "read", "draw", "write".
+
+    Raises:
+        SceneError: If the file cannot be opened, or has no agents that match.
+        OutputError: If the layer cannot be written.
+    """
+    options = options or InspectOptions()
+    crowd = read_written_crowd(crowd_file)
+    overlay, problems = draw_overlay(crowd, agents=agents, options=options, progress=progress)
+    progress("write", 0, 0)
+    info = read_stage_info(crowd.stage)
+    layer_format = LayerFormat(
+        units=info.units,
+        frames_per_second=info.frames_per_second,
+        start_code=info.start_code,
+        end_code=info.end_code,
+    )
+    layer = overlay_layer(
+        overlay,
+        layer_format,
+        text=Path(output).suffix != ".usdc",
+        provenance={"version": __version__},
+    )
+    file = write_overlay(output, layer, sources=info.layers)
+    return InspectReport(file=file, agents=overlay.agents, problems=problems)
+
+
+def draw_overlay(
+    crowd: WrittenCrowd,
+    *,
+    agents: str = "*",
+    options: InspectOptions | None = None,
+    progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
+) -> tuple[Overlay, tuple[Problem, ...]]:
+    """What to draw over a crowd, and which agents could not be read.
+
+    Args:
+        crowd: As read.
+        agents: Glob on the agents' names.
+        options: How it is drawn.
+        progress: As of `inspect`.
+
+    Raises:
+        SceneError: If no agent matches, or none can be read.
+    """
+    options = options or InspectOptions()
+    where = crowd.stage.GetRootLayer().identifier
+    names = [name for name in agent_names(crowd) if fnmatchcase(name, agents)]
+    if not names:
+        raise SceneError(where, f"no agent matches {agents!r}", names=agent_names(crowd))
+    shown, problems = [], []
+    for done, name in enumerate(names):
+        progress("read", done, len(names))
+        try:
+            shown.append(_shown(read_agent(crowd, name), crowd))
+        except UsdfootError as error:
+            problems.append(Problem(severity="error", where=error.where, message=str(error)))
+    if not shown:
+        raise SceneError(where, "no agent can be read", names=[problem.message for problem in problems])
+    progress("draw", 0, 0)
+    steps = tabulate_steps(shown)
+    info = read_stage_info(crowd.stage)
+    frames = crowd.units.codes_to_times(np.arange(np.ceil(info.start_code), np.floor(info.end_code) + 1.0))
+    marks = [
+        mark_footsteps(steps),
+        *mark_errors(steps, scale=options.error_scale),
+        mark_contacts(steps, frames),
+        mark_timing(steps, scale=options.second_length),
+    ]
+    if options.spaces:
+        found, warnings = draw_spaces(crowd, shown, frames, length=options.weight_length)
+        marks += found
+        problems += warnings
+    overlay = Overlay(
+        agents=tuple(agent.name for agent in shown),
+        marks=tuple(part for part in marks if part.kinds.size),
+        lines=(draw_com(shown),),
+        notes={
+            "error": options.error_scale,
+            "second": options.second_length / crowd.units.meters_per_unit,
+            "weight": options.weight_length / crowd.units.meters_per_unit,
+        },
+    )
+    return overlay, tuple(problems)
+
+
+def _shown(agent: WrittenAgent, crowd: WrittenCrowd) -> ShownAgent:
+    """What is drawn of an agent."""
+    tracks = read_joint_tracks(agent, crowd.units, agent.frame_codes)
+    skeleton, biped = agent.skeleton, agent.biped
+    places, turns = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
+    offset = quaternion.rotate(quaternion.inverse(turns[biped.pelvis]), biped.com)
+    feet = places[list(biped.balls)] - places[list(biped.ankles)]
+    pelvis = tracks.positions[:, biped.pelvis]
+    return ShownAgent(
+        name=agent.name,
+        plan=agent.plan,
+        foot_length=float(np.linalg.norm(feet, axis=1).mean()),
+        status=agent.status,
+        blend_error=_recorded(agent.blend_error, len(agent.plan)),
+        placement_error=_recorded(agent.placement_error, len(agent.plan)),
+        clips=agent.clips if len(agent.clips) == len(agent.plan) else (),
+        com_times=tracks.times,
+        com_positions=pelvis + quaternion.rotate(tracks.turns[:, biped.pelvis], offset),
+    )
+
+
+def _recorded(values: FloatArray, count: int) -> FloatArray:
+    """Figures of footsteps, NaN where the plan has none of them."""
+    return values if len(values) == count else np.full(count, np.nan)

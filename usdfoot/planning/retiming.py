@@ -1,0 +1,56 @@
+"""Retiming: footprints get the times of people who would walk them ([P] 4.1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from usdfoot.analysis.timing import TimingRule, time_footsteps
+from usdfoot.errors import PlanError
+from usdfoot.model.draft import PlanDraft
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.planning.proportions import Proportions
+
+__all__ = ["TimingOptions", "plan_times"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class TimingOptions:
+    """How prints are timed."""
+
+    speed: float = 0.0
+    """Mean of all steps [m/s]; 0 = as the length of each step asks for."""
+    flight_distance: float = 0.0
+    """Steps longer than this are leaps or runs [m]; 0 = where a walk would be faster than Froude number 0.5."""
+    start_time: float = 0.0
+    """Of the first strike [s]."""
+    starts_standing: bool = True
+    """Both first feet stand from the start."""
+    ends_standing: bool = True
+    """Both last feet stand to the end."""
+
+
+def plan_times(prints: PlanDraft, body: Proportions, options: TimingOptions | None = None) -> FootstepPlan:
+    """The plan over footprints without times.
+
+    Args:
+        prints: Whose times do not count.
+        body: Who walks them.
+        options: How.
+
+    Raises:
+        PlanError: If the prints are inconsistent, fewer than two, or in one place though they have a speed.
+    """
+    options = options or TimingOptions()
+    try:
+        times = time_footsteps(
+            prints.positions,
+            TimingRule(leg_length=body.leg_length, flight_distance=options.flight_distance),
+            speed=options.speed,
+            start_time=options.start_time,
+            starts_standing=options.starts_standing,
+            ends_standing=options.ends_standing,
+        )
+    except PlanError as error:
+        raise PlanError(prints.name, error.what, error.remedy) from error
+    timed = replace(prints, strike_times=times.strike_times, liftoff_times=times.liftoff_times)
+    return timed.checked()

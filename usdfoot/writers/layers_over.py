@@ -1,0 +1,52 @@
+"""Layers over a stage: they sublayer it and add opinions, so that they are read in its place."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from pxr import Sdf
+
+from usdfoot.bridge.scene import StageInfo
+from usdfoot.bridge.units import StageUnits
+from usdfoot.errors import OutputError
+from usdfoot.maths.types import FloatArray
+from usdfoot.writers.layers import LayerFormat, author, new_layer, rounded_codes
+from usdfoot.writers.paths import relative_asset
+
+__all__ = ["author_times", "layer_over"]
+
+
+def layer_over(output: str | os.PathLike[str], info: StageInfo, *, default_prim: str) -> tuple[Path, Sdf.Layer]:
+    """Real path of a file, and a layer for it in memory that has the metadata of a stage and sublayers it.
+
+    Args:
+        output: File to be written.
+        info: Of the stage.
+        default_prim: Name of its default prim, "" if it has none.
+
+    Raises:
+        OutputError: If the file is one of the stage's layers or has no name of a USD file.
+    """
+    target = Path(os.path.realpath(output))
+    if str(target) in {os.path.realpath(layer) for layer in info.layers}:
+        raise OutputError(target, "the output would replace a layer of the input", "name another file")
+    if not Sdf.FileFormat.FindByExtension(target.suffix):
+        raise OutputError(target, "is not a USD file name", "end it with .usd, .usda or .usdc")
+    layer_format = LayerFormat(
+        units=info.units,
+        frames_per_second=info.frames_per_second,
+        start_code=info.start_code,
+        end_code=info.end_code,
+    )
+    layer = new_layer(layer_format, text=target.suffix != ".usdc")
+    layer.defaultPrim = default_prim
+    layer.subLayerPaths = [relative_asset(info.identifier, target.parent)]
+    return target, layer
+
+
+def author_times(prim: Sdf.PrimSpec, name: str, times: FloatArray, units: StageUnits) -> None:
+    """A uniform timecode[] attribute of times [s]."""
+    codes = rounded_codes(units.times_to_codes(times)).tolist()
+    value = Sdf.TimeCodeArray([Sdf.TimeCode(code) for code in codes])
+    author(prim, name, Sdf.ValueTypeNames.TimeCodeArray, value, uniform=True)
