@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
 
+from tests.few_clips import write_few_clips_scene
 from usdfoot.model.device import start_warp
+from usdfoot.pipeline.animate import AnimateReport, animate
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 
@@ -56,3 +58,15 @@ def shared_data() -> Path:
 def generator() -> np.random.Generator:
     """A random generator with the same numbers in every run."""
     return np.random.default_rng(20150615)
+
+
+@pytest.fixture(scope="session")
+def scene(stages, tmp_path_factory) -> Path:
+    """The stepping stones with few clips."""
+    return write_few_clips_scene(stages, tmp_path_factory.mktemp("scene"))
+
+
+@pytest.fixture(scope="session")
+def stones(scene, tmp_path_factory) -> AnimateReport:
+    """Report of the stepping stones, animated once for all tests that look at a written crowd."""
+    return animate(scene, tmp_path_factory.mktemp("stones"))

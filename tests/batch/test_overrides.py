@@ -96,6 +96,34 @@ def test_a_moved_footstep_and_a_moved_plan_are_stepped_on_where_they_are(shot):
     np.testing.assert_allclose(strikes(folder, "Agent_1")[0], np.stack([z + 1.0, y, 2.0 - x], axis=-1), atol=1e-3)
 
 
+def test_footsteps_found_for_a_trajectory_can_be_edited_and_walked_again(stages, tmp_path):
+    scene, folder = write_crowd_scene(stages, tmp_path / "scene"), tmp_path / "out"
+    stage = Usd.Stage.Open(str(scene))
+    way = UsdGeom.Xform.Define(stage, "/World/Way")
+    translate = way.AddTranslateOp()
+    for code in range(0, 151, 5):
+        translate.Set(Gf.Vec3d(3.0, 0.0, 1.1 * code / stage.GetTimeCodesPerSecond()), code)
+    agent = stage.GetPrimAtPath("/World/Crowd/Agent_1")
+    agent.GetRelationship("usdfoot:agent:plan").ClearTargets(True)
+    agent.CreateRelationship("usdfoot:agent:trajectory", custom=False).SetTargets(["/World/Way"])
+    stage.Save()
+    animate(scene, folder, chunk_size=1)
+    before, times = strikes(folder, "Agent_1")
+    with edited(folder) as crowd:
+        positions = crowd.GetPrimAtPath("/Crowd/Plans/Agent_1").GetAttribute("positions")
+        points = np.array(positions.Get())
+        points[6, 0] += 0.05
+        positions.Set(points)
+    report = remake(scene, folder)
+    assert report.kept == AGENTS - 1
+    after, same_times = strikes(folder, "Agent_1")
+    np.testing.assert_allclose(same_times, times, atol=1e-6)
+    assert sorted(np.round((after - before)[:, 0], 3)) == [0.0] * (len(after) - 1) + [0.05]
+    (folder / File.OVERRIDES).write_text("#usda 1.0\n")
+    animate(scene, folder, chunk_size=1)
+    np.testing.assert_allclose(strikes(folder, "Agent_1")[0], before, atol=1e-6)  # the trajectory again
+
+
 def test_an_agent_given_another_plan_walks_it(shot):
     scene, folder = shot
     with edited(folder) as stage:

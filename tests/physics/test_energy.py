@@ -7,6 +7,7 @@ import warp as wp
 from tests.physics.builders import human, walk
 from usdfoot.model.contact_table import lay_contacts
 from usdfoot.physics.energy import leg_forces, segment_energies, spline_samples
+from usdfoot.physics.footing import lay_footing
 from usdfoot.physics.heading import lay_headings
 from usdfoot.physics.optimise import start_unknowns
 from usdfoot.physics.options import PhysicsOptions
@@ -26,7 +27,7 @@ def problem():
     options = PhysicsOptions()
     contacts = lay_contacts(plans)
     knots = lay_knots(contacts)
-    samples = lay_samples(contacts, knots, human(), lay_headings(contacts), (), options)
+    samples = lay_samples(lay_footing(contacts, human(), options), knots, lay_headings(contacts), ())
     random = np.random.default_rng(5)
     start = start_unknowns(contacts, knots, human())
     unknowns = start + random.normal(0.0, 0.1, start.shape)

@@ -6,6 +6,7 @@ import pytest
 from tests.physics.builders import human, walk
 from usdfoot.model.contact_table import lay_contacts
 from usdfoot.physics.energy import segment_energies
+from usdfoot.physics.footing import lay_footing
 from usdfoot.physics.greedy import search_unknowns
 from usdfoot.physics.heading import lay_headings
 from usdfoot.physics.optimise import start_unknowns
@@ -31,7 +32,7 @@ def problem():
     options = PhysicsOptions(parts=1, leg_play=0.0, run_up=0, comfort=100.0, support="print")
     contacts = lay_contacts(list(PLANS.values()))
     knots = lay_knots(contacts)
-    samples = lay_samples(contacts, knots, human(), lay_headings(contacts), (), options)
+    samples = lay_samples(lay_footing(contacts, human(), options), knots, lay_headings(contacts), ())
     return samples, knots, start_unknowns(contacts, knots, human()), options
 
 
@@ -76,7 +77,7 @@ def test_greedy_stops_where_no_single_change_helps():
     options = PhysicsOptions(parts=1, leg_play=0.0, run_up=0)
     contacts = lay_contacts([walk(3)])
     knots = lay_knots(contacts)
-    samples = lay_samples(contacts, knots, human(), lay_headings(contacts), (), options)
+    samples = lay_samples(lay_footing(contacts, human(), options), knots, lay_headings(contacts), ())
     problem = samples, knots, start_unknowns(contacts, knots, human()), options
     found = search_unknowns(*problem)
     best = energies(problem, found)[0]

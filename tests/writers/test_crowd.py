@@ -149,7 +149,10 @@ def test_agents_of_one_character_share_a_prototype(tmp_path):
 
 
 def errors_of(stage):
-    context = UsdValidation.ValidationContext(UsdValidation.ValidationRegistry().GetOrLoadAllValidators())
+    # Without usdfoot's own, which a test before may have registered: these motions are made up, no foot stands still.
+    validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+    stock = [validator for validator in validators if not validator.GetMetadata().name.startswith("usdfoot")]
+    context = UsdValidation.ValidationContext(stock)
     return [(error.GetName(), error.GetMessage()) for error in context.Validate(stage)]
 
 

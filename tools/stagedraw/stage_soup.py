@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from pxr import Usd, UsdGeom, UsdSkel
+from pxr import Usd, UsdGeom, UsdSkel, Vt
 
-from stagedraw.soup import FloatArray, MeshShape, Soup, join, place, read_mesh, transform
+from stagedraw.soup import FloatArray, MeshShape, Soup, join, place, read_lines, read_mesh, transform
 
 EVERYTHING = Usd.TraverseInstanceProxies()
 
@@ -37,7 +37,7 @@ class Character:
 
 
 def static_soup(stage: Usd.Stage, code: float) -> Soup:
-    """Every visible mesh that no skeleton moves, and the instances of every PointInstancer."""
+    """Every visible mesh that no skeleton moves, linear curves, and the instances of every PointInstancer."""
     time = Usd.TimeCode(code)
     soups: list[Soup] = []
     xforms = UsdGeom.XformCache(time)
@@ -50,6 +50,9 @@ def static_soup(stage: Usd.Stage, code: float) -> Soup:
             prims.PruneChildren()
         elif prim.IsA(UsdGeom.Mesh) and not prim.HasAPI(UsdSkel.BindingAPI):
             shape = read_mesh(UsdGeom.Mesh(prim))
+            soups.append(place(shape, transform(shape.points, xforms.GetLocalToWorldTransform(prim))))
+        elif prim.IsA(UsdGeom.BasisCurves):
+            shape = read_lines(UsdGeom.BasisCurves(prim))
             soups.append(place(shape, transform(shape.points, xforms.GetLocalToWorldTransform(prim))))
     return join(soups)
 
@@ -72,7 +75,8 @@ def character_soup(character: Character, code: float) -> Soup:
     soups = []
     for skin in character.skins:
         mapper = skin.query.GetJointMapper()
-        matrices = np.array(mapper.RemapTransforms(turned) if mapper and not mapper.IsIdentity() else turned)
+        own = mapper and not mapper.IsIdentity()
+        matrices = np.array(mapper.RemapTransforms(turned, Vt.Matrix4dArray(len(mapper))) if own else turned)
         bound = transform(skin.shape.points, skin.query.GetGeomBindTransform(time))
         moved = np.zeros_like(bound)
         for influence in range(skin.joints.shape[1]):
@@ -112,9 +116,13 @@ def _instances(instancer: UsdGeom.PointInstancer, time: Usd.TimeCode, xforms: Us
         _prototype(instancer.GetPrim().GetStage().GetPrimAtPath(target), xforms)
         for target in instancer.GetPrototypesRel().GetForwardedTargets()
     ]
-    matrices = instancer.ComputeInstanceTransformsAtTime(time, time, UsdGeom.PointInstancer.ExcludeProtoXform)
-    for number, matrix in zip(instancer.GetProtoIndicesAttr().Get(time) or [], matrices, strict=False):
-        for shape, points in prototypes[number]:
+    matrices = instancer.ComputeInstanceTransformsAtTime(
+        time, time, UsdGeom.PointInstancer.ExcludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
+    )
+    numbers = instancer.GetProtoIndicesAttr().Get(time) or []
+    mask = instancer.ComputeMaskAtTime(time) or [True] * len(numbers)
+    for number, matrix, shown in zip(numbers, matrices, mask, strict=False):
+        for shape, points in prototypes[number] if shown else ():
             yield place(shape, transform(points, matrix * to_world))
 
 

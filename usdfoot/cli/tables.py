@@ -12,10 +12,22 @@ if TYPE_CHECKING:
     from usdfoot.analysis.summary import ClipSummary
     from usdfoot.model.motion import StepResults
     from usdfoot.model.plan import FootstepPlan
+    from usdfoot.pipeline.doctor import Symptom
     from usdfoot.pipeline.validate import AgentFigures, Figure
     from usdfoot.planning.lint import Fault
+    from usdfoot.retarget.clips import RetargetedClip
 
-__all__ = ["clip_table", "fault_table", "figure_table", "plan_table", "step_table", "target_table", "unpromised_table"]
+__all__ = [
+    "clip_table",
+    "fault_table",
+    "figure_table",
+    "plan_table",
+    "retarget_table",
+    "step_table",
+    "symptom_table",
+    "target_table",
+    "unpromised_table",
+]
 
 MOST_ROWS = 40
 """Agents listed at most; the total covers all."""
@@ -66,6 +78,16 @@ def fault_table(faults: Sequence[Fault]) -> Table:
     return table
 
 
+def symptom_table(symptoms: Sequence[Symptom]) -> Table:
+    """What usdfoot runs on, and what to do about what is missing."""
+    table = Table(title="usdfoot doctor")
+    for heading in ("what", "state", "found", "what to do"):
+        table.add_column(heading, overflow="fold")
+    for symptom in symptoms:
+        table.add_row(symptom.name, symptom.state, symptom.told, symptom.remedy)
+    return table
+
+
 def plan_table(plans: Mapping[str, FootstepPlan]) -> Table:
     """How many footsteps the plans have, how long they take and how far they go."""
     import numpy as np
@@ -88,6 +110,19 @@ def plan_table(plans: Mapping[str, FootstepPlan]) -> Table:
         )
     if len(plans) > MOST_ROWS:
         table.add_row(f"and {len(plans) - MOST_ROWS} more", *[""] * 6)
+    return table
+
+
+def retarget_table(clips: Mapping[str, RetargetedClip]) -> Table:
+    """How clips fare on another character."""
+    table = Table(title="retargeted clips")
+    table.add_column("clip")
+    for heading in ("samples", "contacts", "slide mm", "pelvis lowered mm"):
+        table.add_column(heading, justify="right")
+    for name, result in clips.items():
+        contacts = sum(len(result.contacts[side].strike_times) for side in (0, 1))
+        samples = str(len(result.clip.rotations))
+        table.add_row(name, samples, str(contacts), _number(1e3 * result.slide, 2), _number(1e3 * result.lowered, 0))
     return table
 
 

@@ -177,7 +177,7 @@ def cut_motions(
                 pelvis_positions=pelvis[own].astype(np.float32),
                 pelvis_rotations=turned[own].astype(np.float32),
                 rotations=rotations[own],
-                contacts=achieved_contacts(layout, planting.feet, index),
+                contacts=achieved_contacts(layout, planting.feet, index, times=frames.stamps[own]),
                 results=results[index],
             )
         )

@@ -154,18 +154,27 @@ def _clips(setup: Setup, blend: StepBlend, rows: IntArray) -> dict[str, Any]:
     return {"clip_counts": np.array(counts), "clips": tuple(listed), "clip_weights": np.array(kept)}
 
 
-def achieved_contacts(layout: Layout, feet: ContactFeet, agent: int) -> Contacts:
-    """When and where an agent's feet stand, as executed; the ends of its interval cut the contacts."""
+def achieved_contacts(layout: Layout, feet: ContactFeet, agent: int, *, times: FloatArray) -> Contacts:
+    """When and where an agent's feet stand, as executed; the ends of its interval and of its frames cut the contacts.
+
+    Args:
+        layout: Contacts of all agents.
+        feet: How they roll.
+        agent: Index of the agent.
+        times: Its frames, which may be only some of its interval [s], shape (F,).
+    """
     contacts = layout.contacts
+    start = max(float(contacts.starts[agent]), float(times[0]))
+    end = min(float(contacts.ends[agent]), float(times[-1]))
     rows = np.arange(contacts.first[agent], contacts.first[agent + 1])
-    rows = rows[(contacts.liftoffs[rows] > contacts.starts[agent]) & (contacts.strikes[rows] < contacts.ends[agent])]
+    rows = rows[(contacts.liftoffs[rows] > start) & (contacts.strikes[rows] < end)]
 
     def foot(side: int) -> FootContacts:
         own = rows[contacts.sides[rows] == side]
         return FootContacts(
-            strike_times=np.maximum(contacts.strikes[own], contacts.starts[agent]),
-            flat_times=np.maximum(feet.flats[own], contacts.starts[agent]),
-            liftoff_times=np.minimum(contacts.liftoffs[own], contacts.ends[agent]),
+            strike_times=np.maximum(contacts.strikes[own], start),
+            flat_times=np.clip(feet.flats[own], start, end),
+            liftoff_times=np.minimum(contacts.liftoffs[own], end),
             positions=contacts.positions[own],
             yaws=contacts.yaws[own],
             ball_first=feet.flats[own] <= contacts.strikes[own],

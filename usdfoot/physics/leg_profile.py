@@ -26,8 +26,10 @@ RUN_FLEXIONS = np.radians([20.0, 28.0, 35.0, 39.0, 40.0, 38.0, 34.0, 29.0, 24.0,
 PITCH_PHASES = np.array([0.0, 0.15, 0.5, 0.7, 0.85, 1.0])
 PITCHES = np.radians([20.0, 0.0, 0.0, -5.0, -17.0, -40.0])
 """Foot over the contact of a long step, positive with the toes up (Perry 1992: heel, ankle and forefoot rocker)."""
-RUN_FLIGHT = 0.2
-"""Part of a step that a flight takes in a run."""
+WALK_FLIGHT = 0.1
+RUN_FLIGHT = 0.25
+"""Part of a step that a flight takes, at most in a walk and at least in a run. By the ball's contacts walks seem to
+have short flights."""
 STAIR_BEND = 0.6
 """Part of a stair's height by which the upper leg is shorter while both stand (Riener et al. 2002)."""
 LONG_STEP = 0.8
@@ -43,7 +45,7 @@ class ContactGaits:
     reaches: FloatArray
     """Mean distance to the contacts before and after, as a part of the leg's length."""
     lands: FloatArray
-    """How much a flight ends with its strike: 1 if it takes a fifth of the step or more."""
+    """How much a flight ends with its strike: 1 if it takes a quarter of the step or more."""
     leaps: FloatArray
     """How much a flight begins with its liftoff."""
     rises: FloatArray
@@ -84,7 +86,7 @@ def _flight_share(contacts: ContactTable, before: IntArray, after: IntArray) -> 
     step = contacts.strikes[after] - contacts.strikes[before]
     flight = contacts.strikes[after] - contacts.liftoffs[before]
     share = np.divide(flight, step, out=np.zeros_like(step), where=step > 0.0)
-    return np.clip(share / RUN_FLIGHT, 0.0, 1.0)
+    return np.clip((share - WALK_FLIGHT) / (RUN_FLIGHT - WALK_FLIGHT), 0.0, 1.0)
 
 
 def nominal_lengths(

@@ -13,6 +13,7 @@ from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable, lay_contacts
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.physics.biped import PhysicsBiped
+from usdfoot.physics.footing import lay_footing
 from usdfoot.physics.greedy import search_unknowns
 from usdfoot.physics.heading import FootHeadings, OrientationScript, body_orientations, lay_headings
 from usdfoot.physics.options import PhysicsOptions
@@ -21,7 +22,6 @@ from usdfoot.physics.run_up import extend_contacts
 from usdfoot.physics.samples import Samples, lay_samples
 from usdfoot.physics.solve import optimise_unknowns
 from usdfoot.physics.spline import ComSpline, Knots, lay_knots
-from usdfoot.physics.support import Stance, find_stance
 
 __all__ = ["ComMotion", "ComSample", "optimise_com", "optimise_contacts", "solve_motion", "start_unknowns"]
 
@@ -38,8 +38,6 @@ class ComSample:
     """[m/s^2], shape (F, 3)."""
     orientations: FloatArray
     """Body frame to world, xyzw, shape (F, 4)."""
-    stance: Stance
-    """Both legs."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,7 +77,6 @@ class ComMotion:
             velocities=velocities,
             accelerations=accelerations,
             orientations=body_orientations(self.headings, self.scripts, agents, times, window=options.heading_window),
-            stance=find_stance(self.contacts, self.biped, agents, times, options),
         )
 
 
@@ -127,7 +124,7 @@ def solve_motion(
 ) -> ComMotion:
     """The motion over `contacts`, solved over `extended` contacts from the unknowns `start` (K, 6) at the knots."""
     headings = lay_headings(extended)
-    samples = lay_samples(extended, knots, biped, headings, scripts, options)
+    samples = lay_samples(lay_footing(extended, biped, options), knots, headings, scripts)
     solve = search_unknowns if options.solver == "greedy" else optimise_unknowns
     unknowns = solve(samples, knots, start, options)
     return ComMotion(

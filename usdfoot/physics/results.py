@@ -11,6 +11,7 @@ from usdfoot.maths.types import FloatArray
 from usdfoot.model.contact_table import ContactTable
 from usdfoot.physics.biped import PhysicsBiped
 from usdfoot.physics.energy import leg_forces, sample_costs, spline_samples
+from usdfoot.physics.footing import lay_footing
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.samples import Samples
 from usdfoot.physics.spline import ComSpline
@@ -69,7 +70,7 @@ def measure_forces(
     stretches = np.linalg.norm(positions[:, None] - samples.anchors, axis=-1) - biped.maximal_length
     jump, overstretch = np.zeros(count), np.zeros(count)
     np.maximum.at(jump, rows, np.where(inside & ~stands, rises, 0.0))
-    feet = find_stance(contacts, biped, agents, times, options).contacts
+    feet = find_stance(lay_footing(contacts, biped, options), agents, times).contacts
     np.maximum.at(overstretch, feet, np.where(inside[:, None] & samples.standing, stretches, 0.0))
     steps = StepForces(
         force_imbalance=imbalance / np.maximum(np.bincount(rows, lasting, count), 1e-9),

@@ -9,10 +9,9 @@ import numpy as np
 
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
-from usdfoot.model.contact_table import ContactTable
-from usdfoot.physics.biped import HUMAN_LEG, PhysicsBiped
+from usdfoot.physics.biped import HUMAN_LEG
+from usdfoot.physics.footing import Footing
 from usdfoot.physics.heading import FootHeadings, OrientationScript, body_orientations
-from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.spline import Knots, hermite_basis
 from usdfoot.physics.support import find_stance
 
@@ -34,11 +33,11 @@ class Samples:
     """Positions, then accelerations from the segment's begin position, begin velocity, end position, end velocity,
     shape (S, 2 N, 4)."""
     contacts: IntArray
-    """Contact that each foot stands in, or stood in last, shape (M, 2)."""
+    """Contact that each foot carries in, or carried in last, shape (M, 2)."""
     standing: BoolArray
-    """Whether the foot is on the ground, shape (M, 2)."""
+    """Whether the foot carries weight, shape (M, 2)."""
     leg_shares: FloatArray
-    """Weight of each leg's comfort, of a leg of 0.86 m: 1 over the number that stand, 0 in the air, shape (M, 2)."""
+    """Weight of each leg's comfort, of a leg of 0.86 m: its share of the body's weight, shape (M, 2)."""
     supports: FloatArray
     """Points of support [m], world, shape (M, 2, 3)."""
     anchors: FloatArray
@@ -49,12 +48,7 @@ class Samples:
 
 
 def lay_samples(
-    contacts: ContactTable,
-    knots: Knots,
-    biped: PhysicsBiped,
-    headings: FootHeadings,
-    scripts: Sequence[OrientationScript | None],
-    options: PhysicsOptions,
+    footing: Footing, knots: Knots, headings: FootHeadings, scripts: Sequence[OrientationScript | None]
 ) -> Samples:
     """Samples of all segments."""
     shares = (np.arange(SAMPLES) + 0.5) / SAMPLES
@@ -63,18 +57,17 @@ def lay_samples(
     basis = hermite_basis(np.broadcast_to(shares, times.shape), np.broadcast_to(durations, times.shape))[[0, 2]]
     agents = np.repeat(knots.agents[knots.begins], SAMPLES)
     flat = times.ravel()
-    stance = find_stance(contacts, biped, agents, flat, options)
-    size = (HUMAN_LEG / biped.maximal_length) ** 2
-    body = body_orientations(headings, scripts, agents, flat, window=options.heading_window)
+    stance = find_stance(footing, agents, flat)
+    body = body_orientations(headings, scripts, agents, flat, window=footing.options.heading_window)
     return Samples(
         times=times,
         intervals=durations[:, 0] / SAMPLES,
         basis=np.concatenate([basis[0], basis[1]], axis=1),
         contacts=stance.contacts,
         standing=stance.standing,
-        leg_shares=size * stance.standing / np.maximum(stance.standing.sum(axis=1, keepdims=True), 1),
+        leg_shares=(HUMAN_LEG / footing.biped.maximal_length) ** 2 * stance.weights,
         supports=stance.supports,
-        anchors=stance.ankles - quaternion.rotate(body[:, None], biped.hips),
+        anchors=stance.ankles - quaternion.rotate(body[:, None], footing.biped.hips),
         nominal_lengths=stance.nominal_lengths,
     )
 

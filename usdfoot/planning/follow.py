@@ -24,7 +24,7 @@ from usdfoot.planning.strides import Stances, next_steps
 from usdfoot.planning.tracks import Tracks
 from usdfoot.spaces.library import FootstepSpaces
 
-__all__ = ["Following", "follow_trajectories", "put_on_ground"]
+__all__ = ["Following", "follow_trajectories", "followed", "put_on_ground"]
 
 LONGEST_STEP = 1.4
 """Longest walking step in lengths of the leg."""
@@ -90,6 +90,30 @@ def follow_trajectories(
         _followed(tracks, curves, agent, trajectory, ground, distances[:, agent], errors[:, agent], options)
         for agent, trajectory in enumerate(trajectories)
     ]
+
+
+def followed(trajectory: RootTrajectory, plan: FootstepPlan, *, smoothing_time: float) -> Following:
+    """How near a plan that was made for a trajectory keeps to it, feet that stand together left out.
+
+    Args:
+        trajectory: As given.
+        plan: Made for it.
+        smoothing_time: In which the trajectory was smoothed before [s].
+    """
+    missed = np.zeros((len(plan), 2))
+    middles = 0.5 * (plan.positions[1:] + plan.positions[:-1])
+    missed[1:] = (middles - sample_trajectory(trajectory, plan.strike_times[1:]))[:, [0, 2]]
+    elapsed = np.diff(plan.strike_times)
+    errors = np.zeros(len(plan))
+    errors[2:] = np.linalg.norm(np.diff(missed[1:], axis=0), axis=1) / elapsed[1:]
+    (deviations,) = build_root_curves([trajectory], smoothing_time=smoothing_time).deviations
+    return Following(
+        trajectory=trajectory,
+        plan=plan,
+        velocity_errors=errors,
+        distances=np.linalg.norm(missed, axis=1),
+        smoothing=(float(deviations[0]), float(deviations[1])),
+    )
 
 
 def _feet_first(trajectories: Sequence[RootTrajectory]) -> IntArray:

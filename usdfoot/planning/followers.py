@@ -16,9 +16,14 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.motion import Motion
 from usdfoot.model.report import Problem
 from usdfoot.model.trajectory import sample_trajectory
-from usdfoot.planning.follow import Following, follow_trajectories
+from usdfoot.planning.follow import Following, follow_trajectories, followed
+from usdfoot.planning.proportions import proportions_of
+from usdfoot.planning.trajectories import TrajectoryOptions, plan_trajectories
 
 __all__ = ["following_figures", "plan_followers"]
+
+PHYSICS = "physics"
+"""The source of motion that needs no clips."""
 
 
 def plan_followers(
@@ -36,9 +41,10 @@ def plan_followers(
     """
     agents, problems = list(crowd.agents), []
     followings: dict[str, Following] = {}
-    for index in sorted({follower.library for follower in crowd.followers}):
-        own = [follower for follower in crowd.followers if follower.library == index]
-        for follower, found in zip(own, _plan(crowd, own, libraries, options), strict=True):
+    for index, has_clips in sorted({(follower.library, follower.motion != PHYSICS) for follower in crowd.followers}):
+        own = [f for f in crowd.followers if (f.library, f.motion != PHYSICS) == (index, has_clips)]
+        plan = _step_like_clips if has_clips else _step_like_people
+        for follower, found in zip(own, plan(crowd, own, libraries, options), strict=True):
             if isinstance(found, Following):
                 followings[follower.name] = found
                 agents.append(follower.walking(found.plan))
@@ -48,10 +54,10 @@ def plan_followers(
     return replace(crowd, agents=tuple(agents), followers=()), followings, problems
 
 
-def _plan(
+def _step_like_clips(
     crowd: Crowd, followers: Sequence[Follower], libraries: PreparedLibraries, options: EngineOptions
 ) -> Sequence[Following | UsdfootError]:
-    """What becomes of followers of one library."""
+    """What becomes of followers of one library, whose steps are those of its clips."""
     try:
         prepared = libraries.prepared(crowd, followers[0].library)
         return follow_trajectories(
@@ -65,6 +71,26 @@ def _plan(
         )
     except UsdfootError as error:
         return [error] * len(followers)
+
+
+def _step_like_people(
+    crowd: Crowd, followers: Sequence[Follower], libraries: PreparedLibraries, options: EngineOptions
+) -> Sequence[Following | UsdfootError]:
+    """What becomes of followers whose steps no clip shows: as long and quick as people's of their size."""
+    source = crowd.libraries[followers[0].library]
+    body = proportions_of(source.skeleton, source.biped)
+    found: list[Following | UsdfootError] = []
+    for follower in followers:
+        trajectory = follower.trajectory
+        ground = Ground(crowd.terrain, fallback_height=float(trajectory.positions[:, 1].min()))
+        walk = TrajectoryOptions(smoothing_time=options.follow.smoothing_time, apart=False)
+        try:
+            (plan,) = plan_trajectories([trajectory], ground, proportions=body, options=walk)
+        except UsdfootError as error:
+            found.append(error)
+            continue
+        found.append(followed(trajectory, plan, smoothing_time=walk.smoothing_time))
+    return found
 
 
 def following_figures(following: Following, motion: Motion) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from usdfoot.maths.types import IntArray
 from usdfoot.model.draft import PlanDraft
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
@@ -15,7 +16,7 @@ from usdfoot.planning.feet_apart import set_feet_apart, uncross
 from usdfoot.planning.prints import lay_prints
 from usdfoot.planning.proportions import Proportions
 
-__all__ = ["mend_plans", "mend_times"]
+__all__ = ["mend_plans", "mend_times", "strike_order"]
 
 OVERLAP = 0.25
 """Double support given to feet that leave too late, over the step time."""
@@ -29,6 +30,15 @@ NARROW = 0.6
 """Least distance between a foot and its other one across, over that of an easy step."""
 
 
+def strike_order(draft: PlanDraft) -> IntArray:
+    """Footsteps in order of strike; of the first two that strike together that of the third one's foot comes first."""
+    order = np.argsort(draft.strike_times, kind="stable")
+    together = len(order) > 2 and draft.strike_times[order[0]] == draft.strike_times[order[1]]
+    if together and draft.sides[order[1]] == draft.sides[order[2]]:
+        order[:2] = order[1::-1]
+    return order
+
+
 def mend_times(draft: PlanDraft) -> PlanDraft:
     """The draft in order of strike, every liftoff after its strike and before the foot's next.
 
@@ -39,7 +49,7 @@ def mend_times(draft: PlanDraft) -> PlanDraft:
     if len(lengths) != 1 or len(draft.sides) < 2:
         return draft
     if np.any(np.diff(draft.strike_times) < 0.0):
-        order = np.argsort(draft.strike_times, kind="stable")
+        order = strike_order(draft)
         styles = tuple(draft.styles[step] for step in order) if draft.styles else ()
         draft = replace(draft, **{name: values[order] for name, values in arrays.items()}, styles=styles)
     strikes, liftoffs = draft.strike_times, draft.liftoff_times.copy()

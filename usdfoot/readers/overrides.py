@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -39,6 +39,8 @@ class Overrides:
 
     layer: Sdf.Layer | None
     """overrides.usda; None = there is none yet."""
+    footsteps: Path | None
+    """The crowd's layer of executed plans; None = there is none yet."""
     units: StageUnits
     """Of the scene, which are the crowd's."""
 
@@ -52,7 +54,8 @@ class Overrides:
 
         Args:
             name: Of the agent.
-            plan_of: The plans of the scene by agent name, None for a name that no agent has.
+            plan_of: The plans of the scene by agent name, of agents that follow trajectories those they last walked;
+                None for a name that no agent has.
 
         Raises:
             PlanError: If what they made of it is no plan, or no plan is where they point.
@@ -78,6 +81,16 @@ class Overrides:
         frame = matrices_of(prim, np.array([start_code(stage).GetValue()]))[0] if path == own else np.eye(4)
         return OverriddenPlan(plan=plan, problems=problems, frame=frame)
 
+    def executed_plan(self, name: str) -> FootstepPlan | None:
+        """The plan that an agent last walked; None if it was never made."""
+        if self.footsteps is None:
+            return None
+        stage = Usd.Stage.Open(str(self.footsteps))
+        stage.Reload()
+        prim = stage.GetPrimAtPath(f"{Prim.PLANS}/{name}")
+        plan = read_plan(prim, self.units)[0] if prim else None
+        return replace(plan, orientations=plan.orientations + 0.0) if plan else None  # no -0.0: one hash, once rounded
+
 
 def read_overrides(folder: Path | None, units: StageUnits) -> Overrides:
     """What artists changed in a crowd, as it is on disk now.
@@ -91,13 +104,18 @@ def read_overrides(folder: Path | None, units: StageUnits) -> Overrides:
     """
     path = folder / File.OVERRIDES if folder else None
     if path is None or not path.is_file():
-        return Overrides(layer=None, units=units)
+        return Overrides(layer=None, footsteps=None, units=units)
     try:
         layer = Sdf.Layer.FindOrOpen(str(path))
         layer.Reload()
     except Tf.ErrorException as error:
         raise SceneError(path, "cannot be read", "correct it, or move it away") from error
-    return Overrides(layer=layer if layer.rootPrims or layer.subLayerPaths else None, units=units)
+    footsteps = path.with_name(File.FOOTSTEPS)
+    return Overrides(
+        layer=layer if layer.rootPrims or layer.subLayerPaths else None,
+        footsteps=footsteps if footsteps.is_file() else None,
+        units=units,
+    )
 
 
 def _target(layer: Sdf.Layer, name: str) -> str | None:

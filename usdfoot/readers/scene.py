@@ -14,13 +14,14 @@ from usdfoot.bridge.scene import Scene, StageInfo
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.agent import Crowd
+from usdfoot.model.limits import DEFAULT_LIMITS, Limits, check_limit
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.readers.agents import AgentSource, list_agents, select_agents
 from usdfoot.readers.casting import Casting, skipped
 from usdfoot.readers.clip_sources import ClipFinder
-from usdfoot.readers.limits import DEFAULT_LIMITS, Limits, check_limit, check_skeletons
+from usdfoot.readers.limits import check_skeletons
 from usdfoot.readers.overrides import read_overrides
 from usdfoot.readers.plans import read_plan
 from usdfoot.readers.stage import StagePrims, collect_prims, open_stage, read_stage_info
@@ -225,9 +226,11 @@ class SceneReader:
         return (planned, ()) if planned is not None else read_plan(source.plan, self.info.units)
 
     def _plan_of_name(self, name: str) -> FootstepPlan | None:
-        """The plan that the scene gives the agent of a name."""
+        """The plan that the scene gives the agent of a name; of one that follows a trajectory, what it last walked."""
         source = next((source for source in self._everyone if source.name == name), None)
-        return self._scene_plan(source)[0] if source and source.trajectory is None else None
+        if source is None:
+            return None
+        return self._scene_plan(source)[0] if source.trajectory is None else self._overrides.executed_plan(name)
 
 
 def _frame_codes(
