@@ -43,6 +43,7 @@ def walker(name="Walker", *, shift=0.0, statuses=("ok", "ok", "ok", "ikLimited")
         status=statuses,
         blend_error=np.array([0.0, 0.001, 0.002, 0.5]),
         placement_error=np.array([np.nan, 0.0, 0.0, 0.3]),
+        clips=(),
         com_times=times,
         com_positions=quaternion.rotate(turn, com),
     )

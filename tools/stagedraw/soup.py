@@ -53,6 +53,22 @@ def read_mesh(mesh: UsdGeom.Mesh) -> MeshShape:
     )
 
 
+def read_lines(curves: UsdGeom.BasisCurves) -> MeshShape:
+    """Linear curves with one colour a point as prisms with three sides, as wide as the curves."""
+    points = np.array(curves.GetPointsAttr().Get() or [], dtype=np.float64).reshape(-1, 3)
+    counts = np.array(curves.GetCurveVertexCountsAttr().Get() or [], dtype=np.int64)
+    ends = np.cumsum(counts)
+    starts = np.setdiff1d(np.arange(len(points)), ends - 1)
+    radius = 0.5 * float((curves.GetWidthsAttr().Get() or [0.01])[0])
+    ring = radius * np.array([[-0.87, -0.5, 0.0], [0.87, -0.5, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    corners = (points[:, None] + ring).reshape(-1, 3)
+    sides = [(a, b) for a in range(4) for b in range(a)]
+    quads = np.array([[a, b, 4 + b, a, 4 + b, 4 + a] for a, b in sides]).reshape(-1, 3)
+    triangles = (4 * starts[:, None, None] + quads).reshape(-1, 3)
+    colours = np.array(curves.GetDisplayColorPrimvar().Get() or [], dtype=np.float64).reshape(-1, 3)
+    return MeshShape(points=corners, triangles=triangles, colours=colours[triangles // 4], faceted=True)
+
+
 def place(shape: MeshShape, points: FloatArray) -> Soup:
     """The mesh with its points at `points` (world), shape (N, 3); smooth normals are those of the moved surface."""
     corners = points[shape.triangles]

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import Usd, UsdGeom, UsdSkel
 
-from stagedraw.soup import FloatArray, MeshShape, Soup, join, place, read_mesh, transform
+from stagedraw.soup import FloatArray, MeshShape, Soup, join, place, read_lines, read_mesh, transform
 
 EVERYTHING = Usd.TraverseInstanceProxies()
 
@@ -37,7 +37,7 @@ class Character:
 
 
 def static_soup(stage: Usd.Stage, code: float) -> Soup:
-    """Every visible mesh that no skeleton moves, and the instances of every PointInstancer."""
+    """Every visible mesh that no skeleton moves, linear curves, and the instances of every PointInstancer."""
     time = Usd.TimeCode(code)
     soups: list[Soup] = []
     xforms = UsdGeom.XformCache(time)
@@ -50,6 +50,9 @@ def static_soup(stage: Usd.Stage, code: float) -> Soup:
             prims.PruneChildren()
         elif prim.IsA(UsdGeom.Mesh) and not prim.HasAPI(UsdSkel.BindingAPI):
             shape = read_mesh(UsdGeom.Mesh(prim))
+            soups.append(place(shape, transform(shape.points, xforms.GetLocalToWorldTransform(prim))))
+        elif prim.IsA(UsdGeom.BasisCurves):
+            shape = read_lines(UsdGeom.BasisCurves(prim))
             soups.append(place(shape, transform(shape.points, xforms.GetLocalToWorldTransform(prim))))
     return join(soups)
 
@@ -112,9 +115,13 @@ def _instances(instancer: UsdGeom.PointInstancer, time: Usd.TimeCode, xforms: Us
         _prototype(instancer.GetPrim().GetStage().GetPrimAtPath(target), xforms)
         for target in instancer.GetPrototypesRel().GetForwardedTargets()
     ]
-    matrices = instancer.ComputeInstanceTransformsAtTime(time, time, UsdGeom.PointInstancer.ExcludeProtoXform)
-    for number, matrix in zip(instancer.GetProtoIndicesAttr().Get(time) or [], matrices, strict=False):
-        for shape, points in prototypes[number]:
+    matrices = instancer.ComputeInstanceTransformsAtTime(
+        time, time, UsdGeom.PointInstancer.ExcludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
+    )
+    numbers = instancer.GetProtoIndicesAttr().Get(time) or []
+    mask = instancer.ComputeMaskAtTime(time) or [True] * len(numbers)
+    for number, matrix, shown in zip(numbers, matrices, mask, strict=False):
+        for shape, points in prototypes[number] if shown else ():
             yield place(shape, transform(points, matrix * to_world))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
@@ -46,6 +47,8 @@ __all__ = [
     "prepare_library",
     "prepare_steps",
 ]
+
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -152,9 +155,9 @@ def animate_crowd(
 
 
 def animate_apart(
-    animate: Callable[[Sequence[Agent]], list[Motion]], agents: Sequence[Agent]
-) -> tuple[list[Motion], list[Problem]]:
-    """Motions of agents animated together; if they fail together, of those that can be animated alone."""
+    animate: Callable[[Sequence[Agent]], list[Result]], agents: Sequence[Agent]
+) -> tuple[list[Result], list[Problem]]:
+    """What comes of agents animated together; if they fail together, of those that can be animated alone."""
     try:
         return animate(agents), []
     except UsdfootError as error:

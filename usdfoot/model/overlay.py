@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
@@ -28,6 +29,8 @@ class ShownAgent:
     """[m], NaN where nothing is recorded, shape (N,)."""
     placement_error: FloatArray
     """[m], NaN where nothing is recorded, shape (N,)."""
+    clips: tuple[Mapping[str, float], ...]
+    """Recorded weight of each clip blended in each step, by name; N of them, or none."""
     com_times: FloatArray
     """[s], increasing, shape (F,)."""
     com_positions: FloatArray

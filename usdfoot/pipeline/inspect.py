@@ -19,6 +19,7 @@ from usdfoot.model.report import Problem
 from usdfoot.model.skeleton import forward_kinematics
 from usdfoot.pipeline.overlay_com import draw_com
 from usdfoot.pipeline.overlay_marks import mark_contacts, mark_errors, mark_footsteps, mark_timing, tabulate_steps
+from usdfoot.pipeline.overlay_spaces import draw_spaces
 from usdfoot.readers.stage import read_stage_info
 from usdfoot.readers.written import (
     WrittenAgent,
@@ -42,9 +43,13 @@ class InspectOptions:
     """Height of an error's column over the error ([B] Figure 8)."""
     second_length: float = 0.5
     """Length of a timing dagger that stands for a second [m] ([P] Figure 3)."""
+    weight_length: float = 0.3
+    """Height of the column on an example that has all the weight [m] ([B] Figure 4)."""
+    spaces: bool = True
+    """Draw the footstep spaces too; for them the scene's clips are read and analysed again."""
 
     def __post_init__(self) -> None:
-        for name in ("error_scale", "second_length"):
+        for name in ("error_scale", "second_length", "weight_length"):
             if not 0.0 < getattr(self, name) < np.inf:
                 raise UsdfootError(name, f"is {getattr(self, name)}", "must be a number above 0")
 
@@ -58,7 +63,12 @@ class InspectReport:
     agents: tuple[str, ...]
     """Names of the agents drawn."""
     problems: tuple[Problem, ...]
-    """What could not be drawn."""
+    """Agents that could not be read (errors), and what could not be drawn of others (warnings)."""
+
+    @property
+    def skipped(self) -> tuple[Problem, ...]:
+        """Agents that could not be read."""
+        return tuple(problem for problem in self.problems if problem.severity == "error")
 
 
 def inspect(
@@ -145,11 +155,19 @@ def draw_overlay(
         mark_contacts(steps, frames),
         mark_timing(steps, scale=options.second_length),
     ]
+    if options.spaces:
+        found, warnings = draw_spaces(crowd, shown, frames, length=options.weight_length)
+        marks += found
+        problems += warnings
     overlay = Overlay(
         agents=tuple(agent.name for agent in shown),
         marks=tuple(part for part in marks if part.kinds.size),
         lines=(draw_com(shown),),
-        notes={"error": options.error_scale, "second": options.second_length / crowd.units.meters_per_unit},
+        notes={
+            "error": options.error_scale,
+            "second": options.second_length / crowd.units.meters_per_unit,
+            "weight": options.weight_length / crowd.units.meters_per_unit,
+        },
     )
     return overlay, tuple(problems)
 
@@ -169,6 +187,7 @@ def _shown(agent: WrittenAgent, crowd: WrittenCrowd) -> ShownAgent:
         status=agent.status,
         blend_error=_recorded(agent.blend_error, len(agent.plan)),
         placement_error=_recorded(agent.placement_error, len(agent.plan)),
+        clips=agent.clips if len(agent.clips) == len(agent.plan) else (),
         com_times=tracks.times,
         com_positions=pelvis + quaternion.rotate(tracks.turns[:, biped.pelvis], offset),
     )

@@ -30,6 +30,8 @@ BEYOND_COLOR = (0.02, 0.02, 0.02)
 STANCE_COLOR, STEP_COLOR = (0.7, 0.03, 0.03), (0.12, 0.01, 0.01)
 PRINT_LIFT, CONTACT_LIFT, DAGGER_LIFT = 0.008, 0.014, 0.02
 """Heights over the ground, one over the other, the first over the plan's own prints [m]."""
+GLOW = 1.2
+"""Size of a contact's print over that of the foot, so that it is seen around it."""
 DISC = 0.003
 """Height of an error's column where there is next to none [m]."""
 TALLEST = 2.5
@@ -148,7 +150,7 @@ def mark_contacts(steps: StepRows, times: FloatArray) -> Marks:
     standing = (last >= first) & (times[:, None] <= steps.liftoff_times[rows] + 1e-6)
     jumps = np.zeros_like(standing)
     jumps[:-1] = (rows[1:] != rows[:-1]) & standing[1:]  # a swing between two times: do not slide over
-    sizes = np.repeat(steps.sizes[rows][..., None], 3, axis=-1)
+    sizes = np.repeat(GLOW * steps.sizes[rows][..., None], 3, axis=-1)
     return Marks(
         path="Contacts",
         shapes=tuple(footprint(name, side, CONTACT_COLORS[side]) for side, name in enumerate(SIDES)),

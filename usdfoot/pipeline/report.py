@@ -5,9 +5,9 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields, is_dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from usdfoot import __version__
 from usdfoot.batch.records import ChunkRecord, problem_json
@@ -17,7 +17,9 @@ from usdfoot.model.motion import StepResults
 from usdfoot.model.report import Problem
 from usdfoot.physics.motion_options import MotionOptions
 
-__all__ = ["AnimateReport", "provenance_of", "report_json"]
+__all__ = ["AnimateReport", "options_of", "provenance_of", "report_json"]
+
+Options = TypeVar("Options", bound=Any)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,6 +57,23 @@ def provenance_of(scene: Scene, options: MotionOptions, folder: Path) -> dict[st
         "contentHash": combined.hexdigest(),
         "options": _given(asdict(options)),
     }
+
+
+def options_of(provenance: Mapping[str, Any]) -> MotionOptions:
+    """The options that a crowd was made with; what its provenance does not say has its default.
+
+    Raises:
+        UsdfootError: If a value is out of its range.
+    """
+    return _filled(MotionOptions(), provenance.get("options", {}))
+
+
+def _filled(options: Options, given: Mapping[str, Any]) -> Options:
+    """Options with the values given by field; fields that are options themselves are filled too."""
+    known = {field.name: getattr(options, field.name) for field in fields(options)}
+    values = {name: value for name, value in given.items() if name in known}
+    inner = {name: _filled(known[name], value) for name, value in values.items() if is_dataclass(known[name])}
+    return replace(options, **{**values, **inner})
 
 
 def _given(options: Mapping[str, Any]) -> dict[str, Any]:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdSkel
@@ -56,6 +59,8 @@ class WrittenAgent:
     """Recorded placement error of each footstep [m], shape (N,) or (0,)."""
     hull_distance: FloatArray
     """Recorded distance to the hull [m], shape (N,) or (0,)."""
+    clips: tuple[Mapping[str, float], ...]
+    """Recorded weight of each clip blended in each step, by name; N of them, or none."""
     skeleton: Skeleton
     """Rest pose in the agent's space."""
     biped: Biped
@@ -78,6 +83,8 @@ class WrittenCrowd:
     """Terrain of the scene the crowd was made from; None if that cannot be found."""
     scene: str
     """Path of that scene, "" if not recorded."""
+    provenance: Mapping[str, Any]
+    """What the crowd says of its making, empty if nothing."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,7 +117,8 @@ def read_written_crowd(path: str | os.PathLike[str] | Usd.Stage) -> WrittenCrowd
         raise SceneError(
             where, f"has no agents below {tokens.Prim.AGENTS}", "give a crowd.usd written by usdfoot animate"
         )
-    folder, recorded = _provenance(stage)
+    folder, provenance = _provenance(stage)
+    recorded = str(provenance.get("scene", ""))
     scene = str((folder / recorded).resolve()) if recorded else ""
     return WrittenCrowd(
         stage=stage,
@@ -118,6 +126,7 @@ def read_written_crowd(path: str | os.PathLike[str] | Usd.Stage) -> WrittenCrowd
         folder=folder,
         terrain=_terrain(scene) if scene else None,
         scene=scene,
+        provenance=provenance,
     )
 
 
@@ -171,6 +180,7 @@ def read_agent_prim(prim: Usd.Prim, units: StageUnits) -> WrittenAgent:
         blend_error=_floats(plans[0], tokens.Result.BLEND_ERROR) * units.meters_per_unit,
         placement_error=_floats(plans[0], tokens.Result.PLACEMENT_ERROR) * units.meters_per_unit,
         hull_distance=_floats(plans[0], tokens.Result.HULL_DISTANCE) * units.meters_per_unit,
+        clips=_clips(plans[0]),
         skeleton=skeleton,
         biped=biped,
         frame_codes=codes,
@@ -256,13 +266,30 @@ def _floats(prim: Usd.Prim, name: str) -> FloatArray:
     return np.array(authored(prim, name) or (), dtype=float)
 
 
-def _provenance(stage: Usd.Stage) -> tuple[Path, str]:
-    """Folder of the layer that tells the crowd's provenance, and the scene it names; that may be a sublayer."""
+def _clips(plan: Usd.Prim) -> tuple[dict[str, float], ...]:
+    """Names and weights of the clips of each step, if they are recorded and agree in number."""
+    counts = authored(plan, tokens.Result.CLIP_COUNTS) or ()
+    names = authored(plan, tokens.Result.CLIPS) or ()
+    weights = authored(plan, tokens.Result.CLIP_WEIGHTS) or ()
+    if len({sum(counts), len(names), len(weights)}) != 1:
+        return ()
+    pairs = iter(zip(names, weights, strict=True))
+    steps: list[dict[str, float]] = []
+    for count in counts:
+        totals: dict[str, float] = {}
+        for name, weight in islice(pairs, count):
+            totals[str(name)] = totals.get(str(name), 0.0) + float(weight)
+        steps.append(totals)
+    return tuple(steps)
+
+
+def _provenance(stage: Usd.Stage) -> tuple[Path, dict[str, Any]]:
+    """Folder of the layer that tells of the crowd's making, which may be a sublayer, and what it tells."""
     for layer in stage.GetLayerStack(includeSessionLayers=False):
-        provenance = layer.customLayerData.get(tokens.PROVENANCE)
-        if provenance:
-            return Path(os.path.realpath(layer.realPath)).parent, str(provenance.get("scene", ""))
-    return Path(os.path.realpath(stage.GetRootLayer().realPath)).parent, ""
+        provenance = layer.customLayerData.get(tokens.PROVENANCE, {})
+        if "scene" in provenance:
+            return Path(os.path.realpath(layer.realPath)).parent, dict(provenance)
+    return Path(os.path.realpath(stage.GetRootLayer().realPath)).parent, {}
 
 
 def _terrain(scene: str) -> Terrain | None:
