@@ -74,9 +74,7 @@ def fill_library(
     found = find_holes(library.spaces, outline, holes)
     if not found:
         return FilledLibrary(source=library.source, holes=(), clips=(), problems=())
-    agents = [
-        _walker(hole, library, f"{name}{number:03d}") for number, hole in enumerate(found, start=first)
-    ]
+    agents = [_walker(hole, library, f"{name}{number:03d}") for number, hole in enumerate(found, start=first)]
     crowd = _crowd(library.source, agents)
     motions, problems = animate_apart(partial(animate_hybrids, library, crowd=crowd, options=options), agents)
     clips = []
@@ -88,9 +86,7 @@ def fill_library(
             problems.append(_out_of_reach(agent, hole, worst))
         else:
             clips.append(_clip_of(library.source, motion, agent, hole, crowd))
-    return FilledLibrary(
-        source=library.source, holes=tuple(found), clips=tuple(clips), problems=tuple(problems)
-    )
+    return FilledLibrary(source=library.source, holes=tuple(found), clips=tuple(clips), problems=tuple(problems))
 
 
 def _walker(hole: Hole, library: PreparedLibrary, name: str) -> Agent:
@@ -166,9 +162,7 @@ def _clip_of(library: ClipLibrary, motion: Motion, agent: Agent, hole: Hole, cro
 
 def _events(motion: Motion, side: int) -> AuthoredEvents:
     foot = motion.contacts[side]
-    return AuthoredEvents(
-        strike_times=foot.strike_times, flat_times=foot.flat_times, liftoff_times=foot.liftoff_times
-    )
+    return AuthoredEvents(strike_times=foot.strike_times, flat_times=foot.flat_times, liftoff_times=foot.liftoff_times)
 
 
 def _out_of_reach(agent: Agent, hole: Hole, worst: float) -> Problem:

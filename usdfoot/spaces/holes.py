@@ -24,9 +24,9 @@ class HoleOptions:
         UsdfootError: If an option is not possible.
     """
 
-    gap: float = 0.25
-    """Longest altitude of a triangle of landings that still needs no step of its own, and farthest landing from the
-    hull [m]."""
+    gap: float = 0.2
+    """Longest altitude of a triangle of landings that needs no step of its own, and twice the distance from the hull at
+    which a landing needs none [m]."""
     most: int = 40
     """Most holes of one style, gait and side."""
 
@@ -61,8 +61,8 @@ def find_holes(spaces: FootstepSpaces, outline: FloatArray, options: HoleOptions
 
     Args:
         spaces: Of the library.
-        outline: Landings that the legs reach without a flight, in left-swing coordinates: convex, counter-clockwise with
-            x to the right and z up [m], shape (K, 2).
+        outline: Landings that the legs reach without a flight, in left-swing coordinates: convex, counter-clockwise
+            with x to the right and z up [m], shape (K, 2).
         options: What a hole is.
     """
     options = options or HoleOptions()
@@ -108,7 +108,7 @@ def _largest_hole(landings: FloatArray, wanted: FloatArray, gap: float) -> Float
             return np.asarray(space.vertices[space.triangles[np.argmax(gaps)]].mean(axis=0))
     if len(wanted):
         distances = solve_footsteps(space, wanted).hull_distances
-        if distances.max() > gap:
+        if distances.max() > 0.5 * gap:
             return np.asarray(wanted[np.argmax(distances)])
     return None
 
@@ -116,7 +116,9 @@ def _largest_hole(landings: FloatArray, wanted: FloatArray, gap: float) -> Float
 def _lattice(outline: FloatArray, spacing: float) -> FloatArray:
     """Points of a square lattice within a convex outline, shape (L, 2)."""
     low, high = outline.min(axis=0), outline.max(axis=0)
-    axes = [np.arange(np.ceil(a / spacing), np.floor(b / spacing) + 1) * spacing for a, b in zip(low, high, strict=True)]
+    axes = [
+        np.arange(np.ceil(a / spacing), np.floor(b / spacing) + 1) * spacing for a, b in zip(low, high, strict=True)
+    ]
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
     return points[_inside(outline, points)]
 

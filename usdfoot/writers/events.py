@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,7 @@ from usdfoot.maths.types import FloatArray
 from usdfoot.model.contacts import Contacts
 from usdfoot.writers.layers import apply_schemas, author
 from usdfoot.writers.layers_over import author_times, layer_over
+from usdfoot.writers.made_clips import MadeClip, define_clip
 from usdfoot.writers.staging import staged_files
 
 __all__ = ["write_clip_events"]
@@ -27,6 +28,7 @@ def write_clip_events(
     info: StageInfo,
     default_prim: str,
     styles: Mapping[str, str],
+    made: Sequence[MadeClip] = (),
 ) -> Path:
     """Write a layer that sublayers the clips' stage and authors the events of each clip over it.
 
@@ -38,6 +40,7 @@ def write_clip_events(
         info: Of the clips' stage.
         default_prim: Its default prim.
         styles: Styles to author, by prim path of the clip.
+        made: Synthetic clips to add; their contacts are among the `contacts`.
 
     Returns:
         The file written.
@@ -57,6 +60,8 @@ def write_clip_events(
             author_times(prim, tokens.Clip.STRIKE_TIMES[side], _finite(foot.strike_times), info.units)
             author_times(prim, tokens.Clip.FLAT_TIMES[side], _finite(foot.flat_times[begun]), info.units)
             author_times(prim, tokens.Clip.LIFTOFF_TIMES[side], _finite(foot.liftoff_times), info.units)
+    for clip in made:
+        define_clip(layer, clip, info.units)
     with staged_files(target.parent) as files:
         files.add_layer(target.name, layer)
     return target

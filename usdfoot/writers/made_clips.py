@@ -29,7 +29,7 @@ class MadeClip:
 
 
 def define_clip(layer: Sdf.Layer, made: MadeClip, units: StageUnits) -> None:
-    """Author a clip's samples and what says that it is synthetic; its events are written with those of other clips.
+    """Author a clip's samples, its range and that it is synthetic; style and events are written as for all clips.
 
     Args:
         layer: Layer to author in.
@@ -42,7 +42,6 @@ def define_clip(layer: Sdf.Layer, made: MadeClip, units: StageUnits) -> None:
     prim.customData = {"synthetic": True}
     names = tokens.Clip
     author(prim, names.SOURCE, ValueTypes.Token, tokens.ClipSource.SYNTHETIC, uniform=True)
-    author(prim, names.STYLE, ValueTypes.Token, clip.style, uniform=True)
     author(prim, names.ROOT_MOTION, ValueTypes.Token, clip.root_motion, uniform=True)
     author(prim, names.CYCLIC, ValueTypes.Bool, bool(clip.cyclic), uniform=True)
     author(prim, names.MIRROR, ValueTypes.Bool, clip.mirror, uniform=True)
