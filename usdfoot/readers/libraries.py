@@ -31,7 +31,7 @@ class StageClips:
     libraries: tuple[ClipLibrary, ...]
     """One for each skeleton that clips were made on."""
     characters: tuple[Character, ...]
-    """What each library's skeleton belongs to, in their order."""
+    """The characters of those skeletons."""
     problems: tuple[Problem, ...]
     """Clips and skeletons that could not be used."""
 
@@ -59,27 +59,27 @@ def read_libraries(clips_file: str | os.PathLike[str]) -> StageClips:
             by_skeleton.setdefault(source.skeleton_prim.GetPath(), []).append(source)
         except UsdfootError as error:
             problems.append(_problem(animation.GetPath(), error))
-    found: list[tuple[ClipLibrary, Character]] = []
+    found: list[tuple[Character, ClipLibrary]] = []
     for path, sources in by_skeleton.items():
         try:
             found.append(_read_library(stage, stage.GetPrimAtPath(path), sources, info, problems))
         except UsdfootError as error:
             problems.append(_problem(path, error))
-    usable = [(library, character) for library, character in found if library.clips]
+    used = [(character, library) for character, library in found if library.clips]
     root = stage.GetDefaultPrim()
     return StageClips(
         info=info,
         default_prim=root.GetName() if root else "",
-        libraries=tuple(library for library, _ in usable),
-        characters=tuple(character for _, character in usable),
+        libraries=tuple(library for _, library in used),
+        characters=tuple(character for character, _ in used),
         problems=tuple(problems),
     )
 
 
 def _read_library(
     stage: Usd.Stage, skeleton: Usd.Prim, sources: list[ClipSource], info: StageInfo, problems: list[Problem]
-) -> tuple[ClipLibrary, Character]:
-    """Clips of one skeleton and the character it belongs to; those that cannot be used are added to the problems."""
+) -> tuple[Character, ClipLibrary]:
+    """Character and clips of one skeleton; those that cannot be used are added to the problems."""
     codes = np.array([stage.GetStartTimeCode()])
     character = read_character(character_prim_of(skeleton), info.units, codes)
     clips: list[Clip] = []
@@ -88,7 +88,7 @@ def _read_library(
             clips.append(read_clip(source, character.skeleton, character.biped, info.units))
         except UsdfootError as error:
             problems.append(_problem(source.prim.GetPath(), error))
-    return ClipLibrary(skeleton=character.skeleton, biped=character.biped, clips=tuple(clips)), character
+    return character, ClipLibrary(skeleton=character.skeleton, biped=character.biped, clips=tuple(clips))
 
 
 def _problem(path: Sdf.Path, error: UsdfootError) -> Problem:
