@@ -1,4 +1,4 @@
-"""Skeleton: a hierarchy of joints with a rest pose."""
+"""Skeleton: a hierarchy of joints with a rest pose; Pose: where the joints of one are."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from usdfoot.errors import SkeletonError
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray, IntArray
 
-__all__ = ["Skeleton", "forward_kinematics"]
+__all__ = ["Pose", "Skeleton", "forward_kinematics"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,6 +48,14 @@ class Skeleton:
                 [self.joints[i] for i in late],
             )
 
+    def ancestors(self, joint: int) -> list[int]:
+        """Joints above a joint, the nearest first."""
+        above = []
+        while self.parents[joint] >= 0:
+            joint = int(self.parents[joint])
+            above.append(joint)
+        return above
+
     def chain(self, ancestor: int, joint: int) -> tuple[int, ...]:
         """Joint indices on the way down from `ancestor` to `joint`, both included.
 
@@ -61,6 +69,16 @@ class Skeleton:
                 raise SkeletonError(self.name, f"{self.joints[joint]} is not below {self.joints[ancestor]}")
             way.append(parent)
         return tuple(reversed(way))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pose:
+    """One pose of a skeleton in its own space."""
+
+    places: FloatArray
+    """Joint positions [m], shape (J, 3)."""
+    turns: FloatArray
+    """Joint rotations, shape (J, 4)."""
 
 
 def forward_kinematics(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +11,15 @@ from pxr import Sdf
 
 from usdfoot.bridge import tokens
 from usdfoot.bridge.scene import StageInfo
+from usdfoot.bridge.units import StageUnits
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.contacts import Contacts
 from usdfoot.writers.layers import apply_schemas, author
 from usdfoot.writers.layers_over import author_times, layer_over
+from usdfoot.writers.made_clips import MadeClip, define_clip
 from usdfoot.writers.staging import staged_files
 
-__all__ = ["write_clip_events"]
+__all__ = ["author_events", "write_clip_events"]
 
 
 def write_clip_events(
@@ -27,6 +29,7 @@ def write_clip_events(
     info: StageInfo,
     default_prim: str,
     styles: Mapping[str, str],
+    made: Sequence[MadeClip] = (),
 ) -> Path:
     """Write a layer that sublayers the clips' stage and authors the events of each clip over it.
 
@@ -38,6 +41,7 @@ def write_clip_events(
         info: Of the clips' stage.
         default_prim: Its default prim.
         styles: Styles to author, by prim path of the clip.
+        made: Synthetic clips to add; their contacts are among the `contacts`.
 
     Returns:
         The file written.
@@ -51,15 +55,22 @@ def write_clip_events(
         apply_schemas(prim, [tokens.Schema.CLIP])
         if path in styles:
             author(prim, tokens.Clip.STYLE, Sdf.ValueTypeNames.Token, styles[path], uniform=True)
-        for side in (0, 1):
-            foot = clip_contacts[side]
-            begun = np.isfinite(foot.strike_times)
-            author_times(prim, tokens.Clip.STRIKE_TIMES[side], _finite(foot.strike_times), info.units)
-            author_times(prim, tokens.Clip.FLAT_TIMES[side], _finite(foot.flat_times[begun]), info.units)
-            author_times(prim, tokens.Clip.LIFTOFF_TIMES[side], _finite(foot.liftoff_times), info.units)
+        author_events(prim, clip_contacts, info.units)
+    for clip in made:
+        define_clip(layer, clip, info.units)
     with staged_files(target.parent) as files:
         files.add_layer(target.name, layer)
     return target
+
+
+def author_events(prim: Sdf.PrimSpec, contacts: Contacts, units: StageUnits) -> None:
+    """Strike, flat and liftoff times of both feet as UsdfootClipAPI attributes, those within the clip."""
+    for side in (0, 1):
+        foot = contacts[side]
+        begun = np.isfinite(foot.strike_times)
+        author_times(prim, tokens.Clip.STRIKE_TIMES[side], _finite(foot.strike_times), units)
+        author_times(prim, tokens.Clip.FLAT_TIMES[side], _finite(foot.flat_times[begun]), units)
+        author_times(prim, tokens.Clip.LIFTOFF_TIMES[side], _finite(foot.liftoff_times), units)
 
 
 def _finite(times: FloatArray) -> FloatArray:
