@@ -126,7 +126,7 @@ def test_what_is_missing_or_wrong_is_named(tmp_path, name, content, options, mes
 
 def test_pictures_need_their_height_and_archives_one_array(tmp_path):
     write_grid(tmp_path / "a.png")
-    with pytest.raises(TerrainError, match="does not say how high white is. give --height"):
+    with pytest.raises(TerrainError, match=r"does not say how high white is. give --height"):
         import_terrain_file(tmp_path / "a.png", terrain_format=said())
     np.savez(tmp_path / "a.npz", one=HEIGHTS, two=HEIGHTS)
     with pytest.raises(TerrainError, match="has 2 arrays of two dimensions: one, two"):
