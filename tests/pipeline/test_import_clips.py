@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 from pxr import Usd, UsdGeom, UsdSkel, UsdValidation
 
 from tests.builders import Gait, build_walker
+from tests.importers.gltf_files import gltf_of
 from tests.importers.motion_files import bvh_of
 from tests.importers.naive_files import acclaim_positions, bvh_positions
 from tests.references import usdskel_positions
@@ -73,6 +74,25 @@ def test_a_known_walk_comes_through_whole(tmp_path, twisted):
     assert [error.GetMessage() for error in errors] == []
     assert UsdGeom.GetStageMetersPerUnit(stage) == 1.0 and UsdGeom.GetStageUpAxis(stage) == "Y"
     assert stage.GetDefaultPrim().GetPath() == "/Clips" and stage.GetTimeCodesPerSecond() == 30.0
+
+
+def test_a_gltf_walk_shares_the_skeleton_of_a_bvh_walk(tmp_path):
+    pytest.importorskip("pygltflib", reason="glTF needs the extra import")
+    library = build_walker(footsteps=4).library
+    skeleton, clip = library.skeleton, library.clips[0]
+    files = [gltf_of(skeleton, clip).save(tmp_path / "walk.glb", "glb"), tmp_path / "walk.bvh"]
+    files[1].write_text(bvh_of(skeleton, clip, metres=1.0))
+    report = import_clips(files[:1], tmp_path / "clips.usd")
+    expected, _ = forward_kinematics(skeleton.parents, clip.translations, clip.rotations)
+    names, places = written_positions(Usd.Stage.Open(str(report.file)), "walk")
+    order = [names.index(joint.rsplit("/", 1)[-1]) for joint in skeleton.joints]
+    assert_allclose(places[:, order], expected, atol=EXACT)
+    both = import_clips(files, tmp_path / "both.usd", clip_format=ClipFormat(unit="m"))
+    (capture,) = both.captures.values()
+    assert both.problems == () and len(capture.clips) == 2
+    assert_stands(capture, ball_height=0.04, within=0.003)
+    with pytest.raises(ClipError, match="is in metres, as glTF defines it, not cm"):
+        import_clips(files[:1], tmp_path / "clips.usd", clip_format=ClipFormat(unit="cm"))
 
 
 def test_files_on_the_same_bones_share_a_skeleton_and_names_are_unique(tmp_path):

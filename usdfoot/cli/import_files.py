@@ -21,8 +21,8 @@ __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
 NAME = "import"
 HELP = "motion capture as clips"
 DESCRIPTION = (
-    "Writes the clips of motion capture files (BVH, Acclaim's ASF with AMC) as one USD stage. Clips on the same bones "
-    "share a Skeleton, whose rest pose stands on level feet and faces +Z even where the file's own does not."
+    "Writes the clips of motion capture files (BVH, Acclaim's ASF with AMC) and of glTF as one USD stage. Clips on the "
+    "same bones share a Skeleton, whose rest pose stands on level feet and faces +Z even where the file's own does not."
 )
 EPILOG = """\
 example:
@@ -31,7 +31,7 @@ example:
   usdfoot analyze clips.usd
 
 units and rates are never guessed: where a file does not state them, --unit and --rate are needed. Lengths of ASF files
-are in that unit divided by their `:units length`.
+are in that unit divided by their `:units length`; glTF is in metres. It needs the extra: pip install 'usdfoot[import]'.
 
 exit codes: 0 all imported, 1 some files skipped (listed), 2 nothing written
 
@@ -43,10 +43,12 @@ in Python:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the verb's arguments."""
-    parser.add_argument("files", metavar="FILE", nargs="+", help=".bvh, or .asf with its .amc")
+    parser.add_argument("files", metavar="FILE", nargs="+", help=".bvh, .asf with its .amc, .gltf, .glb")
     parser.add_argument("-o", "--output", metavar="USD", required=True, help="stage to write: .usd, .usda or .usdc")
     parser.add_argument("--unit", default="", help="of lengths: m, cm, mm, ft, in, or metres a unit")
-    parser.add_argument("--rate", metavar="HZ", type=rate, default=0.0, help="frames a second of AMC files")
+    parser.add_argument(
+        "--rate", metavar="HZ", type=rate, default=0.0, help="frames a second of AMC files; of glTF's clips"
+    )
     parser.add_argument("--up", choices=("Y", "Z"), default="Y", help="axis that points up (default: %(default)s)")
     add_limits(parser, "joints", "frames")
 

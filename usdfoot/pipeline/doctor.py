@@ -17,13 +17,22 @@ __all__ = ["Diagnosis", "Symptom", "examine"]
 
 NEEDED = {"numpy": (1, 26), "scipy": (1, 11), "rich": (13,), "warp": (1, 5)}
 """Modules that must be there, and the lowest version that does."""
-DISTRIBUTIONS = {"warp": "warp-lang", "PIL": "pillow", "pxr": "usd-core"}
+DISTRIBUTIONS = {
+    "warp": "warp-lang",
+    "PIL": "pillow",
+    "pxr": "usd-core",
+    "jupyter_threejs_sage": "jupyter-threejs-sage",
+}
 """Where a distribution is not called as its module is."""
 LOWEST_PYTHON = (3, 10)
 LOWEST_USD = (0, 24, 8)
 EXTRAS = {
     "crowd": (("jupedsim",), "usdfoot plan crowd"),
-    "report": (("matplotlib", "PIL"), "pictures: usdfoot analyze --plot, tools/draw.py"),
+    "report": (
+        ("matplotlib", "PIL", "jupyter_threejs_sage"),
+        "pictures and pages: usdfoot analyze --plot, usdfoot inspect --html, tools/draw.py",
+    ),
+    "import": (("pygltflib",), "usdfoot import: glTF"),
     "dask": (("distributed",), "usdfoot animate --scheduler"),
 }
 """Modules of the optional extras, and what they are for."""

@@ -20,6 +20,8 @@ from usdfoot.importers.amc import import_amc, skeleton_files
 from usdfoot.importers.asf import import_asf
 from usdfoot.importers.bones import upright
 from usdfoot.importers.bvh import import_bvh
+from usdfoot.importers.gltf import import_gltf
+from usdfoot.importers.units import metres_in
 from usdfoot.model.biped import SIDES
 from usdfoot.model.capture import Capture
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits
@@ -28,7 +30,8 @@ from usdfoot.writers.clips import write_clips
 
 __all__ = ["CLIP_SUFFIXES", "ClipFormat", "ImportedClips", "import_clips"]
 
-CLIP_SUFFIXES = (".bvh", ".asf", ".amc")
+GLTF_SUFFIXES = (".gltf", ".glb")
+CLIP_SUFFIXES = (".bvh", ".asf", ".amc", *GLTF_SUFFIXES)
 """Of files that can be imported as clips."""
 LEGS = (0.4, 1.4)
 """Thigh and shin of people and near it [m]; others are asked about."""
@@ -41,9 +44,9 @@ class ClipFormat:
     unit: str = ""
     """Of lengths: m, cm, mm, ft, in, or metres a unit."""
     rate: float = 0.0
-    """Frames a second of AMC files [Hz]."""
+    """Frames a second of AMC files [Hz]; samples a second of glTF files, 0 = as their keys are."""
     up: str = "Y"
-    """Axis that points up: Y | Z."""
+    """Axis that points up in files other than glTF: Y | Z."""
     limits: Limits = DEFAULT_LIMITS
     """How much a file may hold."""
 
@@ -73,7 +76,7 @@ def import_clips(
     origin: the file's own pose where that stands, else one made of the clips.
 
     Args:
-        files: .bvh, .asf with their .amc.
+        files: .bvh, .asf with their .amc, .gltf, .glb.
         output: .usd, .usda or .usdc to write.
         clip_format: Units and rates that the files do not state.
         progress: Told which file is read, how many are done, and of how many.
@@ -85,6 +88,7 @@ def import_clips(
     clip_format = clip_format or ClipFormat()
     paths = [Path(file) for file in files]
     captures: list[Capture] = []
+    _check_unit(paths, clip_format.unit)
     skeletons = skeleton_files(paths)
     problems: list[Problem] = []
     errors: list[UsdfootError] = []
@@ -94,7 +98,7 @@ def import_clips(
             continue
         try:
             found, odd = _read(path, skeletons.get(path), clip_format)
-            captures += [upright(capture, up=clip_format.up) for capture in found]
+            captures += found
             problems += odd
         except UsdfootError as error:
             errors.append(error)
@@ -114,11 +118,24 @@ def import_clips(
     return ImportedClips(file=target, captures=named, problems=tuple(problems))
 
 
+def _check_unit(paths: Sequence[Path], unit: str) -> None:
+    """Raises ClipError if a unit is asked for that no file can have."""
+    if (
+        unit
+        and metres_in(unit, "unit", error=ClipError) != 1.0
+        and {path.suffix.lower() for path in paths} <= set(GLTF_SUFFIXES)
+    ):
+        raise ClipError(paths[0], f"is in metres, as glTF defines it, not {unit}", "leave --unit out")
+
+
 def _read(path: Path, skeleton: Path | None, said: ClipFormat) -> tuple[list[Capture], tuple[Problem, ...]]:
     """Captures of one file, an AMC file with its ASF file, and what was odd."""
     suffix = path.suffix.lower()
     if suffix == ".bvh":
-        return [import_bvh(path, unit=said.unit, limits=said.limits)], ()
+        return [upright(import_bvh(path, unit=said.unit, limits=said.limits), up=said.up)], ()
+    if suffix in GLTF_SUFFIXES:
+        found, left_out = import_gltf(path, rate=said.rate, limits=said.limits)
+        return list(found), left_out
     if suffix == ".asf":
         raise ClipError(path, "has no AMC file that moves it", "name its AMC files as well")
     if suffix != ".amc":
@@ -127,7 +144,7 @@ def _read(path: Path, skeleton: Path | None, said: ClipFormat) -> tuple[list[Cap
         raise ClipError(path, "has no ASF file", "name it as well; of several, 02.asf belongs to 02_01.amc")
     bones = import_asf(skeleton, unit=said.unit, limits=said.limits)
     capture, odd = import_amc(path, bones, rate=said.rate, limits=said.limits)
-    return [capture], odd
+    return [upright(capture, up=said.up)], odd
 
 
 def _at_rest(capture: Capture) -> tuple[Capture, list[Problem]]:
