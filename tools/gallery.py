@@ -65,7 +65,8 @@ def draw_sheet(name: str, target: Path, scratch: Path) -> Path:
 def draw_space(target: Path, scratch: Path) -> Path:
     """The footstep and root velocity space of most examples, with their errors."""
     report = analyze(STAGES / "clips.usdc", plots=scratch / "spaces")
-    return _packed(max(report.plots, key=lambda path: path.stat().st_size), target / f"{SPACE}.png")
+    largest = max(report.plots, key=lambda path: path.stat().st_size)
+    return _packed(largest, target / f"{SPACE}.png", colours=256)
 
 
 def _add_com(shot: Path, crowd: Path) -> None:
@@ -83,10 +84,13 @@ def _add_com(shot: Path, crowd: Path) -> None:
     layer.Save()
 
 
-def _packed(picture: Path, path: Path) -> Path:
-    """The picture as small a file as it can be without loss."""
+def _packed(picture: Path, path: Path, *, colours: int = 0) -> Path:
+    """The picture as a small file, with a palette of so many colours (0 = none; few of them are the marks')."""
     with Image.open(picture) as image:
-        image.convert("RGB").save(path, optimize=True)
+        packed = image.convert("RGB")
+        if colours:
+            packed = packed.quantize(colours, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+        packed.save(path, optimize=True)
     return path
 
 
