@@ -20,6 +20,11 @@ from usdfoot.cli.main import build_parser, main
 README = Path(__file__).resolve().parents[1] / "README.md"
 NOT_HERE = {"city.usd"}
 """Files of a reader's own whose commands are parsed only: crowds for farms."""
+PLAN = """foot,x,y,z,yaw,strike,liftoff
+left,0.1,0,0,0,0,0.6
+right,-0.1,0,0.5,0,0.5,1.1
+left,0.1,0,1,0,1,1.6
+"""
 DROPPED = ("--workers", "--scheduler")
 
 
@@ -48,6 +53,8 @@ def workplace(stages, tmp_path_factory):
     for prim in stage.GetPrimAtPath("/HumanClips/Clips").GetChildren():
         prim.SetActive(prim.GetName() in {*KEPT, "run_250", "run_300"})
     layer.Save()
+    shutil.copy(folder / "stages" / "human.usdc", folder / "hero.usdc")
+    (folder / "plan.csv").write_text(PLAN)
     scene_with_path(folder / "street.usda")
     (folder / "tracks.txt").write_text("".join(f"7 {frame} {0.04 * frame} 1.0\n" for frame in range(100)))
     case(folder, agent(SEEK.format(PLACE.format(5, 6))))
