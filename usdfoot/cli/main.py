@@ -8,14 +8,14 @@ import traceback
 from collections.abc import Sequence
 
 from usdfoot import __version__
-from usdfoot.cli import analyze, animate, inspect, job, plan, validate
+from usdfoot.cli import analyze, animate, inspect, job, plan, plugin_path, validate
 from usdfoot.cli.console import logging_on_stderr, print_error
 from usdfoot.cli.verbs import add_verb
 from usdfoot.errors import UsdfootError
 
 __all__ = ["main"]
 
-VERBS = (animate, analyze, plan, validate, inspect, job)
+VERBS = (animate, analyze, plan, validate, inspect, plugin_path, job)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

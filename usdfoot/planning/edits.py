@@ -8,9 +8,11 @@ import numpy as np
 
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
+from usdfoot.planning.prints import lay_prints
 
-__all__ = ["add_footstep", "delete_footstep", "move_footstep"]
+__all__ = ["add_footstep", "delete_footstep", "lay_footsteps", "move_footstep"]
 
 USUAL_STEP, USUAL_SWING = 0.6, 0.45
 """Times of plans too short to have any of their own [s]."""
@@ -89,6 +91,16 @@ def add_footstep(
     new = after + 1
     place = edited.positions[new] if position is None else position
     return move_footstep(edited, new, position=place, orientation=orientation)
+
+
+def lay_footsteps(plan: FootstepPlan, rows: IntArray, ground: Ground) -> FootstepPlan:
+    """The plan with footsteps `rows` on the terrain under them; without terrain as it is."""
+    if not ground.has_terrain:
+        return plan
+    positions, orientations = plan.positions.copy(), plan.orientations.copy()
+    prints = lay_prints(ground, positions[rows][:, [0, 2]], plan.yaws[rows], positions[rows, 1])
+    positions[rows], orientations[rows] = prints.positions, prints.orientations
+    return replace(plan, positions=positions, orientations=orientations)
 
 
 def _appended(plan: FootstepPlan) -> FootstepPlan:
