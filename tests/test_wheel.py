@@ -43,7 +43,8 @@ def installed(wheel, tmp_path_factory) -> Path:
 def test_the_wheel_holds_the_package_and_the_schemas_and_nothing_else(wheel, repository):
     with zipfile.ZipFile(wheel) as archive:
         names = {name for name in archive.namelist() if ".dist-info/" not in name}
-    sources = {path.relative_to(repository).as_posix() for path in (repository / "usdfoot").rglob("*.py")}
+    files = [path for path in (repository / "usdfoot").rglob("*") if path.is_file() and "__pycache__" not in path.parts]
+    sources = {path.relative_to(repository).as_posix() for path in files}
     schemas = {f"usdfoot/schemas/{path.name}" for path in (repository / "schemas").iterdir()}
     assert sources | schemas | {"usdfoot/validators/plugInfo.json"} <= names
     assert {name.split("/")[0] for name in names} == {"usdfoot"}

@@ -185,6 +185,16 @@ def test_feet_clear_the_edges_of_stairs(animate, walker_library, rise):
         assert (points[inside, :, 1] - above - treads).min() > -2e-3
 
 
+@pytest.mark.parametrize("rise", [-0.2, 0.2])
+def test_feet_have_time_for_the_height_of_treads(animate, walker_library, rise):
+    tread = 0.4
+    plan = way(8, length=tread, rise=rise, step_time=0.6)
+    motion = animate([plan], terrain=stairs(rise, tread), rate=RATE)[0]
+    feet = in_world(walker_library.source, motion)
+    speeds = np.abs(np.gradient(feet.balls[..., 1], feet.times, axis=0))
+    assert speeds.max() < 2.5  # a foot that hurries nowhere on the level comes down at 3.8 m/s, past the edge
+
+
 def test_a_footstep_beside_the_terrain_is_reported_and_the_others_are_exact(animate):
     plan = way()
     terrain = slope(0.0, 0.0, size=float(plan.positions[-1, 2]) - 0.1)

@@ -7,7 +7,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdSkel
 from tests.scenes import simple_scene
 from usdfoot.cli.main import main
 from usdfoot.errors import SceneError, UsdfootError
-from usdfoot.readers.limits import Limits
+from usdfoot.model.limits import Limits
 from usdfoot.readers.samples import regular_codes
 from usdfoot.readers.scene import SceneReader
 

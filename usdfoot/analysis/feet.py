@@ -9,7 +9,7 @@ from usdfoot.analysis.sampling import samples_within
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
 
-__all__ = ["HEEL_REACH", "heel_offsets", "heels_ahead"]
+__all__ = ["HEEL_REACH", "heel_offsets", "heels_ahead", "unrest"]
 
 HEEL_REACH = 0.4
 """How far the heel lies behind the ankle, as a fraction of the distance from ankle to ball (design.md section 2)."""
@@ -52,8 +52,8 @@ def heel_offsets(
         Offsets [m], shape (2, 3).
     """
     inverses = quaternion.inverse(ankle_rotations)
-    unrest = _unrest(ankles, balls, ankle_rotations, rate)
-    calm = unrest <= np.quantile(unrest, 0.15, axis=0)
+    restless = unrest(ankles, balls, ankle_rotations, rate)
+    calm = restless <= np.quantile(restless, 0.15, axis=0)
     ups = quaternion.rotate(inverses, np.array([0.0, 1.0, 0.0]))
     up = np.stack([np.median(ups[calm[:, side], side], axis=0) for side in range(2)])
     up = up / np.linalg.norm(up, axis=-1, keepdims=True)  # (2, 3)
@@ -65,7 +65,7 @@ def heel_offsets(
     return (drop - ball_heights[:, None]) * up + heels_ahead(ahead, -drop, ball_heights[:, None]) * forward
 
 
-def _unrest(ankles: FloatArray, balls: FloatArray, ankle_rotations: FloatArray, rate: float) -> FloatArray:
+def unrest(ankles: FloatArray, balls: FloatArray, ankle_rotations: FloatArray, rate: float) -> FloatArray:
     """How little each foot stands flat: by its height above the lowest nearby and its turning, shape (T, 2)."""
     heights = ankles[..., 1] + balls[..., 1]
     lowest = minimum_filter1d(heights, 2 * samples_within(0.4, 1.0 / rate) + 1, axis=0, mode="nearest")

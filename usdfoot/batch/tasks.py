@@ -15,8 +15,8 @@ from usdfoot.bridge.scene import Scene
 from usdfoot.bridge.tokens import ChunkFiles, File, chunk_files
 from usdfoot.bridge.versions import library_versions
 from usdfoot.model.agent import Agent, Follower
+from usdfoot.model.limits import Limits
 from usdfoot.physics.motion_options import MotionOptions
-from usdfoot.readers.limits import Limits
 
 __all__ = ["ChunkTask", "cut_chunks"]
 

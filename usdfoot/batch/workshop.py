@@ -10,10 +10,10 @@ from usdfoot.batch.records import record_of
 from usdfoot.batch.sources import SourceFigures
 from usdfoot.batch.tasks import ChunkTask
 from usdfoot.engine.animate import PreparedLibraries
+from usdfoot.model.limits import Limits
 from usdfoot.physics.animate import animate_all
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.planning.followers import plan_followers
-from usdfoot.readers.limits import Limits
 from usdfoot.readers.scene import SceneReader
 from usdfoot.writers.chunks import write_chunk
 

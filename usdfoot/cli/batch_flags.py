@@ -6,9 +6,9 @@ import argparse
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from usdfoot.readers.limits import Limits
+    from usdfoot.model.limits import Limits
 
-__all__ = ["add_batch_flags", "limits_of"]
+__all__ = ["add_batch_flags", "add_limits", "limits_of"]
 
 LIMITED = ("agents", "joints", "frames", "triangles")
 """What there may be too much of, as the options' names have it."""
@@ -33,15 +33,20 @@ def add_batch_flags(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--chunk", metavar="INDEX", type=int, help="make this chunk only, as a farm's task does; crowd.usd comes later"
     )
-    for name in LIMITED:
-        parser.add_argument(f"--max-{name}", metavar="N", type=count, help=f"refuse a scene with more {name} than this")
+    add_limits(parser, *LIMITED)
+
+
+def add_limits(parser: argparse.ArgumentParser, *names: str) -> None:
+    """Add --max-NAME for each of some of `LIMITED`."""
+    for name in names:
+        parser.add_argument(f"--max-{name}", metavar="N", type=count, help=f"refuse what has more {name} than this")
 
 
 def limits_of(arguments: argparse.Namespace) -> Limits:
     """Limits as given, else the defaults."""
-    from usdfoot.readers.limits import Limits
+    from usdfoot.model.limits import Limits
 
-    given = {name: getattr(arguments, f"max_{name}") for name in LIMITED}
+    given = {name: getattr(arguments, f"max_{name}", None) for name in LIMITED}
     return Limits(**{name: value for name, value in given.items() if value is not None})
 
 

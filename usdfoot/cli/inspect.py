@@ -14,7 +14,8 @@ NAME = "inspect"
 HELP = "draw what happened on every footstep of a written crowd"
 DESCRIPTION = (
     "Draws footsteps by status, errors as columns, contacts, the centre of mass by phase, the footstep space with the "
-    "blend weights at the current step, and timing over a written crowd, as guides below /__usdfoot in a layer."
+    "blend weights at the current step, and timing over a written crowd, as guides below /__usdfoot in a layer; or "
+    "shows figures, plans and playing stick figures on one web page."
 )
 EPILOG = """\
 example:
@@ -28,6 +29,8 @@ exit codes: 0 all agents drawn, 1 some could not be read (listed), 2 nothing wri
 in Python:
   from usdfoot.pipeline.inspect import inspect
   report = inspect("build/walk/crowd.usd", "inspect.usda")
+  from usdfoot.pipeline.page import write_page
+  report = write_page("build/walk/crowd.usd", "report.html")
 """
 
 
@@ -35,6 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the verb's arguments."""
     parser.add_argument("crowd", metavar="CROWD", help="crowd.usd written by usdfoot animate")
     parser.add_argument("-o", "--output", metavar="LAYER", help="overlay to write: .usd, .usda or .usdc")
+    parser.add_argument("--html", metavar="PAGE", help="one web page with all of it, and a 3-D view that plays")
     parser.add_argument("--agents", metavar="GLOB", default="*", help="names of the agents to draw (default: all)")
     parser.add_argument(
         "--error-scale",
@@ -74,22 +78,27 @@ def above_zero(text: str) -> float:
 def run(arguments: argparse.Namespace) -> int:
     """Inspect; 0 = all agents drawn, 1 = some could not be read."""
     from usdfoot.errors import UsdfootError
-    from usdfoot.pipeline.inspect import InspectOptions, inspect
+    from usdfoot.pipeline.inspect import InspectOptions, InspectReport, inspect
+    from usdfoot.pipeline.page import PageReport, write_page
 
-    if arguments.output is None:
-        raise UsdfootError("inspect", "has nothing to write", "give -o LAYER")
+    if arguments.output is None and arguments.html is None:
+        raise UsdfootError("inspect", "has nothing to write", "give -o LAYER or --html PAGE")
+    reports: list[InspectReport | PageReport] = []
     with shown_progress(quiet=arguments.quiet) as progress:
-        report = inspect(
-            arguments.crowd,
-            arguments.output,
-            agents=arguments.agents,
-            options=InspectOptions(
+        if arguments.output is not None:
+            options = InspectOptions(
                 error_scale=arguments.error_scale,
                 second_length=arguments.second_length,
                 kinds=tuple(arguments.kinds),
-            ),
-            progress=progress,
-        )
-    print_problems(report.problems, quiet=arguments.quiet)
-    results_console().print(f"wrote {report.file}", soft_wrap=True)
-    return 1 if report.skipped else 0
+            )
+            overlay = inspect(
+                arguments.crowd, arguments.output, agents=arguments.agents, options=options, progress=progress
+            )
+            reports.append(overlay)
+        if arguments.html is not None:
+            page = write_page(arguments.crowd, arguments.html, agents=arguments.agents, progress=progress)
+            reports.append(page)
+    print_problems(dict.fromkeys(problem for report in reports for problem in report.problems), quiet=arguments.quiet)
+    for report in reports:
+        results_console().print(f"wrote {report.file}", soft_wrap=True)
+    return 1 if any(report.skipped for report in reports) else 0

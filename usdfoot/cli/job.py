@@ -19,6 +19,8 @@ example:
   usdfoot job city.usd -o build/city --with="--chunk-size 250 --root-weight 0.5" > job.yaml
   openjd run job.yaml --step Crowd --run-dependencies
 
+exit codes: 0 printed, 2 bad arguments
+
 in Python:
   from usdfoot.batch.job import job_template
   print(job_template("city.usd", "build/city", chunks=4))

@@ -8,14 +8,25 @@ import traceback
 from collections.abc import Sequence
 
 from usdfoot import __version__
-from usdfoot.cli import analyze, animate, inspect, job, plan, plugin_path, validate
+from usdfoot.cli import (
+    analyze,
+    animate,
+    completion,
+    doctor,
+    import_files,
+    inspect,
+    job,
+    plan,
+    plugin_path,
+    validate,
+)
 from usdfoot.cli.console import logging_on_stderr, print_error
 from usdfoot.cli.verbs import add_verb
 from usdfoot.errors import UsdfootError
 
 __all__ = ["main"]
 
-VERBS = (animate, analyze, plan, validate, inspect, plugin_path, job)
+VERBS = (animate, analyze, plan, import_files, validate, inspect, job, doctor, plugin_path, completion)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -24,7 +24,8 @@ example:
 
 exit codes: 0 all planned, 1 some agents skipped (listed), 2 nothing written
 
-in Python, interactively: send() tells of a world that has changed
+in Python:
+  # interactively: send() tells of a world that has changed
   from usdfoot.planning.wander import wander
   walk = wander(world, start, yaw, generator=numpy.random.default_rng(7))
   footstep = next(walk)

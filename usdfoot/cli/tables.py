@@ -12,10 +12,20 @@ if TYPE_CHECKING:
     from usdfoot.analysis.summary import ClipSummary
     from usdfoot.model.motion import StepResults
     from usdfoot.model.plan import FootstepPlan
+    from usdfoot.pipeline.doctor import Symptom
     from usdfoot.pipeline.validate import AgentFigures, Figure
     from usdfoot.planning.lint import Fault
 
-__all__ = ["clip_table", "fault_table", "figure_table", "plan_table", "step_table", "target_table", "unpromised_table"]
+__all__ = [
+    "clip_table",
+    "fault_table",
+    "figure_table",
+    "plan_table",
+    "step_table",
+    "symptom_table",
+    "target_table",
+    "unpromised_table",
+]
 
 MOST_ROWS = 40
 """Agents listed at most; the total covers all."""
@@ -63,6 +73,16 @@ def fault_table(faults: Sequence[Fault]) -> Table:
         table.add_row(fault.plan, number, fault.kind, fault.severity, fault.message)
     if len(faults) > MOST_ROWS:
         table.add_row(f"and {len(faults) - MOST_ROWS} more", *[""] * 4)
+    return table
+
+
+def symptom_table(symptoms: Sequence[Symptom]) -> Table:
+    """What usdfoot runs on, and what to do about what is missing."""
+    table = Table(title="usdfoot doctor")
+    for heading in ("what", "state", "found", "what to do"):
+        table.add_column(heading, overflow="fold")
+    for symptom in symptoms:
+        table.add_row(symptom.name, symptom.state, symptom.told, symptom.remedy)
     return table
 
 

@@ -1,4 +1,8 @@
-"""Detours of swinging feet: over the terrain between two prints, and around the standing leg (design.md section 7)."""
+"""Detours of swinging feet: over the terrain between two prints, and around the standing leg (design.md section 7).
+
+Where the ground asks for a steep way up or down, as treads do, a foot also lags behind or hurries ahead on the level, so
+that there is time for the height.
+"""
 
 from __future__ import annotations
 
@@ -29,6 +33,9 @@ PROBES = np.union1d(np.arange(0, FINE, BETWEEN), [1, 2, FINE - 3, FINE - 2])
 
 FIRST_GAINS = np.array([5.0, 2.2, 1.4])
 """How much the knot after a swing's begin must rise for each sample before it, since the detour begins at zero."""
+
+EASY_SPEED, STEEP_SPEED = 0.5, 1.5
+"""Speeds at which a foot has to rise or fall beside its own path: none of it, and all of it, is eased on the level [m/s]."""
 
 BLIND_HEIGHT = 0.6
 """Ground higher than this over both prints is not stepped over: a wall or another level [m]."""
@@ -69,11 +76,19 @@ def plan_detours(layout: Layout, source: PoseSource, feet: ContactFeet, ground: 
     times = begins[:, None] + (ends - begins)[:, None] * (PROBES / (FINE - 1))
     soles = _soles(layout, source, feet, np.repeat(rows, len(PROBES)), times.ravel())
     balls, heels = (_refine(points.reshape(-1, len(PROBES), 3)) for points in soles)
-    beside = _beside_leg(layout, rows, balls[:, ::BETWEEN])
-    aside = _refine(beside, np.arange(0, FINE, BETWEEN))
+    offsets = _beside_leg(layout, rows, balls[:, ::BETWEEN])
+    aside = _refine(offsets, np.arange(0, FINE, BETWEEN))
+    missing = _missing_heights(layout, rows, balls + aside, heels + aside, ground)
+    steep = _steepness(missing, ends - begins)
+    eased = np.flatnonzero(steep.any(axis=1))
+    if eased.size:
+        hurry = _hurry(balls[eased], steep[eased])
+        offsets[eased] += hurry[:, ::BETWEEN]
+        aside = aside[eased] + hurry
+        missing[eased] = _missing_heights(layout, rows[eased], balls[eased] + aside, heels[eased] + aside, ground)
+    offsets[..., 1] += _lifts(missing)
     detours = np.zeros((len(contacts.sides), KNOTS, 3))
-    detours[rows] = beside
-    detours[rows, :, 1] += _over_ground(layout, rows, balls + aside, heels + aside, ground)
+    detours[rows] = offsets
     return detours
 
 
@@ -119,8 +134,10 @@ def _beside_leg(layout: Layout, rows: IntArray, balls: FloatArray) -> FloatArray
     return np.stack([offsets[..., 0], np.zeros_like(push), offsets[..., 1]], axis=-1)
 
 
-def _over_ground(layout: Layout, rows: IntArray, balls: FloatArray, heels: FloatArray, ground: Ground) -> FloatArray:
-    """Lifts (N, KNOTS) [m] that bring ball and heel (N, FINE, 3) over the terrain with clearance in mid swing."""
+def _missing_heights(
+    layout: Layout, rows: IntArray, balls: FloatArray, heels: FloatArray, ground: Ground
+) -> FloatArray:
+    """What ball and heel (N, FINE, 3) lack to be over the terrain, with clearance in mid swing [m], shape (N, FINE)."""
     fractions = np.linspace(0.0, 1.0, FINE)
     middle = np.clip(np.minimum(fractions, 1.0 - fractions) / 0.18, 0.0, 1.0)
     clearance = layout.options.clearance * middle**2 * (3.0 - 2.0 * middle)
@@ -136,9 +153,43 @@ def _over_ground(layout: Layout, rows: IntArray, balls: FloatArray, heels: Float
         missing = np.maximum(missing, lacking)
     missing = np.clip(missing, 0.0, BLIND_HEIGHT)
     missing[:, [0, -1]] = 0.0
+    return missing
+
+
+def _steepness(missing: FloatArray, durations: FloatArray) -> FloatArray:
+    """How much the begins and ends of swings are to be eased, 0..1, shape (N, 2).
+
+    Args:
+        missing: What the soles lack, shape (N, FINE) [m].
+        durations: Of the swings, shape (N,) [s].
+    """
+    fractions = np.linspace(0.0, 1.0, FINE)[1:-1]
+    inner = missing[:, 1:-1] / durations[:, None]
+    speeds = np.stack([np.max(inner / fractions, axis=1), np.max(inner / (1.0 - fractions), axis=1)], axis=1)
+    return np.clip((speeds - EASY_SPEED) / (STEEP_SPEED - EASY_SPEED), 0.0, 1.0)
+
+
+def _hurry(balls: FloatArray, steep: FloatArray) -> FloatArray:
+    """Level offsets (N, FINE, 3) that let balls (N, FINE, 3) lag first and hurry then, as `steep` (N, 2) as they are.
+
+    The instant looked up on the ball's own path is t - b t (1 - t)^2 + e t^2 (1 - t): at rest at the ends for b = e = 1.
+    """
+    times = np.linspace(0.0, 1.0, FINE)
+    begin, end = steep[:, :1], steep[:, 1:]
+    shifted = times - begin * times * (1.0 - times) ** 2 + end * times**2 * (1.0 - times)
+    place = shifted * (FINE - 1)
+    before = np.minimum(place.astype(np.intp), FINE - 2)[..., None]
+    share = place[..., None] - before
+    first, second = (np.take_along_axis(balls, index, axis=1) for index in (before, before + 1))
+    return (first + share * (second - first) - balls) * [1.0, 0.0, 1.0]
+
+
+def _lifts(missing: FloatArray) -> FloatArray:
+    """Lifts (N, KNOTS) [m] that make good for what is missing (N, FINE) [m]."""
+    missing = missing.copy()
     missing[:, 1:BETWEEN] *= FIRST_GAINS
     missing[:, -BETWEEN:-1] *= FIRST_GAINS[::-1]
-    grouped: FloatArray = np.zeros((len(rows), KNOTS))
+    grouped: FloatArray = np.zeros((len(missing), KNOTS))
     for shift in range(-BETWEEN + 1, BETWEEN):
         sampled = np.clip(np.arange(KNOTS) * BETWEEN + shift, 0, missing.shape[1] - 1)
         grouped = np.maximum(grouped, missing[:, sampled])

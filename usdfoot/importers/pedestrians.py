@@ -8,7 +8,6 @@ from __future__ import annotations
 import logging
 import os
 import sqlite3
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,16 +15,15 @@ import numpy as np
 
 from usdfoot.errors import TrackError
 from usdfoot.importers.track_tables import TrackTable, read_track_table
+from usdfoot.importers.units import metres_in
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.report import Problem
 from usdfoot.model.trajectory import RootTrajectory
 
-__all__ = ["UNITS", "import_pedestrians"]
+__all__ = ["import_pedestrians"]
 
 _logger = logging.getLogger(__name__)
 
-UNITS: Mapping[str, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}
-"""Metres in a unit that files name."""
 SQLITE_MAGIC = b"SQLite format 3\x00"
 LONGEST_GAP = 10.0
 """Someone not seen for longer than this is another one when seen again [s]."""
@@ -90,9 +88,9 @@ def import_pedestrians(
 
 def _scale(path: Path, table: TrackTable, unit: str, rate: float) -> _Scale:
     """Unit and rate, of the file or as asked for; raises TrackError where they are unknown or differ."""
-    metres = _metres(unit, "unit") if unit else 0.0
+    metres = metres_in(unit, "unit", error=TrackError) if unit else 0.0
     if table.unit:
-        stated = _metres(table.unit, str(path))
+        stated = metres_in(table.unit, path, error=TrackError)
         if metres and not np.isclose(metres, stated):
             raise TrackError(path, f"says its positions are in {table.unit}, not {unit}", "leave the unit out")
         metres = stated
@@ -108,18 +106,6 @@ def _scale(path: Path, table: TrackTable, unit: str, rate: float) -> _Scale:
         raise TrackError(path, "does not say how many frames a second it has", "give --rate, like 25")
     _logger.info("%s: %g m a unit, %g frames a second, columns as %s", path, metres, table.rate or rate, table.layout)
     return _Scale(metres=metres, rate=table.rate or rate)
-
-
-def _metres(unit: str, where: str) -> float:
-    if unit in UNITS:
-        return UNITS[unit]
-    try:
-        value = float(unit)
-    except ValueError:
-        value = np.nan
-    if not (np.isfinite(value) and value > 0.0):
-        raise TrackError(where, f"{unit!r} is no known unit", f"{', '.join(UNITS)} or metres a unit, like 0.02")
-    return value
 
 
 def _is_sqlite(path: Path) -> bool:

@@ -14,11 +14,11 @@ from usdfoot.batch.tasks import ChunkTask, cut_chunks
 from usdfoot.batch.workshop import Workshop
 from usdfoot.bridge.scene import Scene
 from usdfoot.errors import OutputError, SceneError
+from usdfoot.model.limits import DEFAULT_LIMITS, Limits
 from usdfoot.model.report import Problem
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.report import CHUNK_SIZE, AnimateReport, CallRecord, provenance_of, report_json
 from usdfoot.readers.chunks import read_record
-from usdfoot.readers.limits import DEFAULT_LIMITS, Limits
 from usdfoot.readers.scene import SceneReader
 from usdfoot.writers.characters import PlacedCharacter, place_characters
 from usdfoot.writers.crowd import check_output, crowd_format, write_crowd

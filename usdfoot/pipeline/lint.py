@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from usdfoot.analysis.examples import build_examples
+from usdfoot.bridge.names import unique_name
 from usdfoot.bridge.scene import Scene, StageInfo
 from usdfoot.errors import PlanError, SceneError, UsdfootError
 from usdfoot.model.agent import Agent
@@ -20,7 +21,6 @@ from usdfoot.pipeline.plan import save_plans
 from usdfoot.planning.lint import Fault, LintLimits, lint_clips, lint_plans
 from usdfoot.planning.mend import mend_plans, mend_times
 from usdfoot.planning.proportions import Proportions, proportions_of
-from usdfoot.readers.names import unique_name
 from usdfoot.readers.plans import is_plan, read_draft
 from usdfoot.readers.scene import read_scene
 from usdfoot.readers.stage import StagePrims, collect_prims, open_stage, read_stage_info

@@ -25,7 +25,7 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.terrain import Terrain
 from usdfoot.readers.written import JointTracks, WrittenAgent, read_joint_tracks
 
-__all__ = ["AgentMeasures", "measure_agent", "measure_placement"]
+__all__ = ["AgentMeasures", "flat_times", "measure_agent", "measure_placement"]
 
 SUBFRAMES = (0.25, 0.5, 0.75)
 """Where between two frames the slide is measured too."""
@@ -66,6 +66,8 @@ class AgentMeasures:
     """As recorded when written [m], shape (N,)."""
     inside_hull: BoolArray
     """Whether the footstep was inside the hull when written, shape (N,)."""
+    sole_heights: FloatArray
+    """Of ball and heel of each sole over the terrain at whole frames [m], NaN = not known, shape (F, 2 feet, 2)."""
     lowest_sole: float
     """Lowest height of ball or heel of a sole over the terrain at any frame [m]."""
     knee_speed: float
@@ -108,6 +110,7 @@ def measure_agent(agent: WrittenAgent, units: StageUnits, terrain: Terrain | Non
         blend_error=agent.blend_error if recorded else np.full(len(agent.plan), np.nan),
         inside_hull=agent.hull_distance <= 0.0 if recorded else np.zeros(len(agent.plan), dtype=bool),
         clearance=_clearances(agent, whole, heights),
+        sole_heights=heights,
         lowest_sole=float(np.nanmin(heights)) if np.isfinite(heights).any() else np.nan,
         knee_speed=float(speeds.max(initial=0.0)),
         seam_jump=_seam_jump(agent, whole, angular_jumps(body, rate)),
@@ -124,7 +127,7 @@ def measure_placement(agent: WrittenAgent, units: StageUnits, codes: FloatArray)
         units: Of its stage.
         codes: Time codes of the samples to look at, increasing, shape (F,).
     """
-    plan, flats = agent.plan, _flat_times(agent)
+    plan, flats = agent.plan, flat_times(agent)
     errors = np.full(len(plan), np.nan)
     if not len(codes):
         return errors
@@ -158,7 +161,7 @@ def _frames(tracks: JointTracks, every: int) -> JointTracks:
     )
 
 
-def _flat_times(agent: WrittenAgent) -> FloatArray:
+def flat_times(agent: WrittenAgent) -> FloatArray:
     """Flat times, never later than design.md section 2 allows."""
     plan = agent.plan
     latest = plan.strike_times + np.minimum(LONGEST_ROLL, SHARE_OF_ROLL * (plan.liftoff_times - plan.strike_times))
@@ -191,7 +194,7 @@ def _stances(agent: WrittenAgent, tracks: JointTracks, side: int, ground: Ground
 
 def _steps(agent: WrittenAgent, whole: JointTracks, fine: JointTracks, heels: FloatArray) -> dict[str, Any]:
     """Columns of `AgentMeasures` that belong to contacts."""
-    plan, flats = agent.plan, _flat_times(agent)
+    plan, flats = agent.plan, flat_times(agent)
     names = ("placement_error", "slide", "subframe_slide", "heel_slide", "yaw_error")
     columns: dict[str, Any] = {name: np.full(len(plan), np.nan) for name in names}
     columns["timing_faults"] = np.zeros((len(plan), 3), dtype=bool)

@@ -18,7 +18,7 @@ from usdfoot.model.report import Problem
 from usdfoot.pipeline.measures import AgentMeasures, measure_agent
 from usdfoot.readers.written import agent_names, read_agent, read_written_crowd
 
-__all__ = ["AgentFigures", "Figure", "Validation", "validate"]
+__all__ = ["AgentFigures", "Figure", "Validation", "figures_of", "read_sources", "validate"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,7 +92,7 @@ def validate(crowd_file: str | os.PathLike[str]) -> Validation:
     if crowd.terrain is None:
         where = crowd.scene or str(crowd_file)
         problems.append(_problem("warning", where, "scene not found: penetration and clearance are not measured"))
-    sources = _read_sources(crowd.folder / File.REPORT)
+    sources = read_sources(crowd.folder / File.REPORT)
     measured: list[AgentMeasures] = []
     for name in agent_names(crowd):
         try:
@@ -104,14 +104,22 @@ def validate(crowd_file: str | os.PathLike[str]) -> Validation:
         message = f"{File.REPORT} beside the crowd does not tell the source clips' figures: smoothness is not measured"
         problems.append(_problem("warning", str(crowd_file), message))
     return Validation(
-        agents=tuple(_figures([measure], measure.name, sources) for measure in measured),
-        total=_figures(measured, "total", sources),
+        agents=tuple(figures_of([measure], measure.name, sources) for measure in measured),
+        total=figures_of(measured, "total", sources),
         problems=tuple(problems),
     )
 
 
-def _figures(measures: Sequence[AgentMeasures], name: str, sources: Mapping[str, Mapping[str, float]]) -> AgentFigures:
-    """Figures over all footsteps of some agents."""
+def figures_of(
+    measures: Sequence[AgentMeasures], name: str, sources: Mapping[str, Mapping[str, float]]
+) -> AgentFigures:
+    """Figures over all footsteps of some agents.
+
+    Args:
+        measures: Of the agents.
+        name: What the result is called.
+        sources: Figures of the source clips by agent, from `read_sources`.
+    """
     promised = _joined([measure.promised for measure in measures]).astype(bool)
     placement = _joined([measure.placement_error for measure in measures])
     kept = {
@@ -148,7 +156,7 @@ def _figures(measures: Sequence[AgentMeasures], name: str, sources: Mapping[str,
     return AgentFigures(name=name, steps=int(promised.sum()), figures=figures, unpromised=tuple(unpromised))
 
 
-def _read_sources(path: Path) -> dict[str, dict[str, float]]:
+def read_sources(path: Path) -> dict[str, dict[str, float]]:
     """Figures of the source clips by agent, from the report beside the crowd."""
     try:
         report = json.loads(path.read_text(encoding="utf-8"))

@@ -60,8 +60,7 @@ class Tracks:
     def plan(self, agent: int, end: float, ground: Ground, *, name: str) -> tuple[FootstepPlan, IntArray]:
         """The footsteps of one agent that strike before the `end` [s], and the rounds they are from.
 
-        The last contact lasts until the end unless it lifts off before. If the foot before it is then still on the
-        ground the last one is left out: the body would seem to come to a stand.
+        Who walks on at the end finishes the last contacts: cut off, a foot would have to roll and leave in no time.
 
         Raises:
             PlanError: If fewer than two footsteps strike before the end.
@@ -69,9 +68,6 @@ class Tracks:
         strikes = np.array([row[agent] for row in self._strikes])
         liftoffs = np.array([row[agent] for row in self._liftoffs])
         rounds = np.flatnonzero(strikes < end)
-        stands = len(rounds) > 1 and bool(np.all(liftoffs[rounds[-2:]] == end))
-        if not stands and len(rounds) > 2 and not liftoffs[rounds[-2]] < end:
-            rounds = rounds[:-1]
         if len(rounds) < 2:
             first = float(strikes[rounds[0]]) if len(rounds) else end
             raise PlanError(name, f"lasts {end - first:.3g} s, less than a step", "give it at least a second")
@@ -83,7 +79,7 @@ class Tracks:
             positions=positions,
             orientations=print_orientations(yaws, _normals(ground, positions)),
             strike_times=strikes[rounds],
-            liftoff_times=np.fmin(liftoffs[rounds], end),
+            liftoff_times=np.where(np.isfinite(liftoffs[rounds]), liftoffs[rounds], end),
             root_weights=np.zeros(len(rounds)),
         )
         return plan, rounds

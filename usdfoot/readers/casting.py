@@ -15,6 +15,7 @@ from usdfoot.errors import ClipError, UsdfootError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.agent import Agent, Follower, Performer
 from usdfoot.model.clip import Clip, ClipLibrary
+from usdfoot.model.limits import DEFAULT_LIMITS
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.model.trajectory import RootTrajectory
@@ -23,7 +24,6 @@ from usdfoot.readers.agents import AgentSource, read_agent_options
 from usdfoot.readers.characters import character_key, find_skeleton, only_character, read_character
 from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.clips import missing_leg_joints, read_clip
-from usdfoot.readers.limits import DEFAULT_LIMITS
 from usdfoot.readers.stage import StagePrims, authored
 
 __all__ = ["Casting", "skipped"]

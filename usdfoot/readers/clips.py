@@ -16,10 +16,10 @@ from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.clip import Clip
+from usdfoot.model.limits import DEFAULT_LIMITS
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
 from usdfoot.readers.clip_attributes import read_clip_attributes
 from usdfoot.readers.joints import leaf_name, match_joints
-from usdfoot.readers.limits import DEFAULT_LIMITS
 from usdfoot.readers.samples import SampledArray, interpolate_linear, interpolate_rotations, read_samples, regular_codes
 from usdfoot.readers.skeleton import RawSkeleton, fold_scales, is_moving, matrices_of, skeleton_in
 

@@ -1,54 +1,14 @@
-"""Limits: how much of a scene is read before it is refused, so that no file can exhaust the machine."""
+"""What is counted of a stage before it is read, against the limits."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from pxr import Usd, UsdGeom, UsdSkel
 
-from usdfoot.errors import SceneError, UsdfootError
+from usdfoot.model.limits import Limits, check_limit
 
-__all__ = ["DEFAULT_LIMITS", "Limits", "check_limit", "check_meshes", "check_skeletons"]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Limits:
-    """Far above what shots need; whoever needs more says so.
-
-    Raises:
-        UsdfootError: If a limit is not above 0.
-    """
-
-    agents: int = 100_000
-    """Agents of a scene."""
-    joints: int = 2_000
-    """Joints of a skeleton."""
-    frames: int = 100_000
-    """Frames of the crowd, and samples of a clip."""
-    triangles: int = 50_000_000
-    """Triangles of the terrain."""
-
-    def __post_init__(self) -> None:
-        for name in ("agents", "joints", "frames", "triangles"):
-            if getattr(self, name) < 1:
-                raise UsdfootError(name, f"limit is {getattr(self, name)}", "give 1 or more")
-
-
-DEFAULT_LIMITS = Limits()
-
-
-def check_limit(where: object, what: str, count: float, limit: int) -> None:
-    """Raises SceneError if there is more of something than the limit allows.
-
-    Args:
-        where: Prim or file.
-        what: agents | joints | frames | triangles.
-        count: How many there are.
-        limit: How many there may be.
-    """
-    if count > limit:
-        raise SceneError(where, f"has {count:.0f} {what}, more than {limit}", f"raise the limit with --max-{what}")
+__all__ = ["check_meshes", "check_skeletons"]
 
 
 def check_skeletons(skeletons: Sequence[Usd.Prim], limits: Limits) -> None:

@@ -8,11 +8,11 @@ from fnmatch import fnmatchcase
 
 from pxr import Usd, UsdGeom
 
+from usdfoot.bridge.names import unique_name
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.readers.agents import AgentSource
-from usdfoot.readers.names import unique_name
 from usdfoot.readers.plans import is_plan
 from usdfoot.readers.trajectories import TrajectoryReader
 

@@ -10,7 +10,7 @@ from pxr import Usd
 
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
-from usdfoot.readers.limits import DEFAULT_LIMITS, check_limit
+from usdfoot.model.limits import DEFAULT_LIMITS, check_limit
 
 __all__ = ["SampledArray", "interpolate_linear", "interpolate_rotations", "read_samples", "regular_codes"]
 

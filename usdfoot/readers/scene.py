@@ -14,13 +14,14 @@ from usdfoot.bridge.scene import Scene, StageInfo
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.agent import Crowd
+from usdfoot.model.limits import DEFAULT_LIMITS, Limits, check_limit
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.readers.agents import AgentSource, list_agents, select_agents
 from usdfoot.readers.casting import Casting, skipped
 from usdfoot.readers.clip_sources import ClipFinder
-from usdfoot.readers.limits import DEFAULT_LIMITS, Limits, check_limit, check_skeletons
+from usdfoot.readers.limits import check_skeletons
 from usdfoot.readers.overrides import read_overrides
 from usdfoot.readers.plans import read_plan
 from usdfoot.readers.stage import StagePrims, collect_prims, open_stage, read_stage_info

@@ -15,9 +15,10 @@ from usdfoot.bridge.tokens import Terrain as Token
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import TerrainError
 from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.limits import DEFAULT_LIMITS, Limits
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
-from usdfoot.readers.limits import DEFAULT_LIMITS, Limits, check_meshes
+from usdfoot.readers.limits import check_meshes
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.skins import inherited_target
 from usdfoot.readers.stage import StagePrims, authored, start_code

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from pxr import Sdf, Usd
 
+from usdfoot.bridge.names import unique_name
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import PlanError, UsdfootError
 from usdfoot.model.ground import Ground
@@ -21,7 +22,6 @@ from usdfoot.planning.proportions import Proportions, proportions_of
 from usdfoot.readers.agents import AgentSource
 from usdfoot.readers.casting import Casting
 from usdfoot.readers.characters import only_character, read_character
-from usdfoot.readers.names import unique_name
 from usdfoot.readers.paths import find_paths, read_paths
 from usdfoot.readers.stage import StagePrims
 

@@ -26,6 +26,10 @@ __all__ = [
 ]
 
 
+MODEL_KINDS = {Prim.CROWD: "assembly", Prim.AGENTS: "group"}
+"""Kinds above the characters, which are often components: without them USD's model hierarchy would end here."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class LayerFormat:
     """Stage metadata that every written layer carries, so that each also opens alone and none is retimed."""
@@ -60,15 +64,18 @@ def new_layer(layer_format: LayerFormat, *, text: bool = False) -> Sdf.Layer:
 
 def define_prim(layer: Sdf.Layer, path: str, type_name: str) -> Sdf.PrimSpec:
     """The prim's spec, its ancestors defined too: /Crowd as an Xform, anything between as a Scope."""
-    above = Sdf.Path(path).GetPrefixes()[:-1]
-    for ancestor in above:
+    for ancestor in Sdf.Path(path).GetPrefixes()[:-1]:
         if not layer.GetPrimAtPath(ancestor):
-            spec = Sdf.CreatePrimInLayer(layer, ancestor)
-            spec.specifier = Sdf.SpecifierDef
-            spec.typeName = "Xform" if ancestor == Prim.CROWD else "Scope"
+            _define(layer, ancestor, "Xform" if ancestor == Prim.CROWD else "Scope")
+    return _define(layer, Sdf.Path(path), type_name)
+
+
+def _define(layer: Sdf.Layer, path: Sdf.Path, type_name: str) -> Sdf.PrimSpec:
     spec = Sdf.CreatePrimInLayer(layer, path)
     spec.specifier = Sdf.SpecifierDef
     spec.typeName = type_name
+    if str(path) in MODEL_KINDS:
+        spec.kind = MODEL_KINDS[str(path)]
     return spec
 
 

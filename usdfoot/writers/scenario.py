@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pxr import Gf, Sdf, Tf, Vt
+from pxr import Gf, Sdf, Vt
 
 from usdfoot.bridge import tokens
+from usdfoot.bridge.names import valid_name
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import OutputError
 from usdfoot.maths.types import FloatArray
@@ -82,8 +82,7 @@ def write_scenario(
 
 def _name(name: str, index: int) -> str:
     """A prim's name that is valid and unique."""
-    valid = Tf.MakeValidIdentifier(re.sub(r"[^A-Za-z0-9_]+", "_", name.rpartition("/")[2]).strip("_") or "prim")
-    return f"{valid}_{index}"
+    return f"{valid_name(name.rpartition('/')[2])}_{index}"
 
 
 def _write_ground(layer: Sdf.Layer, scenario: Scenario) -> None:

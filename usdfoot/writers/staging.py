@@ -38,8 +38,8 @@ class StagedFiles:
         self._adopted: dict[str, Path] = {}
 
     def add_layer(self, name: str, layer: Sdf.Layer) -> None:
-        """Save a layer; the format of a file named .usd is usda."""
-        arguments = {"format": "usda"} if name.endswith(".usd") else {}
+        """Save a layer; a file named .usd has the layer's own format."""
+        arguments = {"format": str(layer.GetFileFormat().formatId)} if name.endswith(".usd") else {}
         delegate = UsdUtils.CoalescingDiagnosticDelegate()
         try:
             saved = layer.Export(str(self._reserve(name)), args=arguments)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-__all__ = ["unique_name"]
+import re
+
+__all__ = ["unique_name", "valid_name"]
 
 
 def unique_name(name: str, taken: set[str]) -> str:
@@ -13,3 +15,9 @@ def unique_name(name: str, taken: set[str]) -> str:
         candidate = f"{name}_{count}"
     taken.add(candidate)
     return candidate
+
+
+def valid_name(text: str) -> str:
+    """A prim's name for any text: runs of what is no letter, digit or underscore become one underscore."""
+    name = re.sub(r"[^A-Za-z0-9_]+", "_", text).strip("_") or "prim"
+    return f"_{name}" if name[0].isdigit() else name

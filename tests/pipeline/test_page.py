@@ -1,0 +1,73 @@
+"""The page of a written crowd shows what `validate` measures."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from tests.writers.pages import taken_apart
+from usdfoot.cli.main import main
+from usdfoot.errors import OutputError, SceneError
+from usdfoot.pipeline.page import write_page
+from usdfoot.pipeline.validate import validate
+from usdfoot.readers.written import read_agent, read_joint_tracks, read_written_crowd
+
+
+@pytest.fixture(scope="module")
+def page(stones, tmp_path_factory):
+    return write_page(stones.crowd_file, tmp_path_factory.mktemp("page") / "report.html").file
+
+
+@pytest.fixture(scope="module")
+def parts(page):
+    return taken_apart(page.read_text(encoding="utf-8"))
+
+
+def test_figures_are_those_of_validate(stones, parts):
+    header, arrays = parts
+    validation = validate(stones.crowd_file)
+    for row, figure in zip(header["total"], validation.total.figures, strict=True):
+        assert row["name"] == figure.name and row["target"] == figure.target and row["passed"] == figure.passed
+        assert row["value"] == pytest.approx(figure.value, nan_ok=True)
+    measured = {figure.name: figure.value for figure in validation.total.figures}
+    promised = arrays["promised"].astype(bool)
+    for key, name in (("placement", "placement worst"), ("slide", "slide"), ("heelSlide", "heel slide")):
+        assert np.nanmax(arrays[f"step:{key}"][promised]) == pytest.approx(measured[name], rel=1e-5)
+    assert np.nanmin(arrays["step:clearance"][promised]) == pytest.approx(measured["clearance"], rel=1e-5)
+    assert arrays["agent:jerk"][0] == pytest.approx(measured["joint jerk / clips"], rel=1e-5)
+
+
+def test_joints_and_footsteps_are_those_of_the_stage(stones, parts):
+    header, arrays = parts
+    crowd = read_written_crowd(stones.crowd_file)
+    agent = read_agent(crowd, "Walker")
+    tracks = read_joint_tracks(agent, crowd.units, agent.frame_codes)
+    frames, joints = arrays["frameCounts"][0], len(header["stickFigures"][0]["parents"])
+    roots = 0.001 * arrays["roots"].reshape(3, frames).T + header["origin"]
+    shown = roots[:, None] + header["resolution"] * arrays["joints"].reshape(joints, 3, frames).transpose(2, 0, 1)
+    assert_allclose(shown[:, 0], tracks.positions[:, agent.biped.pelvis], atol=0.0011)
+    for ball in agent.biped.balls:
+        assert np.abs(shown - tracks.positions[:, None, ball]).max(axis=(0, 2)).min() < 0.0011
+    stood = arrays["stood"].reshape(-1, 3) + header["origin"]
+    errors = np.hypot(*(stood - agent.plan.positions)[:, [0, 2]].T)
+    assert_allclose(errors, 0.001 * arrays["step:placement"], atol=1e-5)
+    assert len(arrays["groundTriangles"]) > 0 and header["facts"]["stage"].startswith("1 m a unit")
+
+
+def test_same_crowd_same_bytes_and_the_crowd_untouched(stones, page, tmp_path):
+    folder = stones.crowd_file.parent
+    before = {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+    assert write_page(stones.crowd_file, tmp_path / "again.html").file.read_bytes() == page.read_bytes()
+    assert {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()} == before
+    with pytest.raises(OutputError, match="name a page"):
+        write_page(stones.crowd_file, stones.crowd_file)
+
+
+def test_agents_are_chosen_by_name(stones, tmp_path):
+    with pytest.raises(SceneError, match=r"has no agent to show that is named Runner\*"):
+        write_page(stones.crowd_file, tmp_path / "nobody.html", agents="Runner*")
+
+
+def test_the_command_line_writes_the_page(stones, tmp_path, capsys, page):
+    assert main(["inspect", str(stones.crowd_file), "--html", str(tmp_path / "report.html"), "-q"]) == 0
+    assert f"wrote {tmp_path / 'report.html'}" in capsys.readouterr().out
+    assert (tmp_path / "report.html").read_bytes() == page.read_bytes()

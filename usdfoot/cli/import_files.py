@@ -1,0 +1,99 @@
+"""usdfoot import: files of other programs as USD."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from rich.table import Table
+
+from usdfoot.cli.batch_flags import add_limits, limits_of
+from usdfoot.cli.console import print_problems, results_console, shown_progress
+
+if TYPE_CHECKING:
+    from usdfoot.model.capture import Capture
+    from usdfoot.pipeline.import_clips import ClipFormat
+
+__all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
+
+NAME = "import"
+HELP = "motion capture as clips"
+DESCRIPTION = (
+    "Writes the clips of motion capture files (BVH, Acclaim's ASF with AMC) and of glTF as one USD stage. Clips on the "
+    "same bones share a Skeleton, whose rest pose stands on level feet and faces +Z even where the file's own does not."
+)
+EPILOG = """\
+example:
+  usdfoot import walk.bvh run.bvh --unit cm -o clips.usd
+  usdfoot import 02.asf 02_01.amc 02_03.amc --unit in --rate 120 -o clips.usd
+  usdfoot analyze clips.usd
+
+units and rates are never guessed: where a file does not state them, --unit and --rate are needed. Lengths of ASF files
+are in that unit divided by their `:units length`; glTF is in metres. It needs the extra: pip install 'usdfoot[import]'.
+
+exit codes: 0 all imported, 1 some files skipped (listed), 2 nothing written
+
+in Python:
+  from usdfoot.pipeline.import_clips import ClipFormat, import_clips
+  report = import_clips(["walk.bvh", "run.bvh"], "clips.usd", clip_format=ClipFormat(unit="cm"))
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the verb's arguments."""
+    parser.add_argument("files", metavar="FILE", nargs="+", help=".bvh, .asf with its .amc, .gltf, .glb")
+    parser.add_argument("-o", "--output", metavar="USD", required=True, help="stage to write: .usd, .usda or .usdc")
+    parser.add_argument("--unit", default="", help="of lengths: m, cm, mm, ft, in, or metres a unit")
+    parser.add_argument(
+        "--rate", metavar="HZ", type=rate, default=0.0, help="frames a second of AMC files; of glTF's clips"
+    )
+    parser.add_argument("--up", choices=("Y", "Z"), default="Y", help="axis that points up (default: %(default)s)")
+    add_limits(parser, "joints", "frames")
+
+
+def rate(text: str) -> float:
+    """A rate above 0 [Hz]."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text!r} is no rate; give frames a second, like 120")
+    return value
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Import; 0 = all files, 1 = some skipped."""
+    from usdfoot.pipeline.import_clips import import_clips
+
+    with shown_progress(quiet=arguments.quiet) as progress:
+        report = import_clips(arguments.files, arguments.output, clip_format=_clip_format(arguments), progress=progress)
+    print_problems(report.problems, quiet=arguments.quiet)
+    console = results_console()
+    console.print(_table(report.captures))
+    console.print(f"wrote {report.file}", soft_wrap=True)
+    return 1 if any(problem.severity == "error" for problem in report.problems) else 0
+
+
+def _clip_format(arguments: argparse.Namespace) -> ClipFormat:
+    """What the options say of the files."""
+    from usdfoot.pipeline.import_clips import ClipFormat
+
+    return ClipFormat(unit=arguments.unit, rate=arguments.rate, up=arguments.up, limits=limits_of(arguments))
+
+
+def _table(captures: Mapping[str, Capture]) -> Table:
+    """What was imported: clips and the skeletons they move."""
+    table = Table(title="clips")
+    table.add_column("clip")
+    table.add_column("skeleton")
+    for heading in ("joints", "frames", "frames/s", "seconds"):
+        table.add_column(heading, justify="right")
+    for name, capture in captures.items():
+        for clip in capture.clips:
+            frames, joints = clip.rotations.shape[:2]
+            seconds = (frames - 1) / clip.rate
+            table.add_row(clip.name, name, str(joints), str(frames), f"{clip.rate:g}", f"{seconds:.2f}")
+    return table

@@ -1,0 +1,263 @@
+"""Page: a written crowd as one self-contained web page to look at."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from usdfoot.analysis.figures import frames_between
+from usdfoot.bridge.tokens import File
+from usdfoot.errors import SceneError, UsdfootError
+from usdfoot.maths.types import FloatArray
+from usdfoot.model.report import Problem
+from usdfoot.pipeline.measures import AgentMeasures, flat_times, measure_agent
+from usdfoot.pipeline.page_figures import ELSEWHERE, page_figures, step_values, whole_values
+from usdfoot.pipeline.validate import AgentFigures, figures_of, read_sources
+from usdfoot.readers.executed import read_root_positions, read_step_results
+from usdfoot.readers.written import (
+    JointTracks,
+    WrittenAgent,
+    WrittenCrowd,
+    agent_names,
+    read_agent,
+    read_joint_tracks,
+    read_written_crowd,
+)
+from usdfoot.writers.page.document import check_page, write_document
+from usdfoot.writers.page.ground import GroundPicture, picture_ground
+from usdfoot.writers.page.pictures import AgentPicture, CrowdPicture
+from usdfoot.writers.page.stick import stick_figure
+from usdfoot.writers.page.three import three_source
+
+__all__ = ["PageReport", "picture_crowd", "write_page"]
+
+FULL_RATE = 30.0
+"""Frames a second that are enough to look at [1/s]."""
+MOST_SAMPLES = 6_000_000
+"""Joint positions in the page at most, as long as LEAST_RATE allows."""
+LEAST_RATE = 6.0
+"""Frames a second that a stick figure needs to be followed [1/s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PageReport:
+    """What was written."""
+
+    file: Path
+    agents: tuple[str, ...]
+    """Names of the agents shown."""
+    problems: tuple[Problem, ...]
+    """Agents that could not be read or measured."""
+
+    @property
+    def skipped(self) -> tuple[Problem, ...]:
+        """Agents that could not be read or measured."""
+        return tuple(problem for problem in self.problems if problem.severity == "error")
+
+
+def write_page(
+    crowd_file: str | os.PathLike[str],
+    output: str | os.PathLike[str],
+    *,
+    agents: str = "*",
+    progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
+) -> PageReport:
+    """Measure a written crowd and write the page.
+
+    Args:
+        crowd_file: A crowd.usd written by `usdfoot animate`.
+        output: The HTML file.
+        agents: Glob on the agents' names.
+        progress: Told what goes on, how much of it is done, and of how much: "measure", "write".
+
+    Raises:
+        SceneError: If the crowd cannot be opened or no agent can be shown.
+        OutputError: If the page cannot be written.
+        UsdfootError: If three.js is not installed.
+    """
+    check_page(Path(output))  # both before minutes of measuring
+    three_source()
+    picture, problems = picture_crowd(crowd_file, agents=agents, progress=progress)
+    progress("write", 0, 0)
+    write_document(Path(output), picture)
+    return PageReport(file=Path(output), agents=tuple(agent.name for agent in picture.agents), problems=problems)
+
+
+def picture_crowd(
+    crowd_file: str | os.PathLike[str],
+    *,
+    agents: str = "*",
+    progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
+) -> tuple[CrowdPicture, tuple[Problem, ...]]:
+    """All that the page shows of a written crowd, measured as `validate` does, and the agents that cannot be shown.
+
+    Arguments and errors are those of `write_page`.
+    """
+    crowd = read_written_crowd(crowd_file)
+    report = _read_report(crowd.folder / File.REPORT)
+    problems: list[Problem] = []
+    read = _read_agents(crowd, agents, problems, progress)
+    if not read:
+        raise SceneError(
+            crowd_file,
+            f"has no agent to show that is named {agents}",
+            "; ".join(str(problem) for problem in problems[:3]),
+        )
+    every = _frame_step(read, crowd)
+    sources = read_sources(crowd.folder / File.REPORT)
+    prims = {agent["name"]: agent.get("prim", "") for agent in report.get("agents", ())}
+    pictures, measured = [], []
+    for number, agent in enumerate(read):
+        progress("measure", number, len(read))
+        try:
+            measures = measure_agent(agent, crowd.units, crowd.terrain)
+            figures = figures_of([measures], agent.name, sources)
+            pictures.append(
+                _picture_agent(agent, crowd, measures, figures, every=every, source=prims.get(agent.name, ""))
+            )
+            measured.append(measures)
+        except UsdfootError as error:
+            problems.append(Problem(severity="error", where=error.where, message=str(error)))
+    if not pictures:
+        raise SceneError(crowd_file, "has no agent that can be measured", "; ".join(str(each) for each in problems[:3]))
+    total = figures_of(measured, "total", sources)
+    places = np.concatenate([part for picture in pictures for part in (picture.plan.positions, picture.roots)])
+    ground = picture_ground(crowd.terrain, places)
+    rate = crowd.units.time_codes_per_second
+    recorded = [f"{problem['severity']}: {problem['message']}" for problem in report.get("problems", ())]
+    picture = CrowdPicture(
+        title=f"{crowd.folder.name}/{Path(crowd_file).name}",
+        agents=tuple(pictures),
+        figures=page_figures(total),
+        ground=ground,
+        frame_time=every / rate,
+        code_rate=rate,
+        total=tuple({**asdict(figure), "passed": figure.passed} for figure in total.figures),
+        problems=(*recorded, *(str(problem) for problem in problems)),
+        notes=tuple(_notes(crowd, ground, every)),
+        facts=_facts(crowd, report),
+    )
+    return picture, tuple(problems)
+
+
+def _read_agents(
+    crowd: WrittenCrowd, agents: str, problems: list[Problem], progress: Callable[[str, int, int], None]
+) -> list[WrittenAgent]:
+    """The agents that are asked for and can be read; `problems` gets the others."""
+    names = [name for name in agent_names(crowd) if fnmatchcase(name, agents)]
+    read = []
+    for number, name in enumerate(names):
+        progress("read", number, len(names))
+        try:
+            agent = read_agent(crowd, name)
+            if not len(agent.frame_codes):
+                raise SceneError(name, "has an animation without samples", "animate it again")
+            read.append(agent)
+        except UsdfootError as error:
+            problems.append(Problem(severity="error", where=error.where, message=str(error)))
+    return read
+
+
+def _frame_step(agents: Sequence[WrittenAgent], crowd: WrittenCrowd) -> int:
+    """Every how many frames one is kept: FULL_RATE, less where many agents would make a page too large to open."""
+    rate = crowd.units.time_codes_per_second
+    samples = sum(len(agent.frame_codes) * len(agent.skeleton.joints) for agent in agents)
+    wanted = max(rate / FULL_RATE, min(samples / MOST_SAMPLES, rate / LEAST_RATE))
+    return max(1, int(np.ceil(wanted - 1e-6)))
+
+
+def _picture_agent(
+    agent: WrittenAgent,
+    crowd: WrittenCrowd,
+    measures: AgentMeasures,
+    figures: AgentFigures,
+    *,
+    every: int,
+    source: str,
+) -> AgentPicture:
+    """One agent with every `every`-th of its frames."""
+    tracks = read_joint_tracks(agent, crowd.units, agent.frame_codes)
+    results = read_step_results(agent, crowd.units)
+    stick = stick_figure(agent.skeleton, agent.biped)
+    return AgentPicture(
+        name=agent.name,
+        source=source,
+        plan=agent.plan,
+        flat_times=flat_times(agent),
+        stick_figure=stick,
+        times=tracks.times[::every],
+        roots=read_root_positions(agent, crowd.units, agent.frame_codes[::every]),
+        joints=tracks.positions[::every, list(stick.joints)],
+        sole_heights=measures.sole_heights.min(axis=2)[::every],
+        stood=_stood(agent, tracks),
+        promised=measures.promised,
+        results=results,
+        steps=step_values(measures, results),
+        whole=whole_values(figures),
+    )
+
+
+def _stood(agent: WrittenAgent, tracks: JointTracks) -> FloatArray:
+    """Sole under the ball of each footstep's foot, mean over its planted frames [m], NaN without any, shape (N, 3)."""
+    plan = agent.plan
+    planted = frames_between(tracks.times, flat_times(agent), plan.liftoff_times)
+    frames, steps = planted.flattened()
+    balls = tracks.positions[frames, np.array(agent.biped.balls)[plan.sides[steps]]]
+    sums = np.zeros((len(plan), 3))
+    np.add.at(sums, steps, balls)
+    with np.errstate(invalid="ignore"):
+        means = sums / np.where(planted.counts > 0, planted.counts, np.nan)[:, None]
+    means[:, 1] -= agent.biped.ball_heights[plan.sides]
+    return means
+
+
+def _notes(crowd: WrittenCrowd, ground: GroundPicture, every: int) -> list[str]:
+    """What the page leaves out or simplifies."""
+    rate = crowd.units.time_codes_per_second
+    shown = "every frame" if every == 1 else f"every {every}th frame"
+    notes = [
+        f"Drawn is {shown} ({rate / every:g} a second), positions to 1 mm, straight lines between; the figures are"
+        f" measured on all {rate:g} frames a second, the slide also between them, before that rounding.",
+        "Limbs that reach less than a fifth of a leg from the joint they hang on are not drawn.",
+    ]
+    if ground.sampled:
+        notes.append(f"The terrain is drawn from its heights on a grid of {100.0 * ground.sampled:.0f} cm.")
+    if crowd.terrain is None:
+        where = crowd.scene or "not recorded"
+        notes.append(f"The scene was not found ({Path(where).name}): no terrain, penetration or clearance.")
+    elif not len(ground.triangles):
+        notes.append("The scene has no terrain here: the ground is the plane through the lowest footstep.")
+    return [*notes, ELSEWHERE]
+
+
+def _facts(crowd: WrittenCrowd, report: Mapping[str, Any]) -> dict[str, str]:
+    """What the crowd was made from and with."""
+    units = crowd.units
+    facts = {
+        "scene": str(report.get("scene", "")) or (Path(crowd.scene).name if crowd.scene else "not recorded"),
+        "stage": f"{units.meters_per_unit:g} m a unit, {units.up_axis} up, {units.time_codes_per_second:g} codes/s",
+        "page": "metres, seconds, Y up, whatever the stage's units",
+    }
+    versions = report.get("versions", {})
+    if versions:
+        facts["made with"] = ", ".join(f"{name} {version}" for name, version in versions.items())
+    options = report.get("options")
+    if options:
+        facts["options"] = json.dumps(options, sort_keys=True)
+    return facts
+
+
+def _read_report(path: Path) -> dict[str, Any]:
+    """report.json beside the crowd, empty if there is none to read."""
+    try:
+        report = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return report if isinstance(report, dict) else {}

@@ -1,0 +1,1 @@
+"""A crowd as one self-contained web page: arrays in, text out."""
