@@ -6,10 +6,10 @@ from dataclasses import replace
 
 from pxr import Sdf, Usd, UsdGeom
 
+from usdfoot.bridge.names import unique_name
 from usdfoot.bridge.tokens import Path as Token
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.model.plan import FootstepPlan
-from usdfoot.readers.names import unique_name
 from usdfoot.readers.paths import read_paths
 from usdfoot.readers.stage import authored, collect_prims, read_stage_info
 from usdfoot.readers.terrain import read_terrain
