@@ -106,7 +106,7 @@ def _read(stage: Usd.Stage, code: float) -> Show:
 def _landings(stage: Usd.Stage) -> list[tuple[FloatArray, int]]:
     """Contact positions written on the animations (`UsdfootContactAPI`), and the foot."""
     found = []
-    for prim in Usd.PrimRange(stage.GetPseudoRoot(), Usd.TraverseInstanceProxies()):
+    for prim in Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies()):
         for side, name in enumerate(("left", "right")):
             attribute = prim.GetAttribute(f"usdfoot:contact:{name}:positions")
             places = attribute.Get() if attribute else None

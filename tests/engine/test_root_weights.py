@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from tests.engine.plans import crowd, mirrored, way
 from tests.engine.synthesis import synthesise
 from tests.engine.walkers import in_world
-from usdfoot.engine.animate import animate_agents, animate_crowd
+from usdfoot.engine.animate import animate_agents, animate_crowd, prepare_library
 from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import UsdfootError
 from usdfoot.model.plan import FootstepPlan
@@ -187,6 +187,7 @@ def test_real_steps_are_predicted_and_do_not_slide(shared_data, scene):
     [
         ({"root_weight": 1.5}, "root_weight: is 1.5. must be a number between 0 and 1"),
         ({"root_weight_within": -0.1}, "root_weight_within: is -0.1. must be 0 m or more"),
+        ({"band": "round"}, "band: 'round' is not known. choose one of polar, cartesian"),
         ({"beyond_beta": "nearest"}, "beyond_beta: 'nearest' is not known. choose one of segment, closest"),
     ],
 )
@@ -207,3 +208,12 @@ def test_the_space_of_landing_and_root_speed_keeps_footsteps_and_is_nearer_to_th
 def test_the_space_of_landing_and_root_speed_takes_no_root_weight(walker_library):
     with pytest.raises(UsdfootError, match="the space 3d weighs root speeds already"):
         synthesise(walker_library, [weighted(uneven(), 0.5)], options=EngineOptions(space="3d"))
+
+
+def test_cartesian_bands_keep_root_velocities_in_their_own_way(walker_library):
+    options = EngineOptions(band="cartesian")
+    plan = weighted(uneven(), 1.0)
+    polar = synthesise(walker_library, [plan]).landings
+    cartesian = synthesise(prepare_library(walker_library.source, options), [plan], options=options).landings
+    assert cartesian.velocity_error.max() < 0.1
+    assert not np.allclose(cartesian.velocity_error, polar.velocity_error, atol=1e-6)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from usdfoot.analysis.limbs import find_limbs
 from usdfoot.maths import quaternion
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
 from usdfoot.physics.biped import measure_biped
-from usdfoot.physics.limbs import find_limbs
 from usdfoot.physics.rhythm import SIGNALS
 from usdfoot.physics.style import BodyStyle
 from usdfoot.physics.upper_body import build_upper_body

@@ -183,6 +183,22 @@ def test_a_scale_and_rotation_above_the_skeleton_are_applied():
     assert_allclose(positions(clip, actor), expected_positions(), atol=1e-5)
 
 
+def test_a_turned_prim_turns_the_clip_and_not_its_joints():
+    """3ds Max hangs the thighs on the spine: the pelvis has one bone and could be turned about it unnoticed."""
+    joints = [
+        joint.replace("Hips/Left", "Hips/Spine/Left").replace("Hips/Right", "Hips/Spine/Right") for joint in JOINTS
+    ]
+    stage = new_stage()
+    add_character(stage, "/World/Hero", Units(), joints=joints)
+    UsdGeom.Xformable(stage.GetPrimAtPath("/World/Hero")).AddRotateYOp().Set(90.0)
+    moved, turned = walk_pose(TIMES, OFFSETS, joints)
+    add_clip(stage, "/World/Hero/Skeleton/walk", Units(), TIMES, moved, turned, joints=joints)
+    clip, _ = read(stage, "/World/Hero/Skeleton/walk")
+    quarter = quaternion.yaw_quaternion(np.array(0.5 * np.pi))
+    turned[:, 0] = quaternion.compose(quarter, turned[:, 0])
+    assert_allclose(np.abs(np.sum(clip.rotations * turned, axis=-1)), 1.0, atol=1e-6)
+
+
 def test_a_moving_transform_that_is_not_the_clip_s_is_left_out():
     """The character travels along a trajectory; the clip in the library is not bound to it."""
     stage = scene()

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from pxr import Usd, UsdGeom, UsdSkel
+from pxr import Usd, UsdGeom, UsdSkel, Vt
 
 from stagedraw.soup import FloatArray, MeshShape, Soup, join, place, read_lines, read_mesh, transform
 
@@ -75,7 +75,8 @@ def character_soup(character: Character, code: float) -> Soup:
     soups = []
     for skin in character.skins:
         mapper = skin.query.GetJointMapper()
-        matrices = np.array(mapper.RemapTransforms(turned) if mapper and not mapper.IsIdentity() else turned)
+        own = mapper and not mapper.IsIdentity()
+        matrices = np.array(mapper.RemapTransforms(turned, Vt.Matrix4dArray(len(mapper))) if own else turned)
         bound = transform(skin.shape.points, skin.query.GetGeomBindTransform(time))
         moved = np.zeros_like(bound)
         for influence in range(skin.joints.shape[1]):

@@ -7,8 +7,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from usdfoot.analysis.biped_names import LEG_ROLES, is_helper, is_pelvis, leg_by_names
+from usdfoot.analysis.biped_names import LEG_ROLES, is_pelvis, leg_by_names
 from usdfoot.analysis.biped_shape import legs_by_shape
+from usdfoot.analysis.joint_words import is_helper
 from usdfoot.errors import BipedError, SkeletonError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import SIDES, Biped

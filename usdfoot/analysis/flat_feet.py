@@ -12,7 +12,7 @@ import numpy as np
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import FloatArray
 
-__all__ = ["LEVEL", "ahead", "flat_turns"]
+__all__ = ["LEVEL", "ahead", "flat_turns", "standing_turns"]
 
 LEVEL = np.radians(10.0)
 """Feet of the rest pose pitched by more against those in mid stance do not stand. CMU's are by 4 degrees."""
@@ -27,8 +27,6 @@ def ahead(turns: FloatArray, offset: FloatArray) -> FloatArray:
 def flat_turns(rest: FloatArray, stances: Sequence[FloatArray], offsets: FloatArray) -> FloatArray | None:
     """World rotations of both ankles with the feet flat and pointing along +Z, shape (2, 4).
 
-    A foot that stands is as pitched as most: the mean of those within `LEVEL` of the median.
-
     Args:
         rest: Ankles in the rest pose, shape (2, 4).
         stances: Ankles in mid stance, in any heading, shape (N, 4) for each foot.
@@ -37,7 +35,19 @@ def flat_turns(rest: FloatArray, stances: Sequence[FloatArray], offsets: FloatAr
     Returns:
         None if the feet of the rest pose stand level, or nothing tells otherwise.
     """
-    flats, differences = [], []
+    flats = standing_turns(rest, stances, offsets)
+    pairs = zip(flats, rest, offsets, strict=True)
+    differences = [abs(_elevations(flat, offset) - _elevations(turn, offset)) for flat, turn, offset in pairs]
+    return flats if max(differences) > LEVEL else None
+
+
+def standing_turns(rest: FloatArray, stances: Sequence[FloatArray], offsets: FloatArray) -> FloatArray:
+    """World rotations of both ankles as the feet stand, pointing along +Z, shape (2, 4).
+
+    A foot that stands is as pitched as most: the mean of those within `LEVEL` of the median. A foot without stances
+    stands as in the rest pose. Arguments as of `flat_turns`.
+    """
+    flats = []
     for turn, stance, offset in zip(rest, stances, offsets, strict=True):
         flat = ahead(turn, offset)
         if len(stance):
@@ -46,8 +56,7 @@ def flat_turns(rest: FloatArray, stances: Sequence[FloatArray], offsets: FloatAr
             usual = np.abs(pitches - np.median(pitches)) <= LEVEL
             flat = quaternion.mean(turned, usual.astype(float))
         flats.append(ahead(flat, offset))
-        differences.append(abs(_elevations(flat, offset) - _elevations(turn, offset)))
-    return np.array(flats) if max(differences) > LEVEL else None
+    return np.array(flats)
 
 
 def _elevations(turns: FloatArray, offset: FloatArray) -> FloatArray:

@@ -10,7 +10,7 @@ from usdfoot.bridge.units import StageUnits
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.agent import Crowd
 from usdfoot.model.biped import Biped
-from usdfoot.model.skeleton import Skeleton
+from usdfoot.model.skeleton import Pose, Skeleton
 
 __all__ = ["BlendShapes", "Character", "Scene", "StageInfo"]
 
@@ -82,6 +82,8 @@ class Character:
     """Largest distance from each joint to a point of the skin it moves [m], 0 if none, shape (J,)."""
     still_extent: FloatArray | None
     """Lowest and highest corner of the geometry that is not skinned, in the agent's space [m], shape (2, 3)."""
+    bind_pose: Pose | None = None
+    """Of the Skeleton in the agent's space, where it has one."""
     blend_shapes: BlendShapes | None = None
     """Of the animation the asset is bound to."""
 

@@ -66,6 +66,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "landing and root speed (default: %(default)s)",
     )
     parser.add_argument(
+        "--band",
+        choices=("polar", "cartesian"),
+        default="polar",
+        help="weigh root velocities by bearing and speed, as the paper does, or by x and z (default: %(default)s)",
+    )
+    parser.add_argument(
         "--root-weight",
         metavar="X",
         type=root_weight,
@@ -209,6 +215,7 @@ def _options(arguments: argparse.Namespace) -> MotionOptions:
         correction=arguments.correction,
         seam=arguments.seam,
         space=arguments.space,
+        band=arguments.band,
         root_weight=arguments.root_weight,
         root_weight_within=arguments.max_root_weight_within,
         least_time_warp=arguments.warp_range[0],

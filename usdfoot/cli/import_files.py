@@ -5,30 +5,38 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.table import Table
 
 from usdfoot.cli.batch_flags import add_limits, limits_of
 from usdfoot.cli.console import print_problems, results_console, shown_progress
+from usdfoot.cli.tables import plan_table
+from usdfoot.errors import UsdfootError
 
 if TYPE_CHECKING:
     from usdfoot.model.capture import Capture
-    from usdfoot.pipeline.import_clips import ClipFormat
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
 
 NAME = "import"
-HELP = "motion capture as clips"
+HELP = "motion capture as clips, footsteps of other programs as plans"
 DESCRIPTION = (
-    "Writes the clips of motion capture files (BVH, Acclaim's ASF with AMC) and of glTF as one USD stage. Clips on the "
-    "same bones share a Skeleton, whose rest pose stands on level feet and faces +Z even where the file's own does not."
+    "Writes the clips of motion capture files (BVH, Acclaim's ASF with AMC) and of glTF as one USD stage: clips on the "
+    "same bones share a Skeleton, whose rest pose stands on level feet, facing +Z, even where the file's own does not. "
+    "Or writes footsteps (CSV, .stp of 3ds Max's Biped, recordings of SteerSuite) as a layer of plans. One kind a call."
 )
 EPILOG = """\
 example:
   usdfoot import walk.bvh run.bvh --unit cm -o clips.usd
   usdfoot import 02.asf 02_01.amc 02_03.amc --unit in --rate 120 -o clips.usd
   usdfoot analyze clips.usd
+  usdfoot import plan.csv -o plan.usda
+  usdfoot import biped.stp --unit in -o plan.usda
+
+columns of a CSV plan: foot (left, right), x, y, z (metres, +Y up), yaw (degrees, 0 faces +Z, 90 faces +X), strike,
+liftoff (seconds); optional: plan (its name), nx, ny, nz (ground's normal), style, root_weight.
 
 units and rates are never guessed: where a file does not state them, --unit and --rate are needed. Lengths of ASF files
 are in that unit divided by their `:units length`; glTF is in metres. It needs the extra: pip install 'usdfoot[import]'.
@@ -38,18 +46,23 @@ exit codes: 0 all imported, 1 some files skipped (listed), 2 nothing written
 in Python:
   from usdfoot.pipeline.import_clips import ClipFormat, import_clips
   report = import_clips(["walk.bvh", "run.bvh"], "clips.usd", clip_format=ClipFormat(unit="cm"))
+  from usdfoot.pipeline.import_plans import import_plans
+  report = import_plans(["plan.csv"], "plan.usda")
 """
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the verb's arguments."""
-    parser.add_argument("files", metavar="FILE", nargs="+", help=".bvh, .asf with its .amc, .gltf, .glb")
+    parser.add_argument(
+        "files", metavar="FILE", nargs="+", help=".bvh, .asf with its .amc, .gltf, .glb; .csv, .stp, .foot, .rec"
+    )
     parser.add_argument("-o", "--output", metavar="USD", required=True, help="stage to write: .usd, .usda or .usdc")
     parser.add_argument("--unit", default="", help="of lengths: m, cm, mm, ft, in, or metres a unit")
     parser.add_argument(
         "--rate", metavar="HZ", type=rate, default=0.0, help="frames a second of AMC files; of glTF's clips"
     )
     parser.add_argument("--up", choices=("Y", "Z"), default="Y", help="axis that points up (default: %(default)s)")
+    parser.add_argument("--scene", help="USD file whose units and axes the plans are for")
     add_limits(parser, "joints", "frames")
 
 
@@ -66,22 +79,40 @@ def rate(text: str) -> float:
 
 def run(arguments: argparse.Namespace) -> int:
     """Import; 0 = all files, 1 = some skipped."""
-    from usdfoot.pipeline.import_clips import import_clips
+    from usdfoot.pipeline.import_plans import PLAN_SUFFIXES
 
+    kinds = {Path(file).suffix.lower() in PLAN_SUFFIXES for file in arguments.files}
+    if len(kinds) > 1:
+        raise UsdfootError(", ".join(arguments.files), "are clips and plans", "import one kind at a time")
+    return _run_plans(arguments) if kinds == {True} else _run_clips(arguments)
+
+
+def _run_plans(arguments: argparse.Namespace) -> int:
+    from usdfoot.pipeline.import_plans import PlanFormat, import_plans
+
+    said = PlanFormat(unit=arguments.unit, rate=arguments.rate, up=arguments.up, limits=limits_of(arguments))
     with shown_progress(quiet=arguments.quiet) as progress:
-        report = import_clips(arguments.files, arguments.output, clip_format=_clip_format(arguments), progress=progress)
+        report = import_plans(
+            arguments.files, arguments.output, plan_format=said, scene=arguments.scene, progress=progress
+        )
+    print_problems(report.problems, quiet=arguments.quiet)
+    console = results_console()
+    console.print(plan_table(report.plans))
+    console.print(f"wrote {report.file}", soft_wrap=True)
+    return 1 if report.skipped else 0
+
+
+def _run_clips(arguments: argparse.Namespace) -> int:
+    from usdfoot.pipeline.import_clips import ClipFormat, import_clips
+
+    said = ClipFormat(unit=arguments.unit, rate=arguments.rate, up=arguments.up, limits=limits_of(arguments))
+    with shown_progress(quiet=arguments.quiet) as progress:
+        report = import_clips(arguments.files, arguments.output, clip_format=said, progress=progress)
     print_problems(report.problems, quiet=arguments.quiet)
     console = results_console()
     console.print(_table(report.captures))
     console.print(f"wrote {report.file}", soft_wrap=True)
     return 1 if any(problem.severity == "error" for problem in report.problems) else 0
-
-
-def _clip_format(arguments: argparse.Namespace) -> ClipFormat:
-    """What the options say of the files."""
-    from usdfoot.pipeline.import_clips import ClipFormat
-
-    return ClipFormat(unit=arguments.unit, rate=arguments.rate, up=arguments.up, limits=limits_of(arguments))
 
 
 def _table(captures: Mapping[str, Capture]) -> Table:

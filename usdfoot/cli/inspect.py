@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 
+from usdfoot.cli.batch_flags import count
 from usdfoot.cli.console import print_problems, results_console, shown_progress
 from usdfoot.model.overlay import KINDS
 
@@ -39,6 +40,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("crowd", metavar="CROWD", help="crowd.usd written by usdfoot animate")
     parser.add_argument("-o", "--output", metavar="LAYER", help="overlay to write: .usd, .usda or .usdc")
     parser.add_argument("--html", metavar="PAGE", help="one web page with all of it, and a 3-D view that plays")
+    parser.add_argument(
+        "--workers",
+        metavar="N",
+        type=count,
+        help="processes that measure many agents for the page (default: a core each)",
+    )
     parser.add_argument("--agents", metavar="GLOB", default="*", help="names of the agents to draw (default: all)")
     parser.add_argument(
         "--error-scale",
@@ -77,6 +84,7 @@ def above_zero(text: str) -> float:
 
 def run(arguments: argparse.Namespace) -> int:
     """Inspect; 0 = all agents drawn, 1 = some could not be read."""
+    from usdfoot.batch.executors import open_executor
     from usdfoot.errors import UsdfootError
     from usdfoot.pipeline.inspect import InspectOptions, InspectReport, inspect
     from usdfoot.pipeline.page import PageReport, write_page
@@ -96,7 +104,10 @@ def run(arguments: argparse.Namespace) -> int:
             )
             reports.append(overlay)
         if arguments.html is not None:
-            page = write_page(arguments.crowd, arguments.html, agents=arguments.agents, progress=progress)
+            with open_executor(workers=arguments.workers) as executor:
+                page = write_page(
+                    arguments.crowd, arguments.html, agents=arguments.agents, executor=executor, progress=progress
+                )
             reports.append(page)
     print_problems(dict.fromkeys(problem for report in reports for problem in report.problems), quiet=arguments.quiet)
     for report in reports:

@@ -13,11 +13,13 @@ from usdfoot.cli import (
     animate,
     completion,
     doctor,
+    export,
     import_files,
     inspect,
     job,
     plan,
     plugin_path,
+    retarget,
     validate,
 )
 from usdfoot.cli.console import logging_on_stderr, print_error
@@ -26,7 +28,20 @@ from usdfoot.errors import UsdfootError
 
 __all__ = ["main"]
 
-VERBS = (animate, analyze, plan, import_files, validate, inspect, job, doctor, plugin_path, completion)
+VERBS = (
+    animate,
+    analyze,
+    plan,
+    import_files,
+    retarget,
+    export,
+    validate,
+    inspect,
+    job,
+    doctor,
+    plugin_path,
+    completion,
+)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

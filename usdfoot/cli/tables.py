@@ -15,12 +15,14 @@ if TYPE_CHECKING:
     from usdfoot.pipeline.doctor import Symptom
     from usdfoot.pipeline.validate import AgentFigures, Figure
     from usdfoot.planning.lint import Fault
+    from usdfoot.retarget.clips import RetargetedClip
 
 __all__ = [
     "clip_table",
     "fault_table",
     "figure_table",
     "plan_table",
+    "retarget_table",
     "step_table",
     "symptom_table",
     "target_table",
@@ -108,6 +110,19 @@ def plan_table(plans: Mapping[str, FootstepPlan]) -> Table:
         )
     if len(plans) > MOST_ROWS:
         table.add_row(f"and {len(plans) - MOST_ROWS} more", *[""] * 6)
+    return table
+
+
+def retarget_table(clips: Mapping[str, RetargetedClip]) -> Table:
+    """How clips fare on another character."""
+    table = Table(title="retargeted clips")
+    table.add_column("clip")
+    for heading in ("samples", "contacts", "slide mm", "pelvis lowered mm"):
+        table.add_column(heading, justify="right")
+    for name, result in clips.items():
+        contacts = sum(len(result.contacts[side].strike_times) for side in (0, 1))
+        samples = str(len(result.clip.rotations))
+        table.add_row(name, samples, str(contacts), _number(1e3 * result.slide, 2), _number(1e3 * result.lowered, 0))
     return table
 
 

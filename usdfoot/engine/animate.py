@@ -95,7 +95,7 @@ def prepare_library(library: ClipLibrary, options: EngineOptions) -> PreparedLib
     return PreparedLibrary(
         source=library,
         examples=whole,
-        spaces=build_spaces(examples, pelvis=library.biped.pelvis),
+        spaces=build_spaces(examples, pelvis=library.biped.pelvis, polar=options.band == "polar"),
         rig=rig,
         device=device_library(library.skeleton, whole, rig, pelvis=library.biped.pelvis),
         style=style,

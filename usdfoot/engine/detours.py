@@ -1,7 +1,7 @@
 """Detours of swinging feet: over the terrain between two prints, and around the standing leg (design.md section 7).
 
-Where the ground asks for a steep way up or down, as treads do, a foot also lags behind or hurries ahead on the level, so
-that there is time for the height.
+Where the ground asks for a steep way up or down, as treads do, a foot also lags behind or hurries ahead on the level,
+so that there is time for the height.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ FIRST_GAINS = np.array([5.0, 2.2, 1.4])
 """How much the knot after a swing's begin must rise for each sample before it, since the detour begins at zero."""
 
 EASY_SPEED, STEEP_SPEED = 0.5, 1.5
-"""Speeds at which a foot has to rise or fall beside its own path: none of it, and all of it, is eased on the level [m/s]."""
+"""Speeds at which a foot has to rise or fall: up to the first as it comes, from the second wholly eased [m/s]."""
 
 BLIND_HEIGHT = 0.6
 """Ground higher than this over both prints is not stepped over: a wall or another level [m]."""
@@ -172,7 +172,7 @@ def _steepness(missing: FloatArray, durations: FloatArray) -> FloatArray:
 def _hurry(balls: FloatArray, steep: FloatArray) -> FloatArray:
     """Level offsets (N, FINE, 3) that let balls (N, FINE, 3) lag first and hurry then, as `steep` (N, 2) as they are.
 
-    The instant looked up on the ball's own path is t - b t (1 - t)^2 + e t^2 (1 - t): at rest at the ends for b = e = 1.
+    The instant looked up on the ball's own path is t - b t (1 - t)^2 + e t^2 (1 - t), at rest at the ends if b = e = 1.
     """
     times = np.linspace(0.0, 1.0, FINE)
     begin, end = steep[:, :1], steep[:, 1:]

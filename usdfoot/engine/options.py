@@ -12,6 +12,7 @@ __all__ = ["SEAMS", "SPACES", "EngineOptions"]
 
 SEAMS = ("inertialise", "crossfade", "none")
 SPACES = ("neighbours", "delaunay", "3d")
+BANDS = ("polar", "cartesian")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,6 +27,8 @@ class EngineOptions:
     """What a step is blended from: neighbours = the examples around its footstep that are also most like it in timing,
     turn, rise and departure; delaunay = those of the Delaunay triangle ([B] 4.3); 3d = those of the tetrahedron of
     landing and root speed ([B] 7), which leaves nothing for root weights."""
+    band: str = "polar"
+    """How root velocities are weighted: polar = over their bearing and speed ([B] 4.2); cartesian = over x and z."""
     correction: bool = True
     """Measure the blended landing and correct the query ([B] Fig. 5, 8); off = the paper's behaviour."""
     corrections: int = 5
@@ -73,7 +76,7 @@ class EngineOptions:
     """Samples of each example; 20 k + 1 puts the liftoffs' phases, where the pace may change, on samples."""
 
     def __post_init__(self) -> None:
-        for name, choices in (("seam", SEAMS), ("space", SPACES), ("beyond_beta", BEYONDS)):
+        for name, choices in (("seam", SEAMS), ("space", SPACES), ("band", BANDS), ("beyond_beta", BEYONDS)):
             if getattr(self, name) not in choices:
                 raise UsdfootError(name, f"{getattr(self, name)!r} is not known", f"choose one of {', '.join(choices)}")
         for name in ("seam_time", "stand_time", "stand_seam_time"):

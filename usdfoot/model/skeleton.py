@@ -1,4 +1,4 @@
-"""Skeleton: a hierarchy of joints with a rest pose."""
+"""Skeleton: a hierarchy of joints with a rest pose; Pose: where the joints of one are."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from usdfoot.errors import SkeletonError
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray, IntArray
 
-__all__ = ["Skeleton", "forward_kinematics"]
+__all__ = ["Pose", "Skeleton", "forward_kinematics"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,6 +61,16 @@ class Skeleton:
                 raise SkeletonError(self.name, f"{self.joints[joint]} is not below {self.joints[ancestor]}")
             way.append(parent)
         return tuple(reversed(way))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pose:
+    """One pose of a skeleton in its own space."""
+
+    places: FloatArray
+    """Joint positions [m], shape (J, 3)."""
+    turns: FloatArray
+    """Joint rotations, shape (J, 4)."""
 
 
 def forward_kinematics(

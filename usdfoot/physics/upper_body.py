@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdfoot.analysis.limbs import Limbs, find_limbs
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
 from usdfoot.physics.biped import PhysicsBiped
-from usdfoot.physics.limbs import Limbs, find_limbs
 from usdfoot.physics.rhythm import SIGNALS
 from usdfoot.physics.style import BodyStyle
 

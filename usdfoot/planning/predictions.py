@@ -152,7 +152,9 @@ def _build_side(examples: Examples, space: SideSpace, side: int, stance: float |
         stand = [stance, 0.0, duration, released, duration + released, turned_out, 0.5 * stance, 0.0]
         velocities, values = np.vstack([velocities, np.zeros(2)]), np.vstack([values, stand])
     return _GaitSide(
-        velocities=build_root_velocity_space(velocities, merge_distance=0.0), values=values, footsteps=space.footsteps
+        velocities=build_root_velocity_space(velocities, polar=space.roots.polar, merge_distance=0.0),
+        values=values,
+        footsteps=space.footsteps,
     )
 
 

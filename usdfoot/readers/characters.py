@@ -14,10 +14,11 @@ from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import SkeletonError
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
+from usdfoot.model.skeleton import Pose
 from usdfoot.readers.assets import asset_of, character_prim_of
 from usdfoot.readers.biped import read_biped
 from usdfoot.readers.samples import read_samples
-from usdfoot.readers.skeleton import is_moving, matrices_of, read_skeleton, skeleton_in
+from usdfoot.readers.skeleton import RawSkeleton, is_moving, matrices_of, read_skeleton, skeleton_in, split_matrices
 from usdfoot.readers.skins import inherited_target, joint_reaches, read_skin
 from usdfoot.readers.stage import StagePrims, start_code
 
@@ -113,6 +114,7 @@ def read_character(prim: Usd.Prim, units: StageUnits, frame_codes: FloatArray) -
         inherited_scales=raw.inherited_scales,
         joint_radii=joint_reaches(skin, raw) * skeleton_to_agent.scale,
         still_extent=_still_extent(prim, units, tilt, scale),
+        bind_pose=_bind_pose(raw, skeleton_to_agent),
         blend_shapes=_blend_shapes(skeleton_prim),
     )
 
@@ -146,6 +148,18 @@ def _skeleton_to_agent(
     to_prim = matrices_of(skeleton, codes) @ np.linalg.inv(matrices_of(prim, codes))
     upright = Similarity(scale=scale * units.meters_per_unit, rotation=tilt[None], translation=np.zeros((1, 3)))
     return upright.after(similarity_of_matrices(to_prim, skeleton.GetPath()))
+
+
+def _bind_pose(raw: RawSkeleton, skeleton_to_agent: Similarity) -> Pose | None:
+    """The bind pose in the agent's space."""
+    if raw.bind_matrices is None:
+        return None
+    places, turns, _ = split_matrices(raw.bind_matrices)
+    turn, shift = skeleton_to_agent.rotation[0], skeleton_to_agent.translation[0]
+    return Pose(
+        places=skeleton_to_agent.scale * quaternion.rotate(turn, places) + shift,
+        turns=quaternion.compose(turn, turns),
+    )
 
 
 def _still_extent(prim: Usd.Prim, units: StageUnits, tilt: FloatArray, scale: float) -> FloatArray | None:

@@ -226,9 +226,13 @@ def _leg_length(skeleton: Skeleton, order: IntArray, biped: Biped) -> float:
 
 
 def _other_axes(where: str, own: Skeleton, skeleton: Skeleton, biped: Biped) -> FloatArray | None:
-    """Turns (K, 4) from the character's joint axes to the clip's; None if those of the legs are about the same."""
+    """Turns (K, 4) from the character's joint axes to the clip's; None if those of the legs are about the same.
+
+    One skeleton placed in two ways differs in its roots only, and its axes are the same.
+    """
+    below = skeleton.parents >= 0
     if own.joints == skeleton.joints and all(
-        np.allclose(getattr(own, name), getattr(skeleton, name), atol=1e-6)
+        np.allclose(getattr(own, name)[below], getattr(skeleton, name)[below], atol=1e-6)
         for name in ("rest_translations", "rest_rotations")
     ):
         return None

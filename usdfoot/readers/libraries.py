@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from pxr import Sdf, Usd
 
-from usdfoot.bridge.scene import StageInfo
+from usdfoot.bridge.scene import Character, StageInfo
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.model.clip import Clip, ClipLibrary
 from usdfoot.model.report import Problem
@@ -30,6 +30,8 @@ class StageClips:
     """Name of the stage's default prim, "" if it has none."""
     libraries: tuple[ClipLibrary, ...]
     """One for each skeleton that clips were made on."""
+    characters: tuple[Character, ...]
+    """The characters of those skeletons."""
     problems: tuple[Problem, ...]
     """Clips and skeletons that could not be used."""
 
@@ -57,25 +59,27 @@ def read_libraries(clips_file: str | os.PathLike[str]) -> StageClips:
             by_skeleton.setdefault(source.skeleton_prim.GetPath(), []).append(source)
         except UsdfootError as error:
             problems.append(_problem(animation.GetPath(), error))
-    libraries = []
+    found: list[tuple[Character, ClipLibrary]] = []
     for path, sources in by_skeleton.items():
         try:
-            libraries.append(_read_library(stage, stage.GetPrimAtPath(path), sources, info, problems))
+            found.append(_read_library(stage, stage.GetPrimAtPath(path), sources, info, problems))
         except UsdfootError as error:
             problems.append(_problem(path, error))
+    used = [(character, library) for character, library in found if library.clips]
     root = stage.GetDefaultPrim()
     return StageClips(
         info=info,
         default_prim=root.GetName() if root else "",
-        libraries=tuple(library for library in libraries if library.clips),
+        libraries=tuple(library for _, library in used),
+        characters=tuple(character for character, _ in used),
         problems=tuple(problems),
     )
 
 
 def _read_library(
     stage: Usd.Stage, skeleton: Usd.Prim, sources: list[ClipSource], info: StageInfo, problems: list[Problem]
-) -> ClipLibrary:
-    """Clips of one skeleton; those that cannot be used are added to the problems."""
+) -> tuple[Character, ClipLibrary]:
+    """Character and clips of one skeleton; those that cannot be used are added to the problems."""
     codes = np.array([stage.GetStartTimeCode()])
     character = read_character(character_prim_of(skeleton), info.units, codes)
     clips: list[Clip] = []
@@ -84,7 +88,7 @@ def _read_library(
             clips.append(read_clip(source, character.skeleton, character.biped, info.units))
         except UsdfootError as error:
             problems.append(_problem(source.prim.GetPath(), error))
-    return ClipLibrary(skeleton=character.skeleton, biped=character.biped, clips=tuple(clips))
+    return character, ClipLibrary(skeleton=character.skeleton, biped=character.biped, clips=tuple(clips))
 
 
 def _problem(path: Sdf.Path, error: UsdfootError) -> Problem:

@@ -170,6 +170,7 @@ def build_spaces(
     merge_distance: float = 0.005,
     minimal_altitude: float = 0.02,
     root_merge_distance: float = 0.1,
+    polar: bool = True,
     scales: FeatureScales | None = None,
 ) -> FootstepSpaces:
     """Footstep spaces of all styles, gaits and swing sides of a library.
@@ -180,6 +181,7 @@ def build_spaces(
         merge_distance: Landings at most this far apart [m] become one vertex.
         minimal_altitude: Slivers along the hull lower than this [m] are dropped.
         root_merge_distance: Root velocities at most this far apart [m/s] share one example.
+        polar: Root velocities are weighted by polar gradient bands; else by Cartesian ones.
         scales: Differences between steps that count the same when neighbours are chosen.
     """
     scales = scales or FeatureScales()
@@ -193,7 +195,7 @@ def build_spaces(
             landings[members], merge_distance=merge_distance, minimal_altitude=minimal_altitude
         )
         neighbours = build_neighbour_space(footsteps, landings[members], coordinates[members])
-        roots = build_root_velocity_space(velocities[members], merge_distance=root_merge_distance)
+        roots = build_root_velocity_space(velocities[members], polar=polar, merge_distance=root_merge_distance)
         tetrahedra = build_tetrahedron_space(
             footsteps, landings[members], np.linalg.norm(velocities[members], axis=1), merge_distance=merge_distance
         )

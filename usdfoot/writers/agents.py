@@ -19,7 +19,7 @@ from usdfoot.writers.layers import (
 )
 from usdfoot.writers.poses import PosedAgent
 
-__all__ = ["write_agent"]
+__all__ = ["author_stance", "write_agent"]
 
 ValueTypes = Sdf.ValueTypeNames
 UPRIGHT_TOLERANCE = 1e-7
@@ -43,7 +43,7 @@ def write_agent(layer: Sdf.Layer, agent: PosedAgent, *, reference: Sdf.Reference
     author_targets(prim, "skel:animationSource", [f"{tokens.Prim.ANIMS}/{motion.name}"])
     author_targets(prim, tokens.Agent.PLAN, [f"{tokens.Prim.PLANS}/{motion.name}"])
     codes = rounded_codes(units.times_to_codes(motion.times)).tolist()
-    order = _write_root_path(prim, motion, codes, units) + _write_stance(prim, agent.resting.character)
+    order = _write_root_path(prim, motion, codes, units) + author_stance(prim, agent.resting.character)
     author(prim, "xformOpOrder", ValueTypes.TokenArray, Vt.TokenArray(order), uniform=True)
     corners = Vt.Vec3fArray.FromNumpy(agent.extents.reshape(-1, 3))
     extents = [corners[2 * frame : 2 * frame + 2] for frame in range(len(codes))]
@@ -60,8 +60,8 @@ def _write_root_path(prim: Sdf.PrimSpec, motion: Motion, codes: list[float], uni
     return ["xformOp:translate", turn]
 
 
-def _write_stance(prim: Sdf.PrimSpec, character: Character) -> list[str]:
-    """What stands the referenced prim upright at its size; nothing for most characters."""
+def author_stance(prim: Sdf.PrimSpec, character: Character) -> list[str]:
+    """What stands the referenced prim upright at its size, nothing for most characters; gives back the ops' names."""
     order = []
     x, y, z, w = character.agent_rotation.tolist()
     if 1.0 - abs(w) > UPRIGHT_TOLERANCE**2 and max(abs(x), abs(y), abs(z)) > UPRIGHT_TOLERANCE:

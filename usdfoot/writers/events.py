@@ -11,13 +11,14 @@ from pxr import Sdf
 
 from usdfoot.bridge import tokens
 from usdfoot.bridge.scene import StageInfo
+from usdfoot.bridge.units import StageUnits
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.contacts import Contacts
 from usdfoot.writers.layers import apply_schemas, author
 from usdfoot.writers.layers_over import author_times, layer_over
 from usdfoot.writers.staging import staged_files
 
-__all__ = ["write_clip_events"]
+__all__ = ["author_events", "write_clip_events"]
 
 
 def write_clip_events(
@@ -51,15 +52,20 @@ def write_clip_events(
         apply_schemas(prim, [tokens.Schema.CLIP])
         if path in styles:
             author(prim, tokens.Clip.STYLE, Sdf.ValueTypeNames.Token, styles[path], uniform=True)
-        for side in (0, 1):
-            foot = clip_contacts[side]
-            begun = np.isfinite(foot.strike_times)
-            author_times(prim, tokens.Clip.STRIKE_TIMES[side], _finite(foot.strike_times), info.units)
-            author_times(prim, tokens.Clip.FLAT_TIMES[side], _finite(foot.flat_times[begun]), info.units)
-            author_times(prim, tokens.Clip.LIFTOFF_TIMES[side], _finite(foot.liftoff_times), info.units)
+        author_events(prim, clip_contacts, info.units)
     with staged_files(target.parent) as files:
         files.add_layer(target.name, layer)
     return target
+
+
+def author_events(prim: Sdf.PrimSpec, contacts: Contacts, units: StageUnits) -> None:
+    """Strike, flat and liftoff times of both feet as UsdfootClipAPI attributes, those within the clip."""
+    for side in (0, 1):
+        foot = contacts[side]
+        begun = np.isfinite(foot.strike_times)
+        author_times(prim, tokens.Clip.STRIKE_TIMES[side], _finite(foot.strike_times), units)
+        author_times(prim, tokens.Clip.FLAT_TIMES[side], _finite(foot.flat_times[begun]), units)
+        author_times(prim, tokens.Clip.LIFTOFF_TIMES[side], _finite(foot.liftoff_times), units)
 
 
 def _finite(times: FloatArray) -> FloatArray:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pxr import Sdf, Vt
 
 from usdfoot.bridge import tokens
@@ -91,9 +92,12 @@ def _layer_of(plans: Sequence[PlannedAgent], units: StageUnits, frames_per_secon
         path = f"{PLANS_SCOPE}/{part.name}"
         with Sdf.ChangeBlock():
             prim = author_plan(layer, path, part.plan, prints=print_models(part.size, units), units=units)
-            if part.style:
-                styles = Vt.TokenArray([part.style] * len(part.plan))
-                author(prim, tokens.Plan.STYLES, Sdf.ValueTypeNames.TokenArray, styles, uniform=True)
+            styles = part.plan.styles or (part.style,) * len(part.plan)
+            if any(styles):
+                author(prim, tokens.Plan.STYLES, Sdf.ValueTypeNames.TokenArray, Vt.TokenArray(styles), uniform=True)
+            if part.plan.root_weights.any():
+                weights = Vt.FloatArray.FromNumpy(part.plan.root_weights.astype(np.float32))
+                author(prim, tokens.Plan.ROOT_WEIGHTS, Sdf.ValueTypeNames.FloatArray, weights, uniform=True)
             if part.agent:
                 author_targets(Sdf.CreatePrimInLayer(layer, part.agent), tokens.Agent.PLAN, [path])
     return layer

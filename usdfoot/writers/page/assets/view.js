@@ -134,11 +134,20 @@ page.view = (() => {
     state.on("agent step", seek);
     state.on("follow", approach);
     state.on("theme", paint);
+    explain(crowd);
     resize();
     begin();
     paint();
     choose();
     return view;
+  }
+
+  /** What the colors mean. */
+  function explain(crowd) {
+    const entries = [["left", "left"], ["right", "right"], ["chosen", "chosen agent"]];
+    if (crowd.agentSeverity.some((severity) => severity > 1)) entries.push(["over", "over a target"]);
+    if (crowd.arrays.groundWalkable.includes(0)) entries.push(["ground-barred", "not walkable"]);
+    page.chart.legend(page.dom.byId("overlay"), entries);
   }
 
   /** Corners of the agents' footsteps, on the ground and at the height of a head. */

@@ -1,0 +1,1 @@
+"""Retarget: clips of one rig on the joints of another."""

@@ -1,0 +1,161 @@
+"""Retargeted clips: a stage with the character that they move and one SkelAnimation a clip."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pxr import Sdf, Vt
+
+from usdfoot.bridge import tokens
+from usdfoot.bridge.scene import Character
+from usdfoot.bridge.similarity import unfold_from_joints
+from usdfoot.bridge.units import StageUnits
+from usdfoot.errors import OutputError
+from usdfoot.model.clip import Clip
+from usdfoot.model.contacts import Contacts
+from usdfoot.writers.agents import author_stance
+from usdfoot.writers.characters import place_characters
+from usdfoot.writers.events import author_events
+from usdfoot.writers.layers import (
+    LayerFormat,
+    apply_schemas,
+    author,
+    author_samples,
+    author_targets,
+    define_prim,
+    new_layer,
+    quaternion_array,
+    rounded_codes,
+)
+from usdfoot.writers.plans import SUFFIXES
+from usdfoot.writers.staging import staged_files
+
+__all__ = ["WrittenClip", "write_retargeted"]
+
+ValueTypes = Sdf.ValueTypeNames
+ROOT = "/Retargeted"
+CHARACTER = f"{ROOT}/Character"
+CLIPS = f"{ROOT}/Clips"
+
+
+@dataclass(frozen=True, kw_only=True)
+class WrittenClip:
+    """One clip to write."""
+
+    name: str
+    """Of its prim, unique."""
+    clip: Clip
+    """On the character's joints, canonical."""
+    contacts: Contacts
+    """When its feet stand."""
+
+
+def write_retargeted(
+    output: str | os.PathLike[str],
+    clips: Sequence[WrittenClip],
+    character: Character,
+    *,
+    units: StageUnits,
+    frames_per_second: float,
+    sources: Sequence[str],
+    provenance: Mapping[str, Any],
+) -> Path:
+    """Write a stage in which the character plays the first clip, and the others wait below /Retargeted/Clips.
+
+    The character is referenced where it is; one whose Skeleton is bound to an animation of its own is copied beside the
+    file. Contacts become UsdfootClipAPI attributes.
+
+    Args:
+        output: .usd, .usda or .usdc to write, replaced if it exists; .usd is binary.
+        clips: At least one.
+        character: What they move.
+        units: Of the stage: lengths and axes of the character's, time codes of the clips'.
+        frames_per_second: Playback rate.
+        sources: Files that must not be replaced.
+        provenance: For `customLayerData["usdfoot"]`.
+
+    Raises:
+        OutputError: If the file's name is no USD layer's, would replace a source, or cannot be written.
+    """
+    target = Path(os.path.realpath(output))
+    if target.suffix not in SUFFIXES:
+        raise OutputError(output, "is no name of a USD layer", f"name a file that ends in {', '.join(SUFFIXES)}")
+    if target in {Path(os.path.realpath(source)) for source in sources}:
+        raise OutputError(output, "would replace what it is made from", "name another file")
+    times = [times for clip in clips for times in (clip.clip.times[0], clip.clip.times[-1])]
+    codes = rounded_codes(units.times_to_codes(np.array(times)))
+    layer_format = LayerFormat(
+        units=units,
+        frames_per_second=frames_per_second,
+        start_code=float(codes.min()),
+        end_code=float(codes.max()),
+    )
+    (placed,) = place_characters([character], target.parent, layer_format=layer_format, collect=False)
+    layer = new_layer(layer_format, text=target.suffix == ".usda")
+    layer.defaultPrim = Sdf.Path(ROOT).name
+    layer.customLayerData = {tokens.PROVENANCE: dict(provenance)}
+    with Sdf.ChangeBlock():
+        Sdf.CreatePrimInLayer(layer, ROOT).typeName = "Xform"
+        layer.GetPrimAtPath(ROOT).specifier = Sdf.SpecifierDef
+        _write_character(layer, character, placed.reference, f"{CLIPS}/{clips[0].name}")
+    for clip in clips:
+        with Sdf.ChangeBlock():
+            _write_clip(layer, clip, character, units)
+    with staged_files(target.parent) as files:
+        if placed.copy is not None:
+            files.add_layer(placed.copy.name, placed.copy.layer)
+        files.add_layer(target.name, layer)
+    return target
+
+
+def _write_character(layer: Sdf.Layer, character: Character, reference: Sdf.Reference, animation: str) -> None:
+    """The character at the origin, playing an animation."""
+    prim = define_prim(layer, CHARACTER, "SkelRoot")
+    prim.referenceList.prependedItems = [reference]
+    apply_schemas(prim, ["SkelBindingAPI"])
+    author_targets(prim, "skel:animationSource", [animation])
+    order = author_stance(prim, character)
+    author(prim, "xformOpOrder", ValueTypes.TokenArray, Vt.TokenArray(order), uniform=True)
+
+
+def _write_clip(layer: Sdf.Layer, written: WrittenClip, character: Character, units: StageUnits) -> None:
+    """One SkelAnimation with UsdfootClipAPI."""
+    clip, skeleton = written.clip, character.skeleton
+    prim = define_prim(layer, f"{CLIPS}/{written.name}", "SkelAnimation")
+    apply_schemas(prim, [tokens.Schema.CLIP])
+    author(prim, "joints", ValueTypes.TokenArray, Vt.TokenArray(skeleton.joints), uniform=True)
+    translations, rotations = unfold_from_joints(
+        character.skeleton_to_agent, skeleton.parents, clip.translations, clip.rotations
+    )
+    translations = (translations / character.inherited_scales[:, None]).astype(np.float32)
+    codes = rounded_codes(units.times_to_codes(clip.times)).tolist()
+    places = [Vt.Vec3fArray.FromNumpy(frame) for frame in translations]
+    author_samples(author(prim, "translations", ValueTypes.Float3Array), codes, places)
+    turns = [quaternion_array(frame) for frame in rotations]
+    author_samples(author(prim, "rotations", ValueTypes.QuatfArray), codes, turns)
+    scales = Vt.Vec3hArray.FromNumpy(np.ascontiguousarray(character.rest_scales, dtype=np.float16))
+    author(prim, "scales", ValueTypes.Half3Array, scales)
+    _write_attributes(prim, clip, units)
+    author_events(prim, written.contacts, units)
+    author_targets(prim, tokens.Clip.SKELETON, ["/".join(filter(None, [CHARACTER, character.skeleton_path]))])
+
+
+def _write_attributes(prim: Sdf.PrimSpec, clip: Clip, units: StageUnits) -> None:
+    """Style, range and the rest of what artists said of the source clip."""
+    names = tokens.Clip
+    author(prim, names.STYLE, ValueTypes.Token, clip.style, uniform=True)
+    author(prim, names.ROOT_MOTION, ValueTypes.Token, clip.root_motion, uniform=True)
+    author(prim, names.MIRROR, ValueTypes.Bool, clip.mirror, uniform=True)
+    if clip.cyclic is not None:
+        author(prim, names.CYCLIC, ValueTypes.Bool, clip.cyclic, uniform=True)
+    for name, time in ((names.START, clip.range_start), (names.END, clip.range_end)):
+        if time is not None:
+            code = Sdf.TimeCode(float(rounded_codes(units.times_to_codes(np.array(time)))))
+            author(prim, name, ValueTypes.TimeCode, code, uniform=True)
+    if clip.synthetic:
+        prim.customData = {"synthetic": True}
