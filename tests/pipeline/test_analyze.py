@@ -9,6 +9,8 @@ from pxr import Sdf, Usd
 from usdfoot.bridge import tokens
 from usdfoot.errors import OutputError, SceneError, UsdfootError
 from usdfoot.pipeline.analyze import analyze
+from usdfoot.readers.libraries import read_libraries
+from usdfoot.spaces.holes import HoleOptions
 
 
 @pytest.fixture(scope="module")
@@ -100,3 +102,34 @@ def test_without_matplotlib_pictures_are_refused(clips, tmp_path, monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(UsdfootError, match=r"matplotlib: is not installed.*pip install 'usdfoot\[report\]'"):
         analyze(clips, plots=tmp_path)
+
+
+def test_holes_are_filled_beside_the_clips(clips, tmp_path):
+    before = hashlib.sha256(clips.read_bytes()).digest()
+    report = analyze(clips, output=tmp_path / "filled.usda", fill=HoleOptions(gap=0.4))
+    assert hashlib.sha256(clips.read_bytes()).digest() == before
+    (filled,) = report.filled
+    made = {clip.name: clip for clip in filled.clips}
+    assert made and set(made) < {summary.name for summary in report.summaries}
+    (library,) = read_libraries(report.output).libraries
+    read = {clip.name: clip for clip in library.clips}
+    assert {name for name, clip in read.items() if clip.synthetic} == set(made)
+    for name, clip in made.items():
+        assert (read[name].range_start, read[name].range_end) == pytest.approx((clip.range_start, clip.range_end), abs=1e-4)
+        np.testing.assert_allclose(read[name].translations, clip.translations, atol=1e-5)
+        np.testing.assert_allclose(
+            np.abs(np.sum(read[name].rotations * clip.rotations, axis=-1)), 1.0, atol=1e-5, err_msg=name
+        )
+        for side in (0, 1):
+            known = clip.events[side].strike_times
+            assert np.isin(known.round(4), read[name].events[side].strike_times.round(4)).all()
+    stage = Usd.Stage.Open(str(report.output))
+    prim = stage.GetPrimAtPath(next(iter(made)))
+    assert prim.GetTypeName() == "SkelAnimation" and prim.GetCustomDataByKey("synthetic")
+    assert prim.GetAttribute(tokens.Clip.SOURCE).Get() == tokens.ClipSource.SYNTHETIC
+
+
+def test_a_filled_file_is_filled_no_further(clips, tmp_path):
+    first = analyze(clips, output=tmp_path / "filled.usda", fill=HoleOptions(gap=0.4))
+    again = analyze(first.output, fill=HoleOptions(gap=0.45))
+    assert len(again.filled[0].holes) < 0.2 * len(first.filled[0].holes) + 1

@@ -63,7 +63,16 @@ class Clip:
     FLAT_TIMES: Final = _per_side("usdfoot:clip", "flatTimes")
     LIFTOFF_TIMES: Final = _per_side("usdfoot:clip", "liftoffTimes")
     MIRROR: Final = "usdfoot:clip:mirror"
+    SOURCE: Final = "usdfoot:clip:source"
     SKELETON: Final = "usdfoot:clip:skeleton"
+
+
+class ClipSource:
+    """Values of `Clip.SOURCE`."""
+
+    RECORDED: Final = "recorded"
+    SYNTHETIC: Final = "synthetic"
+    ALL: Final = (RECORDED, SYNTHETIC)
 
 
 class RootMotion:

@@ -48,6 +48,14 @@ class Skeleton:
                 [self.joints[i] for i in late],
             )
 
+    def ancestors(self, joint: int) -> list[int]:
+        """Joints above a joint, the nearest first."""
+        above = []
+        while self.parents[joint] >= 0:
+            joint = int(self.parents[joint])
+            above.append(joint)
+        return above
+
     def chain(self, ancestor: int, joint: int) -> tuple[int, ...]:
         """Joint indices on the way down from `ancestor` to `joint`, both included.
 

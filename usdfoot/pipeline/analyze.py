@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,9 +14,13 @@ from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import ClipError
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.report import Problem
+from usdfoot.physics.fill import FilledLibrary
+from usdfoot.pipeline.fill import fill_holes
 from usdfoot.pipeline.plots import plot_spaces, require_matplotlib
 from usdfoot.readers.libraries import read_libraries
+from usdfoot.spaces.holes import HoleOptions
 from usdfoot.writers.events import write_clip_events
+from usdfoot.writers.made_clips import MadeClip
 
 __all__ = ["AnalyzeReport", "analyze"]
 
@@ -33,6 +37,8 @@ class AnalyzeReport:
     """Layer written, if any."""
     plots: tuple[Path, ...]
     """Pictures drawn."""
+    filled: tuple[FilledLibrary, ...] = ()
+    """Holes of the libraries' footstep spaces and the clips made for them, if asked for."""
 
 
 def analyze(
@@ -41,6 +47,7 @@ def analyze(
     output: str | os.PathLike[str] | None = None,
     styles: bool = False,
     plots: str | os.PathLike[str] | None = None,
+    fill: HoleOptions | None = None,
     progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
 ) -> AnalyzeReport:
     """Find the contacts and steps of every clip of a stage; write the contacts over it if asked to.
@@ -50,6 +57,7 @@ def analyze(
         output: Layer to write: it sublayers the clips' file and adds the events as UsdfootClipAPI attributes, and
             gives them back when it is read in the clips' place.
         styles: Group the clips that have no style by what their bodies do; write the styles found as well.
+        fill: Make steps for the holes of the footstep spaces, and write them too; they are among the summaries.
         plots: Folder for pictures of the parametric spaces of every skeleton.
         progress: Told which skeleton's clips begin, how many are done, and of how many.
 
@@ -63,13 +71,18 @@ def analyze(
     pictures: list[Path] = []
     if plots is not None:
         require_matplotlib()
+    filled: list[FilledLibrary] = []
     for done, library in enumerate(clips.libraries):
         progress(library.skeleton.name, done, len(clips.libraries))
         own = summarise(library)
         found = group_styles(own) if styles else {}
+        library = _styled(library, found)
+        if fill is not None:
+            filled.append(fill_holes(library, fill, first=_synthetic_count(clips.libraries, filled)))
+            own += summarise(replace(library, clips=filled[-1].clips))
         summaries += [replace(summary, style=found.get(summary.name, summary.style)) for summary in own]
         if plots is not None:
-            pictures += _plot(library, found, Path(plots))
+            pictures += _plot(filled[-1].filled if filled else library, Path(plots))
     unusable = [
         Problem(severity="error", where=summary.name, message="; ".join(summary.warnings))
         for summary in summaries
@@ -79,16 +92,44 @@ def analyze(
     if output is not None:
         contacts = {summary.name: summary.contacts for summary in summaries if summary.contacts is not None}
         grouped = {summary.name: summary.style for summary in summaries if styles and summary.contacts is not None}
-        written = write_clip_events(output, contacts, info=clips.info, default_prim=clips.default_prim, styles=grouped)
+        made = [
+            MadeClip(clip=clip, character=character)
+            for each, character in zip(filled, clips.characters, strict=bool(filled))
+            for clip in each.clips
+        ]
+        written = write_clip_events(
+            output,
+            contacts,
+            info=clips.info,
+            default_prim=clips.default_prim,
+            styles=grouped | {each.clip.name: each.clip.style for each in made},
+            made=made,
+        )
     return AnalyzeReport(
-        summaries=tuple(summaries), problems=(*clips.problems, *unusable), output=written, plots=tuple(pictures)
+        summaries=tuple(summaries),
+        problems=(*clips.problems, *unusable, *(problem for each in filled for problem in each.problems)),
+        output=written,
+        plots=tuple(pictures),
+        filled=tuple(filled),
     )
 
 
-def _plot(library: ClipLibrary, styles: Mapping[str, str], folder: Path) -> list[Path]:
-    """Pictures of the spaces of a library, its clips in the styles found; none without usable steps."""
-    clips = tuple(replace(clip, style=styles.get(clip.name, clip.style)) for clip in library.clips)
+def _styled(library: ClipLibrary, styles: Mapping[str, str]) -> ClipLibrary:
+    """The library with its clips in the styles found for them."""
+    return replace(
+        library, clips=tuple(replace(clip, style=styles.get(clip.name, clip.style)) for clip in library.clips)
+    )
+
+
+def _synthetic_count(libraries: Sequence[ClipLibrary], filled: Sequence[FilledLibrary]) -> int:
+    """How many synthetic clips there are already, in the file and made."""
+    known = sum(clip.synthetic for library in libraries for clip in library.clips)
+    return known + sum(len(each.holes) for each in filled)
+
+
+def _plot(library: ClipLibrary, folder: Path) -> list[Path]:
+    """Pictures of the spaces of a library; none without usable steps."""
     try:
-        return plot_spaces(prepare_library(replace(library, clips=clips), EngineOptions()), folder)
+        return plot_spaces(prepare_library(library, EngineOptions()), folder)
     except ClipError:
         return []
