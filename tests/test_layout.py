@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from usdfoot import errors
+
 REPOSITORY = Path(__file__).resolve().parents[1]
 PACKAGE = REPOSITORY / "usdfoot"
 SOURCES = sorted(PACKAGE.rglob("*.py"))
@@ -106,6 +108,16 @@ def test_nothing_is_left_as_a_stub_or_swallowed(path):
         assert not (isinstance(node, ast.ExceptHandler) and node.type is None), f"bare except in line {node.lineno}"
         if isinstance(node, ast.Raise) and node.exc is not None:
             assert "NotImplementedError" not in ast.dump(node.exc), f"stub in line {node.lineno}"
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=label)
+def test_errors_say_what_would_be_right_or_list_the_reasons(path):
+    kinds = {name for name in errors.__all__ if name.endswith("Error")}
+    for node in ast.walk(parse(path)):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in kinds:
+            told = len(node.args) > 2 or {keyword.arg for keyword in node.keywords} & {"remedy", "names"}
+            passed_on = any(isinstance(argument, ast.Starred) for argument in node.args)
+            assert told or passed_on, f"line {node.lineno}"
 
 
 def committed_texts() -> list[Path]:
