@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from rich.table import Table
+from rich.text import Text
 
 if TYPE_CHECKING:
     from usdfoot.analysis.summary import ClipSummary
@@ -84,7 +85,8 @@ def symptom_table(symptoms: Sequence[Symptom]) -> Table:
     for heading in ("what", "state", "found", "what to do"):
         table.add_column(heading, overflow="fold")
     for symptom in symptoms:
-        table.add_row(symptom.name, symptom.state, symptom.told, symptom.remedy)
+        texts = (symptom.name, symptom.state, symptom.told, symptom.remedy)
+        table.add_row(*map(Text, texts))  # not markup: usdfoot[crowd] has brackets
     return table
 
 
