@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from usdfoot.cli.console import print_problems, results_console, shown_progress
-from usdfoot.cli.tables import clip_table
+from usdfoot.cli.tables import clip_table, coverage_table, hole_lines
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
 
@@ -19,6 +19,7 @@ example:
   usdfoot analyze clips.usdc
   usdfoot analyze clips.usdc --styles -o clips_events.usda
   usdfoot analyze clips.usdc --plots build/spaces
+  usdfoot analyze clips.usdc --coverage coverage.usda
 
 exit codes: 0 all clips analysed, 1 some could not be (listed), 2 none or nothing written
 
@@ -39,6 +40,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--plots", metavar="DIR", help="draw footstep and root velocity spaces with their errors (extra: report)"
     )
+    parser.add_argument(
+        "--coverage",
+        metavar="MAP",
+        help="stage (and picture beside it) that shows where steps can land, how well, and what to capture next",
+    )
     parser.add_argument("-o", "--output", metavar="OUT", help="layer over CLIPS to write the events to")
 
 
@@ -48,11 +54,22 @@ def run(arguments: argparse.Namespace) -> int:
 
     with shown_progress(quiet=arguments.quiet) as progress:
         report = analyze(
-            arguments.clips, output=arguments.output, styles=arguments.styles, plots=arguments.plots, progress=progress
+            arguments.clips,
+            output=arguments.output,
+            styles=arguments.styles,
+            plots=arguments.plots,
+            coverage=arguments.coverage,
+            progress=progress,
         )
     print_problems(report.problems, quiet=arguments.quiet)
     console = results_console()
     console.print(clip_table(report.summaries))
+    if arguments.coverage:
+        console.print(coverage_table(report.coverage))
+        for line in hole_lines(report.coverage):
+            console.print(line, soft_wrap=True)
+    for file in filter(None, (report.coverage_file,)):
+        console.print(f"wrote {file}", soft_wrap=True)
     if report.output is not None:
         console.print(f"wrote {report.output}", soft_wrap=True)
     for picture in report.plots:

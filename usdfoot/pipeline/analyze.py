@@ -7,15 +7,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from usdfoot import __version__
 from usdfoot.analysis.styles import group_styles
 from usdfoot.analysis.summary import ClipSummary, summarise
 from usdfoot.engine.animate import prepare_library
 from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import ClipError
 from usdfoot.model.clip import ClipLibrary
+from usdfoot.model.coverage import SpaceCoverage
 from usdfoot.model.report import Problem
-from usdfoot.pipeline.plots import plot_spaces, require_matplotlib
+from usdfoot.pipeline.coverage import cover_library, draw_coverage
+from usdfoot.pipeline.plots import has_matplotlib, plot_spaces, require_matplotlib
 from usdfoot.readers.libraries import read_libraries
+from usdfoot.writers.coverage import write_coverage
 from usdfoot.writers.events import write_clip_events
 
 __all__ = ["AnalyzeReport", "analyze"]
@@ -33,6 +37,10 @@ class AnalyzeReport:
     """Layer written, if any."""
     plots: tuple[Path, ...]
     """Pictures drawn."""
+    coverage: tuple[SpaceCoverage, ...] = ()
+    """Where the steps of every style, gait and foot land, if asked for."""
+    coverage_file: Path | None = None
+    """Stage that shows it."""
 
 
 def analyze(
@@ -41,6 +49,7 @@ def analyze(
     output: str | os.PathLike[str] | None = None,
     styles: bool = False,
     plots: str | os.PathLike[str] | None = None,
+    coverage: str | os.PathLike[str] | None = None,
     progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
 ) -> AnalyzeReport:
     """Find the contacts and steps of every clip of a stage; write the contacts over it if asked to.
@@ -51,6 +60,8 @@ def analyze(
             gives them back when it is read in the clips' place.
         styles: Group the clips that have no style by what their bodies do; write the styles found as well.
         plots: Folder for pictures of the parametric spaces of every skeleton.
+        coverage: Stage to write that shows where the steps can land, how well, and where none does; with matplotlib
+            also as a picture of the same name, .png.
         progress: Told which skeleton's clips begin, how many are done, and of how many.
 
     Raises:
@@ -61,6 +72,7 @@ def analyze(
     clips = read_libraries(clips_file)
     summaries: list[ClipSummary] = []
     pictures: list[Path] = []
+    covered: list[SpaceCoverage] = []
     if plots is not None:
         require_matplotlib()
     for done, library in enumerate(clips.libraries):
@@ -70,6 +82,8 @@ def analyze(
         summaries += [replace(summary, style=found.get(summary.name, summary.style)) for summary in own]
         if plots is not None:
             pictures += _plot(library, found, Path(plots))
+        if coverage is not None:
+            covered += cover_library(_restyled(library, found))
     unusable = [
         Problem(severity="error", where=summary.name, message="; ".join(summary.warnings))
         for summary in summaries
@@ -80,15 +94,36 @@ def analyze(
         contacts = {summary.name: summary.contacts for summary in summaries if summary.contacts is not None}
         grouped = {summary.name: summary.style for summary in summaries if styles and summary.contacts is not None}
         written = write_clip_events(output, contacts, info=clips.info, default_prim=clips.default_prim, styles=grouped)
+    shown = None
+    if coverage is not None and covered:
+        shown = write_coverage(
+            coverage,
+            covered,
+            units=clips.info.units,
+            sources=clips.info.layers,
+            provenance={"version": __version__, "verb": "analyze", "clips": Path(clips.info.identifier).name},
+        )
+        if has_matplotlib():
+            pictures.append(draw_coverage(covered, shown.with_suffix(".png")))
     return AnalyzeReport(
-        summaries=tuple(summaries), problems=(*clips.problems, *unusable), output=written, plots=tuple(pictures)
+        summaries=tuple(summaries),
+        problems=(*clips.problems, *unusable),
+        output=written,
+        plots=tuple(pictures),
+        coverage=tuple(covered),
+        coverage_file=shown,
     )
 
 
 def _plot(library: ClipLibrary, styles: Mapping[str, str], folder: Path) -> list[Path]:
     """Pictures of the spaces of a library, its clips in the styles found; none without usable steps."""
-    clips = tuple(replace(clip, style=styles.get(clip.name, clip.style)) for clip in library.clips)
     try:
-        return plot_spaces(prepare_library(replace(library, clips=clips), EngineOptions()), folder)
+        return plot_spaces(prepare_library(_restyled(library, styles), EngineOptions()), folder)
     except ClipError:
         return []
+
+
+def _restyled(library: ClipLibrary, styles: Mapping[str, str]) -> ClipLibrary:
+    """The library, its clips in the styles found."""
+    clips = tuple(replace(clip, style=styles.get(clip.name, clip.style)) for clip in library.clips)
+    return replace(library, clips=clips)
