@@ -5,7 +5,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: help demo test check bench stages schemas clean
+.PHONY: help demo test check bench stages gallery schemas clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /\1: /p' Makefile
@@ -39,6 +39,9 @@ bench: $(STAMP) ## measure the speed
 
 stages: $(STAMP) ## make stages/ again
 	$(BIN)/python tools/make_stages.py
+
+gallery: $(STAMP) ## draw the pictures of stages/gallery again
+	$(BIN)/python tools/gallery.py
 
 schemas: $(STAMP) ## make generatedSchema.usda and plugInfo.json again from schema.usda
 	$(BIN)/python tools/make_schemas.py

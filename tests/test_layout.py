@@ -8,12 +8,14 @@ from pathlib import Path
 
 import pytest
 
+from usdfoot import errors
+
 REPOSITORY = Path(__file__).resolve().parents[1]
 PACKAGE = REPOSITORY / "usdfoot"
 SOURCES = sorted(PACKAGE.rglob("*.py"))
 SCRIPTS = sorted((REPOSITORY / "tools").rglob("*.py"))
 ROOMS_WITH_USD = {"bridge", "readers", "writers", "usdview", "validators"}
-EXTRAS = {"jupedsim", "shapely"}
+EXTRAS = {"jupedsim", "shapely", "pxr.Usdviewq"}
 LONGEST_FILE = 400
 LONGEST_FUNCTION = 80
 MACHINE_PATHS = re.compile(r"(?<![\w.}/)-])/(?:home|root|work|tmp|Users|opt|mnt|usr/local)/\w")
@@ -91,7 +93,7 @@ def test_public_names_exist_once_and_are_documented(module):
     except ModuleNotFoundError as error:
         if error.name not in EXTRAS:
             raise
-        pytest.skip(f"needs {error.name}, which comes with an extra")
+        pytest.skip(f"needs {error.name}, which comes with an extra or with usdview")
     names = namespace.__all__
     assert len(names) == len(set(names))
     missing = [name for name in names if not hasattr(namespace, name)]
@@ -106,6 +108,16 @@ def test_nothing_is_left_as_a_stub_or_swallowed(path):
         assert not (isinstance(node, ast.ExceptHandler) and node.type is None), f"bare except in line {node.lineno}"
         if isinstance(node, ast.Raise) and node.exc is not None:
             assert "NotImplementedError" not in ast.dump(node.exc), f"stub in line {node.lineno}"
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=label)
+def test_errors_say_what_would_be_right_or_list_the_reasons(path):
+    kinds = {name for name in errors.__all__ if name.endswith("Error")}
+    for node in ast.walk(parse(path)):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in kinds:
+            told = len(node.args) > 2 or {keyword.arg for keyword in node.keywords} & {"remedy", "names"}
+            passed_on = any(isinstance(argument, ast.Starred) for argument in node.args)
+            assert told or passed_on, f"line {node.lineno}"
 
 
 def committed_texts() -> list[Path]:

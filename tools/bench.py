@@ -18,6 +18,7 @@ from benching.crowd import crowd_times, draw_growth, growth_exponent
 from benching.disk import disk_times
 from benching.kernels import frame_times, step_times
 from benching.physics import physics_times
+from benching.realtime import realtime_times
 from benching.spaces import space_figures
 
 from usdfoot.bridge.versions import library_versions
@@ -30,12 +31,14 @@ GROWTH = STAGES.parent / "build" / "bench" / "growth.png"
 DURATIONS = ("one process [s]", "author alone [s]")
 """Figures of crowds that should grow as the crowds do."""
 JOINTS = (22, 30, 65)
+REALTIME_AGENTS = 1500
 CLIPS = 24
 """Clips of the library that frames and steps are measured with."""
 TARGETS = {
     "frame": "<= 4 at 65 joints",
     "locate, weights, correction": "<= 30",
     "locate, weights, correction [us]": "<= 30",
+    "agents at 25 frames a second": ">= 1500 ([B]: 60)",
     "ratio": "<= 1.5",
     "12 steps": "<= 10",
     "one footstep more": "<= 1",
@@ -54,6 +57,9 @@ def measure(*, agents: int, frames: int) -> dict[str, dict[str, float]]:
     figures = {f"frame, {joints} joints [us]": frame_times(few, joints) for joints in JOINTS}
     figures["step [us]"] = step_times(few)
     figures |= {f"space, {title}": parts for title, parts in space_figures(few).items()}
+    figures[f"real time, {REALTIME_AGENTS} agents, {JOINTS[-1]} joints"] = realtime_times(
+        few, JOINTS[-1], agents=REALTIME_AGENTS
+    )
     figures["physics, centre of mass [ms]"] = physics_times(measure_biped(library.skeleton, library.biped))
     figures[f"disk, {agents} agents x {frames} frames [s]"] = disk_times(STAGES, agents=agents, frames=frames)
     return figures

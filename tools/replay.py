@@ -7,12 +7,16 @@ same footsteps by the same engine: the *nearest*, whose steps land most alike in
 afterwards among all because its error is the smallest. *own* is the take's own clip: what cutting, warping and planting
 add by themselves.
 
+With --fill a column says what the same clips make of the footsteps when the holes they leave are filled with steps of
+physics (`usdfoot analyze --fill`). --without kind leaves out all clips that show the same kind of movement.
+
 With --motion physics the pelvis that physics puts over the same footsteps, without any clip, is compared with the
 take's: distances, rise and sway, and how late it rises.
 
 Examples:
   python tools/replay.py clips.usdc --set correction=false --json
   python tools/replay.py clips.usdc --motion physics
+  python tools/replay.py clips.usdc --fill --without kind
 """
 
 from __future__ import annotations
@@ -26,50 +30,46 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 from pxr import Usd
+from replaying.filling import with_fill
 from replaying.leave_out import ReplayErrors, nearest_clips, replay_takes, with_clips
+from replaying.outcomes import MEASURES, Replay, replay_json, replay_table
 from replaying.pelvis import pelvis_json, pelvis_table, replay_pelvises
 from replaying.takes import Take, read_take
 
 from usdfoot.engine.animate import PreparedLibrary, prepare_library
 from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import UsdfootError
-from usdfoot.maths.types import FloatArray
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.readers.libraries import read_libraries
+from usdfoot.spaces.holes import HoleOptions
 
 MOST_UNUSABLE = 2
 """Takes of no more footsteps have no stride to compare."""
-MEASURES = ("pelvis_legs", "pelvis", "world_legs", "world")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Replay:
-    """One take and what became of its footsteps."""
+class Setting:
+    """What is left out and put in."""
 
-    clip: str
-    kind: str
-    """What the clip shows, from customData.kind; "" if it does not say."""
-    steps: int
-    blended: ReplayErrors
-    """All other clips."""
-    nearest: ReplayErrors | None
-    """The other clip with the nearest steps; None where there is no other."""
-    best: dict[str, float]
-    """Smallest error of any other clip, by measure; chosen for each measure on its own."""
-    own: ReplayErrors | None
-    """The clip itself: what the engine adds; None where it has no usable step."""
+    options: EngineOptions
+    whole: bool = False
+    """Replay all footsteps of the takes, not only those about their range."""
+    only: str = "*"
+    """Glob for the names of the clips to replay."""
+    gap: float | None = None
+    """Gap of the holes to be filled [m]; None = fill none."""
+    kind_apart: bool = False
+    """Leave out all clips of a take's kind, not only its own."""
 
 
-def replay_library(
-    library: ClipLibrary, options: EngineOptions, *, kinds: dict[str, str], whole: bool, only: str
-) -> list[Replay]:
-    """Replays of all clips of a library whose name fits the glob `only`, in the library's order."""
-    prepared = prepare_library(library, options)
-    takes = read_takes(library, whole=whole, only=only)
+def replay_library(library: ClipLibrary, setting: Setting, *, kinds: dict[str, str]) -> list[Replay]:
+    """Replays of the clips of a library that the setting names, in the library's order."""
+    prepared = prepare_library(library, setting.options)
+    takes = read_takes(library, whole=setting.whole, only=setting.only)
     return [
         replay
         for rate in sorted({take.rate for take in takes})
-        for replay in _replay_rate(prepared, [take for take in takes if take.rate == rate], options, kinds)
+        for replay in _replay_rate(prepared, [take for take in takes if take.rate == rate], setting, kinds)
     ]
 
 
@@ -108,26 +108,31 @@ def print_pelvises(library_file: str, *, whole: bool, only: str, as_json: bool) 
 
 
 def _replay_rate(
-    library: PreparedLibrary, takes: Sequence[Take], options: EngineOptions, kinds: dict[str, str]
+    library: PreparedLibrary, takes: Sequence[Take], setting: Setting, kinds: dict[str, str]
 ) -> list[Replay]:
     """Replays of takes of one rate."""
-    clips = np.unique(library.examples.clip_indices[:-1])
+    clips, options = np.unique(library.examples.clip_indices[:-1]), setting.options
     single = {int(clip): _single_clip(library, int(clip), takes, options) for clip in clips}
-    nearest = nearest_clips(library.examples, takes, len(library.source.clips))
+    names = [clip.name for clip in library.source.clips]
     replays = []
     for row, take in enumerate(takes):
-        others = clips[clips != take.index]
+        kind = kinds.get(take.name, "")
+        own = [index == take.index or (setting.kind_apart and kinds.get(names[index]) == kind) for index in clips]
+        others = clips[~np.array(own)]
         if not others.size:
             continue
-        blended = replay_takes(with_clips(library, others, style=take.style), [take], options)[0]
+        left = with_clips(library, others, style=take.style)
+        filled = None if setting.gap is None else with_fill(left, gap=setting.gap)
+        nearest = int(nearest_clips(left.examples, [take], len(names))[0])
         candidates = [found for clip in others if (found := single[int(clip)][row]) is not None]
         replays.append(
             Replay(
                 clip=take.name.rsplit("/", 1)[-1],
-                kind=kinds.get(take.name, ""),
+                kind=kind,
                 steps=len(take.plan),
-                blended=blended,
-                nearest=single[int(nearest[row])][row],
+                blended=replay_takes(left, [take], options)[0],
+                filled=None if filled is None else replay_takes(filled, [take], options)[0],
+                nearest=single[nearest][row],
                 best={name: min(getattr(errors, name) for errors in candidates) for name in MEASURES},
                 own=single[take.index][row] if take.index in single else None,
             )
@@ -145,40 +150,6 @@ def _single_clip(
     except UsdfootError as error:
         print(f"{library.source.clips[clip].name} alone: {error}", file=sys.stderr)
         return [None] * len(takes)
-
-
-def table(replays: Sequence[Replay]) -> str:
-    """Errors in centimetres by clip, by kind and in all."""
-    header = f"{'[cm]':<42} {'steps':>5} {'out':>4}"
-    for title in ("from pelvis, legs", "from pelvis, all", "world, legs", "world, all"):
-        header += f" | {title:^27}"
-    lines = [header, " " * 53 + " |   blend nearest   best    own" * len(MEASURES)]
-
-    def row(label: str, steps: str, outside: str, values: dict[str, FloatArray]) -> str:
-        text = f"{label:<42} {steps:>5} {outside:>4}"
-        for name in MEASURES:
-            text += " | " + "".join(f"{100.0 * value:7.2f}" for value in values[name])
-        return text
-
-    for replay in replays:
-        lines.append(row(replay.clip, str(replay.steps), str(replay.blended.outside), _values(replay)))
-    groups = [(kind, [r for r in replays if r.kind == kind]) for kind in sorted({r.kind for r in replays}) if kind]
-    for label, members in [*groups, ("all", list(replays))]:
-        for name, middle in (("mean", np.nanmean), ("median", np.nanmedian)):
-            each = [_values(member) for member in members]
-            values = {key: middle([value[key] for value in each], axis=0) for key in MEASURES}
-            steps = str(sum(member.steps for member in members))
-            lines.append(row(f"{label} ({len(members)}), {name}", steps, "", values))
-    return "\n".join(lines)
-
-
-def _values(replay: Replay) -> dict[str, FloatArray]:
-    """Errors of blend, nearest, best and own clip by measure [m]."""
-    values = {}
-    for name in MEASURES:
-        nearest, own = (getattr(errors, name) if errors else np.nan for errors in (replay.nearest, replay.own))
-        values[name] = np.array([getattr(replay.blended, name), nearest, replay.best[name], own])
-    return values
 
 
 def options_of(settings: Sequence[str]) -> EngineOptions:
@@ -214,36 +185,28 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--whole", action="store_true", help="all footsteps of each take")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="an option of the engine")
     parser.add_argument("--motion", choices=("clips", "physics"), default="clips", help="what walks the footsteps")
+    parser.add_argument("--fill", action="store_true", help="also with steps of physics for the holes that are left")
+    parser.add_argument("--fill-gap", type=float, default=HoleOptions().gap, metavar="METRES", help="size of a hole")
+    parser.add_argument("--without", choices=("clip", "kind"), default="clip", help="what is left out of the library")
     parser.add_argument("--json", action="store_true", help="print JSON")
     arguments = parser.parse_args(argv)
     if arguments.motion == "physics":
         return print_pelvises(arguments.library, whole=arguments.whole, only=arguments.clips, as_json=arguments.json)
-    options = options_of(arguments.set)
+    setting = Setting(
+        options=options_of(arguments.set),
+        whole=arguments.whole,
+        only=arguments.clips,
+        gap=arguments.fill_gap if arguments.fill else None,
+        kind_apart=arguments.without == "kind",
+    )
     replays: list[Replay] = []
     for library in read_libraries(arguments.library).libraries:
-        kinds = read_kinds(arguments.library, library)
-        replays += replay_library(library, options, kinds=kinds, whole=arguments.whole, only=arguments.clips)
+        replays += replay_library(library, setting, kinds=read_kinds(arguments.library, library))
     if arguments.json:
-        print(json.dumps([_as_json(replay) for replay in replays], indent=1))
+        print(json.dumps([replay_json(replay) for replay in replays], indent=1))
     else:
-        print(table(replays))
+        print(replay_table(replays))
     return 0 if replays else 2
-
-
-def _as_json(replay: Replay) -> dict[str, object]:
-    """Errors in metres."""
-    columns = ("blended", "nearest", "best", "own")
-    errors = {
-        name: {column: None if np.isnan(value) else float(value) for column, value in zip(columns, values, strict=True)}
-        for name, values in _values(replay).items()
-    }
-    return {
-        "clip": replay.clip,
-        "kind": replay.kind,
-        "steps": replay.steps,
-        "outside": replay.blended.outside,
-        **errors,
-    }
 
 
 if __name__ == "__main__":

@@ -11,8 +11,10 @@ from pxr import Usd
 
 from usdfoot import __version__
 from usdfoot.bridge.schema import schema_folder
+from usdfoot.cli.console import results_console
 from usdfoot.cli.main import main
-from usdfoot.pipeline.doctor import DISTRIBUTIONS, EXTRAS, LOWEST_PYTHON, LOWEST_USD, NEEDED
+from usdfoot.cli.tables import symptom_table
+from usdfoot.pipeline.doctor import DISTRIBUTIONS, EXTRAS, LOWEST_PYTHON, LOWEST_USD, NEEDED, Symptom
 
 
 def diagnose(script, *, folder, repository, plugins=""):
@@ -53,6 +55,12 @@ def test_what_is_broken_is_named_with_a_remedy(module, name, repository, tmp_pat
     assert symptoms["Python"]["state"] == "ok"
 
 
+def test_the_remedy_for_an_extra_keeps_its_brackets(capsys):
+    symptom = Symptom(name="extra crowd", state="absent", told="-", remedy="pip install 'usdfoot[crowd]'")
+    results_console().print(symptom_table([symptom]))
+    assert "pip install 'usdfoot[crowd]'" in capsys.readouterr().out
+
+
 def test_what_is_needed_is_what_pyproject_says(repository):
     text = (repository / "pyproject.toml").read_text(encoding="utf-8")
     needed = text.split("\ndependencies = [")[1].split("\n]")[0]
@@ -65,6 +73,5 @@ def test_what_is_needed_is_what_pyproject_says(repository):
     bodies = re.findall(r"(\w+) = \[(.*?)\]", extras, re.S)
     listed = {name: set(re.findall(r'"([\w-]+)>=', body)) for name, body in bodies}
     listed.pop("dev")
-    assert listed == {
-        name: {DISTRIBUTIONS.get(module, module) for module in modules} for name, (modules, _) in EXTRAS.items()
-    }
+    told = {name: {DISTRIBUTIONS.get(module, module) for module in modules} for name, (modules, _) in EXTRAS.items()}
+    assert told == listed, "an extra the doctor does not know: add it to EXTRAS in usdfoot/pipeline/doctor.py"

@@ -11,7 +11,7 @@ from tests.engine.plans import way
 from tests.engine.synthesis import slow_phases, synthesise
 from usdfoot.engine.clock_kernel import read_clocks
 from usdfoot.engine.options import EngineOptions
-from usdfoot.engine.poses import device_segments, pose_feet, pose_frames
+from usdfoot.engine.poses import device_segments, place_segments, pose_feet, pose_frames
 from usdfoot.maths import quaternion
 from usdfoot.model.examples import LIFTOFF_PHASES
 from usdfoot.model.skeleton import forward_kinematics
@@ -34,7 +34,8 @@ def frames(made):
     shares = np.tile(np.linspace(0.0, 1.0, SEGMENT_TIMES), len(setup.segments))
     begins, ends = setup.segments.begins[rows], setup.segments.ends[rows]
     times = begins + shares * (ends - begins)
-    poses = pose_frames(setup, device_segments(setup, made.blend), rows, times, joints=joints)
+    arrays = place_segments(setup, device_segments(setup, made.blend))
+    poses = pose_frames(setup, arrays, rows, times, joints=joints)
     samples = slow_phases(setup.segments, rows, times) * (setup.examples.rotations.shape[1] - 1)
     return rows, times, samples, poses
 

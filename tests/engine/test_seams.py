@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from tests.engine.plans import way
 from tests.engine.synthesis import synthesise
 from usdfoot.engine.options import EngineOptions
-from usdfoot.engine.poses import device_segments, pose_frames
+from usdfoot.engine.poses import device_segments, place_segments, pose_frames
 from usdfoot.engine.seams import measure_seams
 from usdfoot.maths import quaternion
 
@@ -32,7 +32,8 @@ def poses_beside(library, plan, seam: str):
     seams = np.flatnonzero(setup.segments.joined)
     rows = np.repeat(np.stack([seams - 1, seams], axis=1), 3, axis=1)
     times = setup.segments.begins[seams][:, None] + PROBE * np.array([-2.0, -1.0, 0.0, 0.0, 1.0, 2.0])
-    arrays = device_segments(setup, blend, measure_seams(setup, blend) if seam != "none" else None)
+    arrays = device_segments(setup, blend)
+    arrays = place_segments(setup, arrays, measure_seams(setup, arrays) if seam != "none" else None)
     poses = pose_frames(setup, arrays, rows.ravel(), times.ravel(), joints=joints)
     rotations = poses.rotations.numpy().reshape(len(seams), 6, len(joints), 4).astype(float)
     pelvis = setup.library.pelvis

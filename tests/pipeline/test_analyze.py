@@ -10,6 +10,8 @@ from usdfoot.bridge import tokens
 from usdfoot.cli.main import main
 from usdfoot.errors import OutputError, SceneError, UsdfootError
 from usdfoot.pipeline.analyze import analyze
+from usdfoot.readers.libraries import read_libraries
+from usdfoot.spaces.holes import HoleOptions
 
 
 @pytest.fixture(scope="module")
@@ -117,3 +119,35 @@ def test_coverage_is_found_written_drawn_and_told(clips, tmp_path, capsys):
     assert {(space.flight, space.side) for space in report.coverage} == {(f, s) for f in (False, True) for s in (0, 1)}
     with pytest.raises(OutputError, match="would replace what it is made from"):
         analyze(clips, coverage=clips)
+
+
+def test_holes_are_filled_beside_the_clips(clips, tmp_path):
+    before = hashlib.sha256(clips.read_bytes()).digest()
+    report = analyze(clips, output=tmp_path / "filled.usda", fill=HoleOptions(gap=0.4))
+    assert hashlib.sha256(clips.read_bytes()).digest() == before
+    (filled,) = report.filled
+    made = {clip.name: clip for clip in filled.clips}
+    assert made and set(made) < {summary.name for summary in report.summaries}
+    (library,) = read_libraries(report.output).libraries
+    read = {clip.name: clip for clip in library.clips}
+    assert {name for name, clip in read.items() if clip.synthetic} == set(made)
+    for name, clip in made.items():
+        assert read[name].range_start == pytest.approx(clip.range_start, abs=1e-4)
+        assert read[name].range_end == pytest.approx(clip.range_end, abs=1e-4)
+        np.testing.assert_allclose(read[name].translations, clip.translations, atol=1e-5)
+        np.testing.assert_allclose(
+            np.abs(np.sum(read[name].rotations * clip.rotations, axis=-1)), 1.0, atol=1e-5, err_msg=name
+        )
+        for side in (0, 1):
+            known = clip.events[side].strike_times
+            assert np.isin(known.round(4), read[name].events[side].strike_times.round(4)).all()
+    stage = Usd.Stage.Open(str(report.output))
+    prim = stage.GetPrimAtPath(next(iter(made)))
+    assert prim.GetTypeName() == "SkelAnimation" and prim.GetCustomDataByKey("synthetic")
+    assert prim.GetAttribute(tokens.Clip.SOURCE).Get() == tokens.ClipSource.SYNTHETIC
+
+
+def test_a_filled_file_is_filled_no_further(clips, tmp_path):
+    first = analyze(clips, output=tmp_path / "filled.usda", fill=HoleOptions(gap=0.4))
+    again = analyze(first.output, fill=HoleOptions(gap=0.45))
+    assert len(again.filled[0].holes) < 0.2 * len(first.filled[0].holes) + 1

@@ -1,12 +1,16 @@
 """The page of a written crowd shows what `validate` measures."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from pxr import Sdf, Usd
 
 from tests.writers.pages import taken_apart
 from usdfoot.cli.main import main
 from usdfoot.errors import OutputError, SceneError
+from usdfoot.pipeline import page_agents
 from usdfoot.pipeline.page import write_page
 from usdfoot.pipeline.validate import validate
 from usdfoot.readers.written import read_agent, read_joint_tracks, read_written_crowd
@@ -65,6 +69,49 @@ def test_same_crowd_same_bytes_and_the_crowd_untouched(stones, page, tmp_path):
 def test_agents_are_chosen_by_name(stones, tmp_path):
     with pytest.raises(SceneError, match=r"has no agent to show that is named Runner\*"):
         write_page(stones.crowd_file, tmp_path / "nobody.html", agents="Runner*")
+
+
+def layer_over(file, path):
+    """A new layer over a file, in its units."""
+    below = Usd.Stage.Open(str(file))
+    layer = Sdf.Layer.CreateNew(str(path))
+    layer.subLayerPaths.append(str(file))
+    for key in ("metersPerUnit", "upAxis", "timeCodesPerSecond"):
+        layer.pseudoRoot.SetInfo(key, below.GetMetadata(key))
+    return layer
+
+
+@pytest.fixture(scope="module")
+def twins(stones, tmp_path_factory):
+    """A shot over the crowd in which a second agent does what the first does."""
+    layer = layer_over(stones.crowd_file, tmp_path_factory.mktemp("twins") / "shot.usda")
+    stage = Usd.Stage.Open(layer)
+    walker, twin = (stage.DefinePrim(f"/Crowd/Agents/{name}") for name in ("Walker", "Twin"))
+    twin.GetReferences().AddInternalReference(walker.GetPath())
+    for name in ("usdfoot:agent:plan", "skel:animationSource"):
+        twin.CreateRelationship(name, custom=False).SetTargets(walker.GetRelationship(name).GetTargets())
+    layer.Save()
+    return layer.realPath
+
+
+def test_as_many_workers_as_there_are_make_the_same_page(twins, tmp_path, monkeypatch):
+    alone = write_page(twins, tmp_path / "alone.html")
+    assert sorted(alone.agents) == ["Twin", "Walker"]
+    monkeypatch.setattr(page_agents, "SHARE", 1)
+    with ThreadPoolExecutor(2) as executor:
+        shared = write_page(twins, tmp_path / "shared.html", executor=executor)
+    assert shared.file.read_bytes() == alone.file.read_bytes()
+
+
+def test_an_agent_that_cannot_be_shown_is_a_problem_on_the_page(twins, tmp_path, capsys):
+    broken = layer_over(twins, tmp_path / "broken.usda")
+    stage = Usd.Stage.Open(broken)
+    stage.OverridePrim("/Crowd/Agents/Twin").GetRelationship("usdfoot:agent:plan").SetTargets([])
+    broken.Save()
+    assert main(["inspect", broken.realPath, "--html", str(tmp_path / "broken.html"), "--workers", "1"]) == 1
+    assert "/Crowd/Agents/Twin: has no plan" in capsys.readouterr().err
+    header, _ = taken_apart((tmp_path / "broken.html").read_text(encoding="utf-8"))
+    assert header["names"] == ["Walker"] and any("Twin: has no plan" in problem for problem in header["problems"])
 
 
 def test_the_command_line_writes_the_page(stones, tmp_path, capsys, page):

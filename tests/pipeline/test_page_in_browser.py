@@ -159,6 +159,26 @@ def test_a_thousand_agents_stay_usable(browser, picture, tmp_path):
     assert browser.complaints == [] and browser.requests == []
 
 
+def test_a_click_in_the_view_chooses_who_is_there(browser, tmp_path):
+    file = tmp_path / "three.html"
+    write_document(file, crowd_of(*(walker(f"Agent_{i}", x=3.0 * i) for i in range(3))))
+    browser.open(file)
+    for number in (2, 0, 1):
+        x, y = browser.run(
+            f"""(async () => {{
+              const {{ crowd, state, view }} = usdfoot, frames = view.frames;
+              while (view.frames === frames) {{ view.draw(); await new Promise(requestAnimationFrame); }}
+              const box = document.querySelector("#view canvas").getBoundingClientRect();
+              const [x, y] = view.pixel(page.view.pelvis(crowd, crowd.agents[{number}], state.time));
+              return [box.left + x, box.top + y];
+            }})()"""
+        )
+        for kind in ("mousePressed", "mouseReleased"):
+            browser.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+        assert browser.run("usdfoot.state.agent") == number
+    assert browser.complaints == [] and browser.requests == []
+
+
 def test_states_filter_and_nothing_of_the_scene_runs(browser, tmp_path):
     evil = "</script><img src=x onerror='window.hacked=1'><script>window.hacked=1</script>"
     agents = [walker("Good", x=3.0), walker(evil, status=("ok", "ikLimited", "ok", evil))]

@@ -301,6 +301,7 @@ def test_a_clip_without_the_legs_is_refused_by_name():
         (lambda a: a.GetRotationsAttr().Clear(), "has no rotations for its 11 joints"),
         (lambda a: keep_first(a), "has fewer than two time samples. a clip needs at least two"),
         (lambda a: set_nan(a), "translations at time code 2.4 are not finite"),
+        (lambda a: token(a, Token.SOURCE, "dream"), "usdfoot:clip:source is dream. author one of recorded, synthetic"),
         (lambda a: token(a, Token.ROOT_MOTION, "hop"), "usdfoot:clip:rootMotion is hop. author one of auto"),
         (lambda a: code(a, Token.START, 900.0), "has the range 37.5 to 0.9667 s but samples from 0 to 0.9667 s"),
         (lambda a: codes(a, Token.STRIKE_TIMES[0], [5, 4]), "usdfoot:clip:left:strikeTimes do not increase"),

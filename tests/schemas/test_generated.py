@@ -136,6 +136,7 @@ def test_fallbacks_are_those_of_the_contract(committed):
         tokens.Clip.STYLE: "default",
         tokens.Clip.ROOT_MOTION: "auto",
         tokens.Clip.MIRROR: True,
+        tokens.Clip.SOURCE: "recorded",
         tokens.Path.SPEED: 0.0,
         tokens.Path.STEP_LENGTH: 0.0,
         tokens.Path.STEP_WIDTH: 0.0,

@@ -11,7 +11,7 @@ from usdfoot.analysis.examples import build_examples
 from usdfoot.maths import quaternion
 from usdfoot.model.skeleton import forward_kinematics
 from usdfoot.readers.libraries import read_libraries
-from usdfoot.spaces.coverage import cover_spaces, expected_errors, find_holes
+from usdfoot.spaces.coverage import cover_spaces, expected_errors, find_empty_circles
 from usdfoot.spaces.footsteps import build_footstep_space, solve_footsteps
 from usdfoot.spaces.library import build_spaces
 
@@ -101,17 +101,17 @@ def test_both_feet_mirror_each_other(library, examples, spaces):
     assert (left.side, right.side) == (0, 1)
     assert_allclose(right.landings, left.landings * [-1.0, 1.0])
     assert_allclose(right.errors, left.errors)
-    for hole, image in zip(left.holes, right.holes, strict=True):
-        assert_allclose(image.place, hole.place * [-1.0, 1.0])
-        assert image.radius == hole.radius
+    for circle, image in zip(left.empty_circles, right.empty_circles, strict=True):
+        assert_allclose(image.place, circle.place * [-1.0, 1.0])
+        assert image.radius == circle.radius
 
 
-def test_the_largest_hole_is_found_where_it_was_cut():
+def test_the_largest_empty_circle_is_found_where_it_was_cut():
     grid = np.stack(np.meshgrid(np.arange(0.0, 1.01, 0.05), np.arange(-0.5, 1.01, 0.05)), axis=-1).reshape(-1, 2)
     centre = np.array([0.5, 0.6])
     kept = grid[np.linalg.norm(grid - centre, axis=1) > 0.22]
     space = build_footstep_space(kept)
-    first, *others = find_holes(space, np.full(len(space.vertices), 0.07), leg=0.85, flight=True)
+    first, *others = find_empty_circles(space, np.full(len(space.vertices), 0.07), leg=0.85, flight=True)
     assert_allclose(first.place, centre, atol=0.03)
     assert first.radius == pytest.approx(cKDTree(kept).query(first.place)[0])
     assert first.inside and first.expected_error == pytest.approx(0.07)
@@ -121,11 +121,11 @@ def test_the_largest_hole_is_found_where_it_was_cut():
 def test_steps_to_the_side_are_missed_where_there_are_none():
     z = np.linspace(0.3, 0.8, 12)
     space = build_footstep_space(np.stack([0.1 + 0.05 * (np.arange(12) % 2), z], axis=1))
-    holes = find_holes(space, np.full(len(space.vertices), 0.02), leg=0.85, flight=False)
+    holes = find_empty_circles(space, np.full(len(space.vertices), 0.02), leg=0.85, flight=False)
     aside = [hole for hole in holes if hole.place[0] > 0.3]
     assert aside and not aside[0].inside and np.isnan(aside[0].expected_error)
     assert all(hole.place[0] > 0.0 for hole in holes)
-    assert not find_holes(space, np.zeros(len(space.vertices)), leg=0.85, flight=True)
+    assert not find_empty_circles(space, np.zeros(len(space.vertices)), leg=0.85, flight=True)
 
 
 def test_one_clip_alone_leaves_single_landings_out(library):

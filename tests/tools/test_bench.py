@@ -53,6 +53,15 @@ def test_figures_of_a_small_crowd(tools):
     assert all(value > 0.0 for value in figures.values())
 
 
+def test_figures_of_a_small_crowd_in_real_time(tools):
+    from benching.realtime import realtime_times
+
+    library = build_walker(footsteps=8, rate=60.0).library
+    figures = realtime_times(library, 20, agents=3, seconds=3.0)
+    assert figures["frame [ms]"] <= figures["longest frame [ms]"]
+    assert figures["agents at 25 frames a second"] == pytest.approx(40e3 / figures["agent-frame [us]"])
+
+
 def test_physics_figures(tools, monkeypatch):
     import benching.physics
 

@@ -58,7 +58,7 @@ def test_the_committed_stages_are_what_the_tool_makes(stages, made, name):
 
 def test_nothing_else_is_made(stages, made):
     assert {path.name for path in made.iterdir()} == set(FILES)
-    assert {path.name for path in stages.iterdir()} == {*FILES, "README.md"}
+    assert {path.name for path in stages.iterdir()} == {*FILES, "README.md", "gallery"}
 
 
 def test_the_same_bytes_again(made, tmp_path):

@@ -74,18 +74,22 @@ def test_a_clip_replayed_from_itself_is_nearly_itself(tools, library):
 
 
 def test_a_clip_between_others_is_replayed_from_them(tools, library):
-    from replay import replay_library, table
+    from replay import Setting, replay_library
+    from replaying.outcomes import replay_table
 
     replays = replay_library(
-        library.source, EngineOptions(), kinds={"/Clips/walk_2": "walk"}, whole=True, only="walk_2"
+        library.source,
+        Setting(options=EngineOptions(), whole=True, only="walk_2", gap=0.2),
+        kinds={"/Clips/walk_2": "walk"},
     )
     assert [replay.clip for replay in replays] == ["walk_2"]
     values = asdict(replays[0])
     assert 0.0 < values["blended"]["pelvis_legs"] < 0.04
+    assert 0.0 < values["filled"]["pelvis_legs"] < 0.04
     assert values["own"]["world"] < values["nearest"]["world"]
     assert all(values["best"][name] <= values["nearest"][name] + 1e-12 for name in values["best"])
-    text = table(replays)
-    assert "walk (1), mean" in text
+    text = replay_table(replays)
+    assert "walk (1), mean" in text and "filled" in text
     assert "all (1), median" in text
 
 

@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 from pxr import Usd, UsdGeom, UsdValidation
 
 from usdfoot.bridge.units import StageUnits
-from usdfoot.model.coverage import Hole, SpaceCoverage
+from usdfoot.model.coverage import EmptyCircle, SpaceCoverage
 from usdfoot.writers.coverage import write_coverage
 
 LANDINGS = np.array([[0.1, 0.2], [0.3, 0.2], [0.2, 0.7], [0.2, 0.4]])
@@ -25,7 +25,7 @@ def space(side=0, **changes):
         "triangles": TRIANGLES,
         "hull": np.array([[0, 1], [1, 2], [0, 2]]),
         "errors": np.array([0.0, 0.05, np.nan, 0.1]),
-        "holes": (Hole(place=mirrored[3], radius=0.2, inside=True, expected_error=0.1),),
+        "empty_circles": (EmptyCircle(place=mirrored[3], radius=0.2, inside=True, expected_error=0.1),),
     }
     return SpaceCoverage(**{**values, **changes})
 
@@ -63,9 +63,9 @@ def test_what_is_shown_is_what_was_found(tmp_path, units, suffix):
         assert light[0] < light[1] < light[3] and np.ptp(colours[2]) == 0.0
         hull = UsdGeom.BasisCurves(group.GetChild(name).GetChild("Hull"))
         assert list(hull.GetCurveVertexCountsAttr().Get()) == [2, 2, 2]
-        hole = UsdGeom.BasisCurves(group.GetChild(name).GetChild("Holes"))
+        hole = UsdGeom.BasisCurves(group.GetChild(name).GetChild("EmptyCircles"))
         ring = units.points_to_canonical(np.array(hole.GetPointsAttr().Get()))[:, [0, 2]]
-        assert_allclose(np.linalg.norm(ring - space(side).holes[0].place, axis=1), 0.2, atol=1e-6)
+        assert_allclose(np.linalg.norm(ring - space(side).empty_circles[0].place, axis=1), 0.2, atol=1e-6)
     boxes = UsdGeom.BBoxCache(Usd.TimeCode.Default(), ["default"])
     ranges = [boxes.ComputeWorldBound(child).ComputeAlignedRange() for child in stage.GetDefaultPrim().GetChildren()]
     assert len(ranges) == 2 and (ranges[0].GetMin()[0] > ranges[1].GetMax()[0])  # side by side
@@ -74,8 +74,8 @@ def test_what_is_shown_is_what_was_found(tmp_path, units, suffix):
 
 
 def test_landings_on_a_line_are_points(tmp_path):
-    bare = space(triangles=np.empty((0, 3), dtype=int), hull=np.array([[0, 1]]), holes=())
+    bare = space(triangles=np.empty((0, 3), dtype=int), hull=np.array([[0, 1]]), empty_circles=())
     file = write_coverage(tmp_path / "line.usda", [bare], units=StageUnits(), sources=[], provenance={})
     stage = Usd.Stage.Open(str(file))
     foot = stage.GetPrimAtPath("/Coverage/Rig_default_ground/Left")
-    assert foot.GetChild("Landings").GetTypeName() == "Points" and not foot.GetChild("Holes")
+    assert foot.GetChild("Landings").GetTypeName() == "Points" and not foot.GetChild("EmptyCircles")

@@ -15,7 +15,7 @@ from usdfoot.engine.frames import Frames, lay_frames
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.plant import plant_feet
 from usdfoot.engine.planting import plant_frames
-from usdfoot.engine.poses import ClipPoses, device_segments
+from usdfoot.engine.poses import ClipPoses, device_segments, place_segments
 from usdfoot.maths.types import IntArray
 from usdfoot.model.clip import ClipLibrary
 
@@ -61,7 +61,7 @@ def _four_clips(library: PreparedLibrary, steps: PreparedSteps) -> PreparedSteps
         same = np.flatnonzero(sides == library.examples.swing_sides[first])
         chosen[row] = same[(int(np.searchsorted(same, first)) + np.arange(4)) % len(same)]
     blend = replace(steps.blend, examples=chosen, weights=np.tile(WEIGHTS, (len(chosen), 1)))
-    source = ClipPoses(setup=steps.setup, arrays=device_segments(steps.setup, blend))
+    source = ClipPoses(setup=steps.setup, arrays=place_segments(steps.setup, device_segments(steps.setup, blend)))
     return replace(steps, blend=blend, planting=replace(steps.planting, source=source))
 
 
@@ -75,6 +75,8 @@ def _plant_time(steps: PreparedSteps, frames: Frames, joints: IntArray) -> float
         device_feet(setup, steps.planting.feet, steps.planting.detours),
         wp.array(frames.contacts.astype(np.int32), dtype=wp.int32),
         wp.array(clock.astype(np.float32), dtype=wp.float32),
+        wp.empty((0, 2), dtype=wp.vec3f),
+        wp.empty((0, 2), dtype=wp.vec3f),
         poses.pelvis_positions,
         poses.pelvis_rotations,
         poses.rotations,

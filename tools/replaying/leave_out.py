@@ -22,7 +22,7 @@ from usdfoot.model.motion import Motion
 from usdfoot.model.terrain import Terrain
 from usdfoot.spaces.library import build_spaces, end_landings, has_flight
 
-__all__ = ["ReplayErrors", "nearest_clips", "replay_takes", "with_clips"]
+__all__ = ["ReplayErrors", "nearest_clips", "replay_takes", "with_clips", "with_examples"]
 
 TIME_SCALE = 0.5
 """A difference in duration of a second counts as much as this distance between landings [m]."""
@@ -53,15 +53,19 @@ def with_clips(library: PreparedLibrary, clips: IntArray, *, style: str) -> Prep
     """
     steps = np.isin(library.examples.clip_indices[:-1], clips)
     kept = _selected(library.examples, np.append(np.flatnonzero(steps), len(library.examples) - 1))
-    alone = _selected(kept, np.arange(len(kept) - 1))
+    styles = kept.styles[:-1]
+    known = style if style in styles else max(sorted(set(styles)), key=styles.count)
+    return replace(with_examples(library, kept), style=known)
+
+
+def with_examples(library: PreparedLibrary, examples: Examples) -> PreparedLibrary:
+    """The prepared library with other examples, a stand as the last."""
     skeleton, pelvis = library.source.skeleton, library.source.biped.pelvis
-    styles = alone.styles
     return replace(
         library,
-        examples=kept,
-        spaces=build_spaces(alone),
-        device=device_library(skeleton, kept, library.rig, pelvis=pelvis),
-        style=style if style in styles else max(sorted(set(styles)), key=styles.count),
+        examples=examples,
+        spaces=build_spaces(_selected(examples, np.arange(len(examples) - 1))),
+        device=device_library(skeleton, examples, library.rig, pelvis=pelvis),
     )
 
 

@@ -14,7 +14,7 @@ from usdfoot.maths import planar, quaternion
 from usdfoot.maths.splines import Splines, build_splines
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.clip import ClipLibrary
-from usdfoot.model.skeleton import Skeleton, forward_kinematics
+from usdfoot.model.skeleton import forward_kinematics
 
 __all__ = ["CharacterMotion", "Stands", "foot_stands", "on_character"]
 
@@ -43,7 +43,7 @@ class CharacterMotion:
         """
         joints = np.arange(len(self.library.skeleton.joints)) if joints is None else joints
         sources = joints if self.mirror is None else self.mirror.partners[joints]
-        above = np.isin(joints, _ancestors(self.library.skeleton, self.library.biped.pelvis))
+        above = np.isin(joints, self.library.skeleton.ancestors(self.library.biped.pelvis))
         columns = (4 * np.where(above, joints, sources)[:, None] + np.arange(4)).ravel()
         rotations = quaternion.normalised(self.rotations.at(clips, times, columns).reshape(len(times), -1, 4))
         pelvis = self.pelvis.at(clips, times)
@@ -90,7 +90,7 @@ def on_character(library: ClipLibrary, worlds: Sequence[WorldClip]) -> Character
     """Splines of world clips on the character of a library."""
     skeleton, pelvis = library.skeleton, library.biped.pelvis
     rotations = np.concatenate([world.clip.rotations for world in worlds])
-    for joint in _ancestors(skeleton, pelvis):
+    for joint in skeleton.ancestors(pelvis):
         rotations[:, joint] = skeleton.rest_rotations[joint]
     rotations[:, pelvis] = np.concatenate([quaternion.continuous(world.pelvis_rotations) for world in worlds])
     leg = rest_leg_length(skeleton, library.biped)
@@ -103,15 +103,6 @@ def on_character(library: ClipLibrary, worlds: Sequence[WorldClip]) -> Character
         rotations=build_splines(rotations.reshape(len(rotations), -1), first, starts, rates),
         pelvis=build_splines(path, first, starts, rates),
     )
-
-
-def _ancestors(skeleton: Skeleton, joint: int) -> list[int]:
-    """Joints above a joint."""
-    above = []
-    while skeleton.parents[joint] >= 0:
-        joint = int(skeleton.parents[joint])
-        above.append(joint)
-    return above
 
 
 def foot_stands(

@@ -80,7 +80,8 @@ def similarity_of_matrices(matrices: FloatArray, where: object) -> Similarity:
     linear = matrices[:, :3, :3]
     lengths = np.linalg.norm(linear, axis=-1)  # (K, 3)
     if not np.isfinite(matrices).all() or np.any(lengths <= 0.0):
-        raise SkeletonError(where, "has a transform above the joints that is not finite or scales to nothing")
+        what = "has a transform above the joints that is not finite or scales to nothing"
+        raise SkeletonError(where, what, "author finite transforms with a scale above 0")
     axes = linear / lengths[..., None]
     cosines = axes @ np.swapaxes(axes, -1, -2) - np.eye(3)
     scale = float(lengths[0].mean())

@@ -63,7 +63,16 @@ class Clip:
     FLAT_TIMES: Final = _per_side("usdfoot:clip", "flatTimes")
     LIFTOFF_TIMES: Final = _per_side("usdfoot:clip", "liftoffTimes")
     MIRROR: Final = "usdfoot:clip:mirror"
+    SOURCE: Final = "usdfoot:clip:source"
     SKELETON: Final = "usdfoot:clip:skeleton"
+
+
+class ClipSource:
+    """Values of `Clip.SOURCE`."""
+
+    RECORDED: Final = "recorded"
+    SYNTHETIC: Final = "synthetic"
+    ALL: Final = (RECORDED, SYNTHETIC)
 
 
 class RootMotion:
@@ -195,7 +204,7 @@ class Overlay:
 
     ROOT: Final = "/__usdfoot"
     AGENTS: Final = "usdfoot:overlay:agents"
-    """On the root: names of the agents drawn."""
+    """On a part: names of the agents drawn."""
     OWNERS: Final = "usdfoot:overlay:owners"
     """On a part: index into `AGENTS` of each instance or line."""
     FOOTSTEPS: Final = "usdfoot:overlay:footsteps"

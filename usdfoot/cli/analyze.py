@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from typing import TYPE_CHECKING
 
 from usdfoot.cli.console import print_problems, results_console, shown_progress
-from usdfoot.cli.tables import clip_table, coverage_table, hole_lines
+from usdfoot.cli.tables import clip_table, coverage_table, empty_lines
+
+if TYPE_CHECKING:
+    from usdfoot.spaces.holes import HoleOptions
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
 
@@ -20,6 +24,7 @@ example:
   usdfoot analyze clips.usdc --styles -o clips_events.usda
   usdfoot analyze clips.usdc --plots build/spaces
   usdfoot analyze clips.usdc --coverage coverage.usda
+  usdfoot analyze clips.usdc --fill -o clips_filled.usda
 
 exit codes: 0 all clips analysed, 1 some could not be (listed), 2 none or nothing written
 
@@ -45,6 +50,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="MAP",
         help="stage (and picture beside it) that shows where steps can land, how well, and what to capture next",
     )
+    parser.add_argument(
+        "--fill",
+        action="store_true",
+        help="make steps of physics, in the style of the nearest clips, for landings no clip shows; -o adds them",
+    )
+    parser.add_argument(
+        "--fill-gap", type=float, metavar="METRES", help="altitude of a triangle of landings that is a hole (0.2)"
+    )
     parser.add_argument("-o", "--output", metavar="OUT", help="layer over CLIPS to write the events to")
 
 
@@ -59,6 +72,7 @@ def run(arguments: argparse.Namespace) -> int:
             styles=arguments.styles,
             plots=arguments.plots,
             coverage=arguments.coverage,
+            fill=_holes(arguments),
             progress=progress,
         )
     print_problems(report.problems, quiet=arguments.quiet)
@@ -66,12 +80,24 @@ def run(arguments: argparse.Namespace) -> int:
     console.print(clip_table(report.summaries))
     if arguments.coverage:
         console.print(coverage_table(report.coverage))
-        for line in hole_lines(report.coverage):
+        for line in empty_lines(report.coverage):
             console.print(line, soft_wrap=True)
     for file in filter(None, (report.coverage_file,)):
         console.print(f"wrote {file}", soft_wrap=True)
     if report.output is not None:
         console.print(f"wrote {report.output}", soft_wrap=True)
+    for filled in report.filled:
+        name, holes = filled.source.skeleton.name, len(filled.holes)
+        console.print(f"{name}: {len(filled.clips)} of {holes} holes filled with synthetic clips", soft_wrap=True)
     for picture in report.plots:
         console.print(f"drew {picture}", soft_wrap=True)
     return 1 if any(problem.severity == "error" for problem in report.problems) else 0
+
+
+def _holes(arguments: argparse.Namespace) -> HoleOptions | None:
+    """What a hole is, if holes are to be filled."""
+    from usdfoot.spaces.holes import HoleOptions
+
+    if arguments.fill_gap is not None:
+        return HoleOptions(gap=arguments.fill_gap)
+    return HoleOptions() if arguments.fill else None

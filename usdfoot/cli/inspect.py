@@ -5,7 +5,9 @@ from __future__ import annotations
 import argparse
 import math
 
+from usdfoot.cli.batch_flags import count
 from usdfoot.cli.console import print_problems, results_console, shown_progress
+from usdfoot.model.overlay import KINDS
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
 
@@ -20,7 +22,7 @@ EPILOG = """\
 example:
   usdfoot inspect build/walk/crowd.usd -o inspect.usda
   usdview --sessionLayer inspect.usda build/walk/crowd.usd    # View > Display Purposes > Guide
-  usdfoot inspect build/city/crowd.usd -o inspect.usdc --agents 'Hero*' --error-scale 20
+  usdfoot inspect build/city/crowd.usd -o inspect.usdc --agents 'Hero*' --kinds Errors Com
   usdfoot inspect build/walk/crowd.usd --html report.html
 
 exit codes: 0 all agents drawn, 1 some could not be read (listed), 2 nothing written
@@ -38,6 +40,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("crowd", metavar="CROWD", help="crowd.usd written by usdfoot animate")
     parser.add_argument("-o", "--output", metavar="LAYER", help="overlay to write: .usd, .usda or .usdc")
     parser.add_argument("--html", metavar="PAGE", help="one web page with all of it, and a 3-D view that plays")
+    parser.add_argument(
+        "--workers",
+        metavar="N",
+        type=count,
+        help="processes that measure many agents for the page (default: a core each)",
+    )
     parser.add_argument("--agents", metavar="GLOB", default="*", help="names of the agents to draw (default: all)")
     parser.add_argument(
         "--error-scale",
@@ -54,10 +62,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="length of a timing dagger that stands for a second (default: %(default)g)",
     )
     parser.add_argument(
-        "--spaces",
-        action=argparse.BooleanOptionalAction,
-        default=True,
-        help="draw the footstep spaces, for which the clips are analysed again (default: on)",
+        "--kinds",
+        metavar="KIND",
+        nargs="+",
+        choices=KINDS,
+        default=KINDS,
+        help=f"what to draw, of {', '.join(KINDS)} (default: all; the space needs the clips to be analysed again)",
     )
 
 
@@ -74,6 +84,7 @@ def above_zero(text: str) -> float:
 
 def run(arguments: argparse.Namespace) -> int:
     """Inspect; 0 = all agents drawn, 1 = some could not be read."""
+    from usdfoot.batch.executors import open_executor
     from usdfoot.errors import UsdfootError
     from usdfoot.pipeline.inspect import InspectOptions, InspectReport, inspect
     from usdfoot.pipeline.page import PageReport, write_page
@@ -84,14 +95,19 @@ def run(arguments: argparse.Namespace) -> int:
     with shown_progress(quiet=arguments.quiet) as progress:
         if arguments.output is not None:
             options = InspectOptions(
-                error_scale=arguments.error_scale, second_length=arguments.second_length, spaces=arguments.spaces
+                error_scale=arguments.error_scale,
+                second_length=arguments.second_length,
+                kinds=tuple(arguments.kinds),
             )
             overlay = inspect(
                 arguments.crowd, arguments.output, agents=arguments.agents, options=options, progress=progress
             )
             reports.append(overlay)
         if arguments.html is not None:
-            page = write_page(arguments.crowd, arguments.html, agents=arguments.agents, progress=progress)
+            with open_executor(workers=arguments.workers) as executor:
+                page = write_page(
+                    arguments.crowd, arguments.html, agents=arguments.agents, executor=executor, progress=progress
+                )
             reports.append(page)
     print_problems(dict.fromkeys(problem for report in reports for problem in report.problems), quiet=arguments.quiet)
     for report in reports:

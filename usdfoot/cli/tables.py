@@ -7,12 +7,13 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from rich.table import Table
+from rich.text import Text
 
 from usdfoot.model.biped import SIDES
 
 if TYPE_CHECKING:
     from usdfoot.analysis.summary import ClipSummary
-    from usdfoot.model.coverage import Hole, SpaceCoverage
+    from usdfoot.model.coverage import EmptyCircle, SpaceCoverage
     from usdfoot.model.motion import StepResults
     from usdfoot.model.plan import FootstepPlan
     from usdfoot.pipeline.doctor import Symptom
@@ -23,9 +24,9 @@ if TYPE_CHECKING:
 __all__ = [
     "clip_table",
     "coverage_table",
+    "empty_lines",
     "fault_table",
     "figure_table",
-    "hole_lines",
     "plan_table",
     "retarget_table",
     "step_table",
@@ -36,8 +37,8 @@ __all__ = [
 
 MOST_ROWS = 40
 """Agents listed at most; the total covers all."""
-MOST_HOLES = 10
-"""Holes in the landings at most."""
+MOST_CIRCLES = 10
+"""Places where no step lands at most."""
 MOST_NOTES = 3
 """Notes on a clip at most."""
 
@@ -99,22 +100,24 @@ def coverage_table(spaces: Sequence[SpaceCoverage]) -> Table:
     return table
 
 
-def hole_lines(spaces: Sequence[SpaceCoverage]) -> list[str]:
+def empty_lines(spaces: Sequence[SpaceCoverage]) -> list[str]:
     """The largest places where no step lands, largest first; mirror images are one."""
-    holes = sorted(((hole, space) for space in spaces for hole in space.holes), key=lambda pair: -pair[0].radius)
-    images: dict[object, list[tuple[Hole, SpaceCoverage]]] = {}
-    for hole, space in holes:
-        x, z = (round(value, 6) + 0.0 for value in hole.place.tolist())
+    circles = sorted(
+        ((circle, space) for space in spaces for circle in space.empty_circles), key=lambda pair: -pair[0].radius
+    )
+    images: dict[object, list[tuple[EmptyCircle, SpaceCoverage]]] = {}
+    for circle, space in circles:
+        x, z = (round(value, 6) + 0.0 for value in circle.place.tolist())
         outward = x if space.side == 0 else -x
-        images.setdefault((space.skeleton, space.style, space.flight, outward, z), []).append((hole, space))
+        images.setdefault((space.skeleton, space.style, space.flight, outward, z), []).append((circle, space))
     lines = []
-    for (hole, space), *others in list(images.values())[:MOST_HOLES]:
+    for (circle, space), *others in list(images.values())[:MOST_CIRCLES]:
         feet = f"{SIDES[space.side]} foot" + (f", mirrored the {SIDES[others[0][1].side]} one" if others else "")
         gait = f"{space.style}, with flight" if space.flight else space.style
-        error = f"expected error {100.0 * hole.expected_error:.0f} cm"
+        error = f"expected error {100.0 * circle.expected_error:.0f} cm"
         lines.append(
-            f"no step lands near x={hole.place[0]:.2f}, z={hole.place[1]:.2f} ({feet}; {gait}): "
-            f"nearest example {hole.radius:.2f} m, {error if hole.inside else 'outside what can be blended'}"
+            f"no step lands near x={circle.place[0]:.2f}, z={circle.place[1]:.2f} ({feet}; {gait}): "
+            f"nearest example {circle.radius:.2f} m, {error if circle.inside else 'outside what can be blended'}"
         )
     return lines
 
@@ -141,7 +144,8 @@ def symptom_table(symptoms: Sequence[Symptom]) -> Table:
     for heading in ("what", "state", "found", "what to do"):
         table.add_column(heading, overflow="fold")
     for symptom in symptoms:
-        table.add_row(symptom.name, symptom.state, symptom.told, symptom.remedy)
+        texts = (symptom.name, symptom.state, symptom.told, symptom.remedy)
+        table.add_row(*map(Text, texts))  # not markup: usdfoot[crowd] has brackets
     return table
 
 

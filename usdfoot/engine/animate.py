@@ -15,7 +15,7 @@ from usdfoot.engine.given_roots import guide_headings
 from usdfoot.engine.kernels import LibraryArrays
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.planting import Planting, cut_motions, plant_samples, prepare_planting
-from usdfoot.engine.poses import ClipPoses, Setup, StepBlend, device_library, device_segments
+from usdfoot.engine.poses import ClipPoses, Setup, StepBlend, device_library, device_segments, place_segments
 from usdfoot.engine.results import measure_contacts, measure_steps
 from usdfoot.engine.rig import Rig, build_rig
 from usdfoot.engine.root import lay_root
@@ -207,7 +207,8 @@ def prepare_steps(
     setup = replace(
         setup, contacts=contacts, path=lay_root(contacts, setup.segments, step_height_share=options.step_height_share)
     )
-    arrays = device_segments(setup, blend, measure_seams(setup, blend) if options.seam != "none" else None)
-    source = ClipPoses(setup=setup, arrays=arrays)
+    arrays = device_segments(setup, blend)
+    seams = measure_seams(setup, arrays) if options.seam != "none" else None
+    source = ClipPoses(setup=setup, arrays=place_segments(setup, arrays, seams))
     planting = prepare_planting(setup, source, ground)
     return PreparedSteps(setup=setup, blend=blend, landings=landings, source=source, planting=planting)

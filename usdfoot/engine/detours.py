@@ -31,6 +31,10 @@ FINE = BETWEEN * (KNOTS - 1) + 1
 PROBES = np.union1d(np.arange(0, FINE, BETWEEN), [1, 2, FINE - 3, FINE - 2])
 """Fine samples at which the swing is posed: the knots, and two more near either end where the sole is lowest."""
 
+KNOT_SHARES = CubicSpline(np.arange(0, FINE, BETWEEN), np.eye(KNOTS))(np.arange(FINE))
+PROBE_SHARES = CubicSpline(PROBES, np.eye(len(PROBES)))(np.arange(FINE))
+"""Cubic splines through the knots and through the probes, at all fine samples, shape (FINE, K)."""
+
 FIRST_GAINS = np.array([5.0, 2.2, 1.4])
 """How much the knot after a swing's begin must rise for each sample before it, since the detour begins at zero."""
 
@@ -64,20 +68,21 @@ def swing_soles(
     heels[frame] = pose.ankle + wp.quat_rotate(pose.rotation, rig.heel_offsets[side])
 
 
-def plan_detours(layout: Layout, source: PoseSource, feet: ContactFeet, ground: Ground) -> FloatArray:
-    """What to add to each swing so that the sole clears the terrain and the foot passes beside the standing leg.
+def plan_detours(
+    layout: Layout, source: PoseSource, feet: ContactFeet, ground: Ground, *, rows: IntArray
+) -> FloatArray:
+    """What to add to the swings after contacts `rows` (N,) so that the sole clears the terrain and the standing leg.
 
     Returns:
-        Offsets at KNOTS instants of the swing after each contact [m], shape (C, KNOTS, 3).
+        Offsets at KNOTS instants of each swing [m], shape (N, KNOTS, 3).
     """
     contacts = layout.contacts
-    rows = np.flatnonzero(contacts.has_swing)
     begins, ends = contacts.liftoffs[rows], contacts.strikes[rows + 2]
     times = begins[:, None] + (ends - begins)[:, None] * (PROBES / (FINE - 1))
     soles = _soles(layout, source, feet, np.repeat(rows, len(PROBES)), times.ravel())
-    balls, heels = (_refine(points.reshape(-1, len(PROBES), 3)) for points in soles)
+    balls, heels = (PROBE_SHARES @ points.reshape(-1, len(PROBES), 3) for points in soles)
     offsets = _beside_leg(layout, rows, balls[:, ::BETWEEN])
-    aside = _refine(offsets, np.arange(0, FINE, BETWEEN))
+    aside = KNOT_SHARES @ offsets
     missing = _missing_heights(layout, rows, balls + aside, heels + aside, ground)
     steep = _steepness(missing, ends - begins)
     eased = np.flatnonzero(steep.any(axis=1))
@@ -87,9 +92,7 @@ def plan_detours(layout: Layout, source: PoseSource, feet: ContactFeet, ground: 
         aside = aside[eased] + hurry
         missing[eased] = _missing_heights(layout, rows[eased], balls[eased] + aside, heels[eased] + aside, ground)
     offsets[..., 1] += _lifts(missing)
-    detours = np.zeros((len(contacts.sides), KNOTS, 3))
-    detours[rows] = offsets
-    return detours
+    return offsets
 
 
 def _soles(
@@ -194,13 +197,6 @@ def _lifts(missing: FloatArray) -> FloatArray:
         sampled = np.clip(np.arange(KNOTS) * BETWEEN + shift, 0, missing.shape[1] - 1)
         grouped = np.maximum(grouped, missing[:, sampled])
     return _envelope(grouped)
-
-
-def _refine(path: FloatArray, probes: IntArray = PROBES) -> FloatArray:
-    """Smooth paths (N, FINE, 3) through points (N, K, 3) at the fine samples `probes` (K,)."""
-    shares = CubicSpline(probes, np.eye(len(probes)))(np.arange(FINE))
-    points: FloatArray = shares @ path
-    return points
 
 
 def _envelope(missing: FloatArray) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,7 +16,15 @@ from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable
 from usdfoot.model.ground import Ground
 
-__all__ = ["ContactFeet", "device_feet", "lay_prints", "lead_swings", "roll_contacts"]
+__all__ = [
+    "ContactFeet",
+    "device_feet",
+    "lay_prints",
+    "lead_swings",
+    "roll_contacts",
+    "unplanted_feet",
+    "with_values",
+]
 
 FLAT_TIME = 0.12
 FLAT_SHARE = 0.25
@@ -50,6 +59,32 @@ class ContactFeet:
     """Planted times inverse blended ankle rotation, likewise, shape (C, 4)."""
     on_ground: BoolArray
     """Whether there is walkable ground under the ball, shape (C,)."""
+
+
+def unplanted_feet(count: int) -> ContactFeet:
+    """Feet of `count` contacts that are yet to be laid, rolled and led."""
+    still = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))
+    nowhere, zero = np.zeros((count, 3)), np.zeros(count)
+    return ContactFeet(
+        frames=still,
+        flat_rotations=still,
+        flats=zero,
+        flat_pitches=zero,
+        roll_times=np.ones(count),
+        leave_offsets=nowhere,
+        land_offsets=nowhere,
+        leave_rotations=still,
+        land_rotations=still,
+        on_ground=np.zeros(count, dtype=bool),
+    )
+
+
+def with_values(feet: ContactFeet, rows: IntArray, values: Mapping[str, FloatArray | BoolArray]) -> ContactFeet:
+    """The feet with other values, by field, of the contacts `rows` (N,)."""
+    filled = {name: getattr(feet, name).copy() for name in values}
+    for name, new in values.items():
+        filled[name][rows] = new
+    return replace(feet, **filled)
 
 
 def lay_prints(layout: Layout, ground: Ground) -> tuple[FloatArray, BoolArray]:
@@ -133,33 +168,30 @@ def _heel_distance(layout: Layout, side: int) -> float:
     return float(quaternion.rotate(foot.flat_rotation, foot.ball_offset - foot.heel_offset)[2])
 
 
-def roll_contacts(layout: Layout, raises: FloatArray, ground: Ground) -> ContactFeet:
-    """How each contact rolls from heel to ball.
+def roll_contacts(layout: Layout, feet: ContactFeet, rows: IntArray, raises: FloatArray, ground: Ground) -> ContactFeet:
+    """The feet with the prints of some contacts laid and how they roll from heel to ball.
 
     Args:
         layout: Contacts as executed.
-        raises: Pitch of the blended foot at each contact's strike [rad], shape (C,).
+        feet: Of all contacts.
+        rows: Contacts to roll, shape (N,).
+        raises: Pitch of their blended feet at the strike [rad], shape (N,).
         ground: For the prints.
     """
-    contacts = layout.contacts
-    frames, on_ground = lay_prints(layout, ground)
+    contacts = layout.contacts[rows]
+    frames, on_ground = lay_prints(replace(layout, contacts=contacts), ground)
     flat_feet = np.array([foot.flat_rotation for foot in layout.rig.feet])
     durations = contacts.liftoffs - contacts.strikes
-    heel_first = (raises < -0.01) & ~_from_standing(contacts)
+    heel_first = (raises < -0.01) & ~_from_standing(layout.contacts)[rows]
     flats = contacts.strikes + np.where(heel_first, np.minimum(FLAT_TIME, FLAT_SHARE * durations), 0.0)
-    count = len(contacts.sides)
-    return ContactFeet(
-        frames=frames,
-        flat_rotations=quaternion.compose(frames, flat_feet[contacts.sides]),
-        flats=flats,
-        flat_pitches=np.zeros(count),
-        roll_times=np.maximum(0.3 * (contacts.liftoffs - flats), 1e-3),
-        leave_offsets=np.zeros((count, 3)),
-        land_offsets=np.zeros((count, 3)),
-        leave_rotations=np.tile([0.0, 0.0, 0.0, 1.0], (count, 1)),
-        land_rotations=np.tile([0.0, 0.0, 0.0, 1.0], (count, 1)),
-        on_ground=on_ground,
-    )
+    rolled = {
+        "frames": frames,
+        "flat_rotations": quaternion.compose(frames, flat_feet[contacts.sides]),
+        "flats": flats,
+        "roll_times": np.maximum(0.3 * (contacts.liftoffs - flats), 1e-3),
+        "on_ground": on_ground,
+    }
+    return with_values(feet, rows, rolled)
 
 
 def _from_standing(contacts: ContactTable) -> BoolArray:
@@ -177,6 +209,8 @@ def device_feet(layout: Layout, feet: ContactFeet, detours: FloatArray) -> FootA
     clock = contacts.starts[contacts.agents]
     liftoffs = np.where(contacts.has_swing, contacts.liftoffs, np.inf)
     arrays = FootArrays()
+    following = np.minimum(np.arange(len(origins)) + 2, len(origins) - 1).astype(np.int32)
+    arrays.following = wp.array(following, dtype=wp.int32, copy=False)
     for name, values, kind in (
         ("positions", contacts.positions - origins, wp.vec3f),
         ("frames", feet.frames, wp.quatf),
@@ -222,6 +256,7 @@ def _planted(
 ) -> tuple[FloatArray, FloatArray]:
     """Balls [m] (N, 3) and ankle rotations (N, 4) of contacts `rows` at `times` on the agents' clocks [s]."""
     sides = layout.contacts.sides[rows]
+    own = np.arange(len(rows)), sides
     balls = wp.empty(len(rows), dtype=wp.vec3f)
     rotations = wp.empty(len(rows), dtype=wp.quatf)
     wp.launch(
@@ -233,51 +268,47 @@ def _planted(
             wp.array(rows.astype(np.int32), dtype=wp.int32, copy=False),
             wp.array(sides.astype(np.int32), dtype=wp.int32, copy=False),
             wp.array(times.astype(np.float32), dtype=wp.float32, copy=False),
-            wp.array(blended.raises[rows, sides].astype(np.float32), dtype=wp.float32, copy=False),
-            wp.array(blended.hips[rows, sides].astype(np.float32), dtype=wp.vec3f, copy=False),
-            wp.array(blended.longest[rows, sides].astype(np.float32), dtype=wp.float32, copy=False),
+            wp.array(blended.raises[own].astype(np.float32), dtype=wp.float32, copy=False),
+            wp.array(blended.hips[own].astype(np.float32), dtype=wp.vec3f, copy=False),
+            wp.array(blended.longest[own].astype(np.float32), dtype=wp.float32, copy=False),
         ],
         outputs=[balls, rotations],
     )
     return balls.numpy().astype(float), rotations.numpy().astype(float)
 
 
-def lead_swings(layout: Layout, feet: ContactFeet, strikes: Feet, liftoffs: Feet) -> ContactFeet:
-    """Offsets that lead each swing from the print it leaves to the one it lands on.
+def lead_swings(layout: Layout, feet: ContactFeet, rows: IntArray, leaves: Feet, lands: Feet) -> ContactFeet:
+    """The feet with offsets that lead some swings from the print they leave to the one they land on.
 
     Args:
         layout: Contacts as executed.
         feet: Prints and rolls.
-        strikes: Blended feet at each contact's strike, one frame a contact.
-        liftoffs: Blended feet at each contact's liftoff, one frame a contact.
+        rows: Contacts whose swings are led, shape (N,).
+        leaves: Blended feet at their liftoffs, one frame a swing.
+        lands: Blended feet at the strikes that end the swings, one frame each.
     """
     contacts = layout.contacts
     clock = contacts.starts[contacts.agents]
     arrays = device_feet(layout, feet, np.zeros((len(contacts.sides), 2, 3)))
-    rows = np.flatnonzero(contacts.has_swing)
-    leave = _differences(layout, arrays, rows, (contacts.liftoffs - clock)[rows], liftoffs)
-    land = _differences(layout, arrays, rows + 2, (contacts.strikes - clock)[rows + 2], strikes)
+    leave = _differences(layout, arrays, rows, (contacts.liftoffs - clock)[rows], leaves)
+    land = _differences(layout, arrays, rows + 2, (contacts.strikes - clock)[rows + 2], lands)
     flying = contacts.liftoffs[rows] < contacts.starts[contacts.agents[rows]]  # left before the motion begins
     leave[0][flying] = 0.0
     leave[1][flying] = [0.0, 0.0, 0.0, 1.0]
-    values = {
-        "leave_offsets": (feet.leave_offsets, leave[0]),
-        "leave_rotations": (feet.leave_rotations, leave[1]),
-        "land_offsets": (feet.land_offsets, land[0]),
-        "land_rotations": (feet.land_rotations, land[1]),
+    led = {
+        "leave_offsets": leave[0],
+        "leave_rotations": leave[1],
+        "land_offsets": land[0],
+        "land_rotations": land[1],
     }
-    filled = {}
-    for name, (old, new) in values.items():
-        filled[name] = old.copy()
-        filled[name][rows] = new
-    return replace(feet, **filled)
+    return with_values(feet, rows, led)
 
 
 def _differences(
     layout: Layout, arrays: FootArrays, rows: IntArray, times: FloatArray, blended: Feet
 ) -> tuple[FloatArray, FloatArray]:
-    """Planted minus blended balls, planted times inverse blended rotations, of contacts `rows`."""
-    sides = layout.contacts.sides[rows]
+    """Planted minus blended balls, planted times inverse blended rotations, of contacts `rows`, one frame each."""
+    own = np.arange(len(rows)), layout.contacts.sides[rows]
     balls, rotations = _planted(layout, arrays, rows, times, blended)
-    turned = quaternion.compose(rotations, quaternion.inverse(blended.rotations[rows, sides]))
-    return balls - blended.balls[rows, sides], quaternion.align_signs(turned, np.array([0.0, 0.0, 0.0, 1.0]))
+    turned = quaternion.compose(rotations, quaternion.inverse(blended.rotations[own]))
+    return balls - blended.balls[own], quaternion.align_signs(turned, np.array([0.0, 0.0, 0.0, 1.0]))

@@ -35,6 +35,7 @@ class SegmentArrays:
     more_weights: wp.array(dtype=wp.vec4f)
     support_sides: wp.array(dtype=wp.int32)  # -1 in a stand
     anchors: wp.array(dtype=wp.float32)  # last sample at which the support foot is on the ground
+    seams_after: wp.array(dtype=wp.int32)  # seam at the segment's end; the one at its begin has its own number
     origins: wp.array(dtype=wp.vec3f)  # support ball on the ground, or middle of the feet in a stand
     joint_values: wp.array2d(dtype=wp.vec3f)  # (M + 1, J) half the jump, tan(angle / 4) along the axis
     joint_slopes: wp.array2d(dtype=wp.vec3f)  # (M + 1, J) its rate
@@ -116,11 +117,16 @@ def sampled_position(
 
 @wp.func
 def seam_rotation(
-    values: wp.array2d(dtype=wp.vec3f), slopes: wp.array2d(dtype=wp.vec3f), segment: int, window: wp.vec4f, joint: int
+    values: wp.array2d(dtype=wp.vec3f),
+    slopes: wp.array2d(dtype=wp.vec3f),
+    segment: int,
+    after: int,
+    window: wp.vec4f,
+    joint: int,
 ) -> wp.quatf:
     """Rotation that carries the seams at both ends of a segment, not normalised; identity beyond their windows."""
     half = window[0] * values[segment, joint] + window[1] * slopes[segment, joint]
-    half += window[2] * values[segment + 1, joint] + window[3] * slopes[segment + 1, joint]
+    half += window[2] * values[after, joint] + window[3] * slopes[after, joint]
     return wp.quatf(half[0], half[1], half[2], 1.0)
 
 
@@ -162,9 +168,12 @@ def place_pelvis(
     position = segments.origins[segment] + wp.quat_rotate(heading, offset)
     position[1] = ground[frame] + offset[1]
     position += window[0] * segments.position_values[segment] + window[1] * segments.position_slopes[segment]
-    position += window[2] * segments.position_values[segment + 1] + window[3] * segments.position_slopes[segment + 1]
+    next_seam = segments.seams_after[segment]
+    position += window[2] * segments.position_values[next_seam] + window[3] * segments.position_slopes[next_seam]
     positions[frame] = position
-    seam = seam_rotation(segments.joint_values, segments.joint_slopes, segment, joint_windows[frame], library.pelvis)
+    seam = seam_rotation(
+        segments.joint_values, segments.joint_slopes, segment, next_seam, joint_windows[frame], library.pelvis
+    )
     rotations[frame] = wp.normalize(seam * heading * rotation)
 
 
@@ -192,6 +201,7 @@ def blend_rotations(
     more = segments.more_weights[segment]
     window = joint_windows[frame]
     beside_seam = wp.length_sq(window) > 0.0
+    next_seam = segments.seams_after[segment]
     for k in range(joints.shape[0]):
         joint = joints[k]
         reference = library.rotations[examples[0], row, joint]
@@ -201,5 +211,7 @@ def blend_rotations(
                 library.rotations, others, row, more * (1.0 - fraction), more * fraction, joint, reference
             )
         if beside_seam:
-            blended = seam_rotation(segments.joint_values, segments.joint_slopes, segment, window, joint) * blended
+            blended = (
+                seam_rotation(segments.joint_values, segments.joint_slopes, segment, next_seam, window, joint) * blended
+            )
         rotations[frame, joint] = wp.normalize(blended)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warp as wp
 
-__all__ = ["Leg", "LegRig", "bend_leg", "leg_kinematics"]
+__all__ = ["Leg", "LegRig", "bend_leg", "leg_kinematics", "rotation_by"]
 
 
 @wp.struct
@@ -77,6 +77,15 @@ def leg_kinematics(
                 leg.parent_of_ball = parent
                 leg.rotation_of_ball = rotation
     return leg
+
+
+@wp.func
+def rotation_by(vector: wp.vec3f) -> wp.quatf:
+    """Rotation of a rotation vector [rad]."""
+    half = 0.5 * wp.length(vector)
+    share = wp.where(half > 1.0e-6, wp.sin(half) / wp.max(half, 1.0e-6), 1.0)
+    axis = 0.5 * share * vector
+    return wp.quatf(axis[0], axis[1], axis[2], wp.cos(half))
 
 
 @wp.func

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warp as wp
 
-from usdfoot.engine.legs import Leg, LegRig, bend_leg, leg_kinematics
+from usdfoot.engine.legs import Leg, LegRig, bend_leg, leg_kinematics, rotation_by
 
 __all__ = ["FootArrays", "measure_legs", "plant_feet"]
 
@@ -17,7 +17,9 @@ PAST_UPRIGHT = wp.constant(0.3)
 
 @wp.struct
 class FootArrays:
-    """Contacts on the device, C of them in order of strike per agent; a foot's next contact is two further."""
+    """Contacts on the device, C of them."""
+
+    following: wp.array(dtype=wp.int32)  # next contact of the same foot
 
     positions: wp.array(dtype=wp.vec3f)  # ground under the ball, agent's origin
     frames: wp.array(dtype=wp.quatf)  # print to world: +Z forward, +Y normal
@@ -131,7 +133,7 @@ def standing_foot(
 def swinging_foot(rig: LegRig, feet: FootArrays, contact: int, side: int, time: float, leg: Leg) -> FootPose:
     """Foot in the air: the blended path, led from the footprint it leaves to the one it lands on."""
     begin = feet.liftoffs[contact]
-    fraction = wp.clamp((time - begin) / (feet.strikes[contact + 2] - begin), 0.0, 1.0)
+    fraction = wp.clamp((time - begin) / (feet.strikes[feet.following[contact]] - begin), 0.0, 1.0)
     weight = smootherstep(fraction)
     leave = feet.leave_rotations[contact]
     land = feet.land_rotations[contact]
@@ -200,17 +202,33 @@ def finish_foot(
     return 0.0
 
 
+@wp.func
+def nudged_foot(rig: LegRig, side: int, pose: FootPose, shift: wp.vec3f, turn: wp.vec3f) -> FootPose:
+    """The foot with its ball shifted and turned about it by a rotation vector."""
+    ball = pose.ankle + wp.quat_rotate(pose.rotation, rig.ball_offsets[side]) + shift
+    nudged = FootPose()
+    nudged.rotation = rotation_by(turn) * pose.rotation
+    nudged.ankle = ball - wp.quat_rotate(nudged.rotation, rig.ball_offsets[side])
+    nudged.toes = pose.toes
+    return nudged
+
+
 @wp.kernel(enable_backward=False)
 def plant_feet(
     rig: LegRig,
     feet: FootArrays,
     contacts: wp.array2d(dtype=wp.int32),
     times: wp.array(dtype=wp.float32),
+    shifts: wp.array2d(dtype=wp.vec3f),
+    turns: wp.array2d(dtype=wp.vec3f),
     pelvis_positions: wp.array(dtype=wp.vec3f),
     pelvis_rotations: wp.array(dtype=wp.quatf),
     rotations: wp.array2d(dtype=wp.quatf),
 ) -> None:
-    """Lowers the pelvis as far as the legs need and bends the legs to the feet, both in place."""
+    """Lowers the pelvis as far as the legs need and bends the legs to the feet, both in place.
+
+    Where there are any `shifts` and `turns` (F, 2), the feet are nudged by them.
+    """
     frame = wp.tid()
     time = times[frame]
     pelvis = pelvis_positions[frame]
@@ -219,6 +237,9 @@ def plant_feet(
     right = leg_kinematics(rig, 1, pelvis, turn, rotations, frame)
     left_pose = foot_pose(rig, feet, contacts[frame, 0], 0, time, left)
     right_pose = foot_pose(rig, feet, contacts[frame, 1], 1, time, right)
+    if shifts.shape[0] > 0:
+        left_pose = nudged_foot(rig, 0, left_pose, shifts[frame, 0], turns[frame, 0])
+        right_pose = nudged_foot(rig, 1, right_pose, shifts[frame, 1], turns[frame, 1])
     first = soft_positive(needed_drop(rig, left, left_pose.ankle), 0.004)
     second = soft_positive(needed_drop(rig, right, right_pose.ankle), 0.004)
     drop = second + soft_positive(first - second, 0.004)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import warp as wp
 
-from usdfoot.engine.detours import plan_detours
-from usdfoot.engine.feet import ContactFeet, device_feet, lead_swings, roll_contacts
+from usdfoot.engine.detours import KNOTS, plan_detours
+from usdfoot.engine.feet import ContactFeet, device_feet, lead_swings, roll_contacts, unplanted_feet, with_values
 from usdfoot.engine.frames import Frames, lay_frames
 from usdfoot.engine.given_roots import given_roots
 from usdfoot.engine.landings import GROUND_AXES
@@ -20,12 +20,12 @@ from usdfoot.engine.root import root_at
 from usdfoot.engine.subframes import drifting_frames, insert_frames, merge_poses
 from usdfoot.maths import quaternion
 from usdfoot.maths.timeline import locate
-from usdfoot.maths.types import FloatArray
+from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.agent import Agent
 from usdfoot.model.ground import Ground
 from usdfoot.model.motion import Motion, StepResults
 
-__all__ = ["Planted", "Planting", "cut_motions", "plant_frames", "plant_samples", "prepare_planting"]
+__all__ = ["Due", "Planted", "Planting", "cut_motions", "plant_frames", "plant_samples", "prepare_planting"]
 HALVINGS = 3
 """How often the time between two frames is halved at most where a planted ball would drift."""
 
@@ -51,29 +51,60 @@ class Planted:
     """Measured on the poses."""
 
 
-def prepare_planting(layout: Layout, source: PoseSource, ground: Ground) -> Planting:
-    """Prints, rolls, leads and detours of all contacts and swings for the poses of a source."""
-    feet = prepare_feet(layout, source, ground)
-    return Planting(layout=layout, source=source, feet=feet, detours=plan_detours(layout, source, feet, ground))
+@dataclass(frozen=True, kw_only=True)
+class Due:
+    """Contacts whose feet are to be prepared, increasing."""
+
+    strikes: IntArray
+    """Those to lay and roll."""
+    flats: IntArray
+    """Those whose pitch is measured when they are flat."""
+    swings: IntArray
+    """Those whose swings are led and kept off the ground; each swing's end is among the strikes."""
 
 
-def prepare_feet(layout: Layout, source: PoseSource, ground: Ground) -> ContactFeet:
-    """Prints, rolls and leads of all contacts, from the source's feet at their strikes and liftoffs."""
-    strikes = _feet_at(layout, source, layout.contacts.strikes)
-    liftoffs = _feet_at(layout, source, layout.contacts.liftoffs)
-    sides = layout.contacts.sides
-    own = np.arange(len(sides)), sides
-    feet = roll_contacts(layout, strikes.raises[own], ground)
-    feet = replace(feet, flat_pitches=_feet_at(layout, source, feet.flats).raises[own])
-    return lead_swings(layout, feet, strikes, liftoffs)
+def prepare_planting(
+    layout: Layout, source: PoseSource, ground: Ground, *, known: Planting | None = None, due: Due | None = None
+) -> Planting:
+    """Prints, rolls, leads and detours of contacts and swings for the poses of a source.
+
+    Args:
+        layout: All contacts.
+        source: What moves the bodies.
+        ground: The terrain.
+        known: What was prepared before of the other contacts.
+        due: Those to prepare; None = all.
+    """
+    contacts = layout.contacts
+    count = len(contacts.sides)
+    due = due or Due(strikes=np.arange(count), flats=np.arange(count), swings=np.flatnonzero(contacts.has_swing))
+    feet = prepare_feet(layout, source, ground, known.feet if known else unplanted_feet(count), due)
+    detours = known.detours.copy() if known else np.zeros((count, KNOTS, 3))
+    detours[due.swings] = plan_detours(layout, source, feet, ground, rows=due.swings)
+    return Planting(layout=layout, source=source, feet=feet, detours=detours)
 
 
-def _feet_at(layout: Layout, source: PoseSource, times: FloatArray) -> Feet:
-    """Feet of the source at one time for each contact [s], not before its agent's first strike."""
+def prepare_feet(layout: Layout, source: PoseSource, ground: Ground, feet: ContactFeet, due: Due) -> ContactFeet:
+    """Feet with prints, rolls and leads, from the source's feet at strikes and liftoffs."""
+    contacts = layout.contacts
+    strikes = _feet_at(layout, source, due.strikes, contacts.strikes[due.strikes])
+    raises = strikes.raises[np.arange(len(due.strikes)), contacts.sides[due.strikes]]
+    feet = roll_contacts(layout, feet, due.strikes, raises, ground)
+    flat = _feet_at(layout, source, due.flats, feet.flats[due.flats])
+    raises = flat.raises[np.arange(len(due.flats)), contacts.sides[due.flats]]
+    feet = with_values(feet, due.flats, {"flat_pitches": raises})
+    liftoffs = _feet_at(layout, source, due.swings, contacts.liftoffs[due.swings])
+    lands = strikes[np.searchsorted(due.strikes, due.swings + 2)]
+    return lead_swings(layout, feet, due.swings, liftoffs, lands)
+
+
+def _feet_at(layout: Layout, source: PoseSource, rows: IntArray, times: FloatArray) -> Feet:
+    """Feet of the source at one time for each of the contacts `rows` [s], not before its agent's first strike."""
     contacts, segments = layout.contacts, layout.segments
-    times = np.maximum(times, contacts.starts[contacts.agents])
-    rows = locate(segments.agents, segments.begins, contacts.starts, contacts.agents, times)
-    return pose_feet(layout.rig, source.pose(rows, times, joints=layout.rig.leg_joints))
+    agents = contacts.agents[rows]
+    times = np.maximum(times, contacts.starts[agents])
+    found = locate(segments.agents, segments.begins, contacts.starts, agents, times)
+    return pose_feet(layout.rig, source.pose(found, times, joints=layout.rig.leg_joints))
 
 
 def plant_samples(planting: Planting, sample_times: FloatArray) -> Planted:
@@ -107,6 +138,8 @@ def plant_frames(planting: Planting, frames: Frames) -> Poses:
             device_feet(layout, planting.feet, planting.detours),
             wp.array(frames.contacts.astype(np.int32), dtype=wp.int32, copy=False),
             wp.array(clock.astype(np.float32), dtype=wp.float32, copy=False),
+            wp.empty((0, 2), dtype=wp.vec3f),
+            wp.empty((0, 2), dtype=wp.vec3f),
             poses.pelvis_positions,
             poses.pelvis_rotations,
             poses.rotations,

@@ -34,6 +34,7 @@ __all__ = [
     "blend_frames",
     "device_library",
     "device_segments",
+    "place_segments",
     "pose_feet",
     "pose_frames",
     "segment_origins",
@@ -90,6 +91,9 @@ class Feet:
     """Shape (F, 2, 3)."""
     longest: FloatArray
     """Distance from hip to ankle that the leg may be stretched to [m], shape (F, 2)."""
+
+    def __getitem__(self, rows: IntArray) -> Feet:
+        return Feet(**{name: values[rows] for name, values in vars(self).items()})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,41 +166,30 @@ def segment_origins(setup: Setup) -> FloatArray:
     return origins
 
 
-def device_segments(
-    setup: Setup, blend: StepBlend, seams: Seams | None = None, *, origins: FloatArray | None = None
-) -> SegmentArrays:
-    """Segments as device arrays.
+def device_segments(setup: Setup, blend: StepBlend) -> SegmentArrays:
+    """Segments as device arrays, all put on the agents' origins across the ground, their jumps left as they are.
 
-    Args:
-        setup: All segments.
-        blend: Their examples and weights.
-        seams: Without, their jumps are left as they are.
-        origins: Where across the ground the poses are put [m], shape (M, 3); by default `segment_origins`. Zeros spare
-            what is measured on single precision poses the rounding of an agent far from its origin.
+    So what is measured on single precision poses is spared the rounding of an agent far from its origin.
     """
     contacts, supports, stands = setup.contacts, setup.segments.supports, setup.segments.stands
-    origins = segment_origins(setup) if origins is None else origins
     arrays = SegmentArrays()
     chosen, weights = blend.examples.astype(np.int32), blend.weights.astype(np.float32)
     wide = weights.shape[1] > 4
-    arrays.examples = wp.array(np.ascontiguousarray(chosen[:, :4]), dtype=wp.vec4i, copy=False)
-    arrays.weights = wp.array(np.ascontiguousarray(weights[:, :4]), dtype=wp.vec4f, copy=False)
-    arrays.more_examples = wp.array(
-        np.ascontiguousarray(chosen[:, 4:] if wide else 0 * chosen), dtype=wp.vec4i, copy=False
-    )
-    arrays.more_weights = wp.array(
-        np.ascontiguousarray(weights[:, 4:] if wide else 0 * weights), dtype=wp.vec4f, copy=False
-    )
-    arrays.support_sides = wp.array(
-        np.where(stands, -1, contacts.sides[supports]).astype(np.int32), dtype=wp.int32, copy=False
-    )
     natural = natural_flights(setup.examples, blend.examples, blend.weights)
     last = setup.examples.rotations.shape[1] - 1
-    arrays.anchors = wp.array(
-        np.where(natural > 0.0, LIFTOFF_PHASES[1], 1.0).astype(np.float32) * last, dtype=wp.float32, copy=False
-    )
-    arrays.origins = wp.array(origins.astype(np.float32), dtype=wp.vec3f, copy=False)
-    seams = seams or no_seams(len(supports), len(setup.skeleton.joints))
+    anchors = np.where(natural > 0.0, LIFTOFF_PHASES[1], 1.0).astype(np.float32) * last
+    for name, values, kind in (
+        ("examples", chosen[:, :4], wp.vec4i),
+        ("weights", weights[:, :4], wp.vec4f),
+        ("more_examples", chosen[:, 4:] if wide else 0 * chosen, wp.vec4i),
+        ("more_weights", weights[:, 4:] if wide else 0 * weights, wp.vec4f),
+        ("support_sides", np.where(stands, -1, contacts.sides[supports]).astype(np.int32), wp.int32),
+        ("anchors", anchors, wp.float32),
+        ("seams_after", np.arange(1, len(supports) + 1, dtype=np.int32), wp.int32),
+        ("origins", np.zeros((len(supports), 3), dtype=np.float32), wp.vec3f),
+    ):
+        setattr(arrays, name, wp.array(np.ascontiguousarray(values), dtype=kind, copy=False))
+    seams = no_seams(len(supports), len(setup.skeleton.joints))
     arrays.joint_values, arrays.joint_slopes = seams.joint_values, seams.joint_slopes
     arrays.position_values, arrays.position_slopes = seams.position_values, seams.position_slopes
     arrays.clocks = device_clocks(
@@ -209,6 +202,17 @@ def device_segments(
         options=setup.options,
     )
     return arrays
+
+
+def place_segments(setup: Setup, arrays: SegmentArrays, seams: Seams | None = None) -> SegmentArrays:
+    """The arrays of `device_segments` with the segments where they belong, and their seams closed if there are any."""
+    placed = SegmentArrays()
+    for name in SegmentArrays.vars:  # type: ignore[attr-defined]
+        setattr(placed, name, getattr(arrays, name))
+    placed.origins = wp.array(segment_origins(setup).astype(np.float32), dtype=wp.vec3f, copy=False)
+    for name in vars(seams) if seams else ():
+        setattr(placed, name, getattr(seams, name))
+    return placed
 
 
 def no_seams(count: int, joints: int) -> Seams:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import warp as wp
 
-from usdfoot.engine.poses import Poses, Seams, Setup, StepBlend, device_segments, pose_frames, segment_origins
-from usdfoot.maths.types import FloatArray
+from usdfoot.engine.kernels import SegmentArrays
+from usdfoot.engine.poses import Poses, Seams, Setup, pose_frames, segment_origins
+from usdfoot.maths.types import FloatArray, IntArray
 
 __all__ = ["measure_seams"]
 
@@ -54,15 +55,20 @@ def joint_jumps(
     slopes[row, joint] = 0.25 * velocity
 
 
-def measure_seams(setup: Setup, blend: StepBlend) -> Seams:
-    """Poses just before, at and just after every seam, and the jumps between them."""
+def measure_seams(setup: Setup, arrays: SegmentArrays, *, seams: IntArray | None = None) -> Seams:
+    """Jumps at the seams before segments `seams` (all by default), from poses just before, at and just after them.
+
+    Args:
+        setup: All segments.
+        arrays: The same from `device_segments`.
+        seams: Segments, shape (N,).
+    """
     segments = setup.segments
     count, joints = len(segments), len(setup.skeleton.joints)
-    seams = np.flatnonzero(segments.joined)
+    seams = np.flatnonzero(segments.joined) if seams is None else seams
     rows = np.stack([seams - 1, seams - 1, seams, seams], axis=1).ravel()
     sides = np.array([-1.0, 0.0, 0.0, 1.0])
     near, far = (np.ravel(segments.begins[seams][:, None] + time * sides) for time in (PROBE_TIME, PELVIS_PROBE_TIME))
-    arrays = device_segments(setup, blend, origins=np.zeros((count, 3)))
     poses = pose_frames(setup, arrays, rows, near, joints=np.arange(joints))
     pelvis = pose_frames(setup, arrays, rows, far, joints=np.arange(0)).pelvis_positions.numpy()
     origins = segment_origins(setup) * [1.0, 0.0, 1.0]

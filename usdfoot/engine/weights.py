@@ -22,7 +22,7 @@ from usdfoot.model.contact_table import ContactTable, with_headings
 from usdfoot.model.examples import event_knots
 from usdfoot.spaces.library import FootstepSpaces, left_landings
 
-__all__ = ["Landings", "weigh_steps"]
+__all__ = ["Landings", "align_events", "reach_footsteps", "weigh_steps"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,38 +58,74 @@ def weigh_steps(
     Returns:
         The setup with contacts as executed, the blend of each segment, and how the landings meet.
     """
-    count = len(setup.segments)
-    blend = stand_blend(count, stand, width=8 if goals.rooted.any() else 4)
+    blend = stand_blend(len(setup.segments), stand, width=8 if goals.rooted.any() else 4)
     setup, blend, rooted = weigh_rooted(setup, spaces, goals, blend, reach=reach)
-    pending = ~goals.rooted
-    limited = np.zeros(count, dtype=bool)
-    moved = np.zeros((count, 2))
-    steps = np.flatnonzero(~setup.segments.stands & pending)
+    setup, blend, reached = reach_footsteps(setup, spaces, ~setup.segments.stands & ~goals.rooted, blend, reach=reach)
+    offsets = np.linalg.norm(reached.offsets, axis=1)
+    return (
+        align_events(setup, blend),
+        blend,
+        Landings(
+            blend_error=np.where(goals.rooted, rooted.blend_errors, offsets),
+            hull_distance=np.where(goals.rooted, rooted.hull_distances, reached.hull_distances),
+            time_warp=reached.time_warps,
+            limited=reached.limited | rooted.limited,
+            velocity_error=_velocity_errors(setup, spaces, goals, blend),
+            rooted=rooted,
+        ),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reached:
+    """How the blended landings of M segments meet their footsteps; zero for those that are not asked for."""
+
+    offsets: FloatArray
+    """Footstep as planned minus blended landing, (x, z) [m], shape (M, 2)."""
+    hull_distances: FloatArray
+    """Footstep to the hull of the space, 0 inside [m], shape (M,)."""
+    time_warps: FloatArray
+    """Planned duration over the blended one, of all segments, shape (M,)."""
+    limited: BoolArray
+    """Whether IK may not pull as far as the footstep lies, which is moved then, shape (M,)."""
+
+
+def reach_footsteps(
+    setup: Setup, spaces: FootstepSpaces, wanted: BoolArray, blend: StepBlend, *, reach: FloatArray
+) -> tuple[Setup, StepBlend, Reached]:
+    """Weights of the `wanted` (M,) segments, none of them a stand; footsteps out of reach are moved.
+
+    Args:
+        setup: Contacts as planned.
+        spaces: Footstep spaces of the setup's examples.
+        wanted: Segments to weigh.
+        blend: Of the others.
+        reach: Largest distance from blended landing to footstep for each agent [m], shape (A,).
+    """
+    segments, count, steps = setup.segments, len(setup.segments), np.flatnonzero(wanted)
+    limited, moved = np.zeros(count, dtype=bool), np.zeros((count, 2))
     setup, blend, landings = _solve(setup, spaces, steps, blend)
     while True:
         excess = np.zeros((count, 2))
         excess[steps] = beyond_reach(setup, steps, landings.offsets[steps], reach)
-        over = pending & (np.abs(excess).max(axis=1) > 1e-6) & ~limited
-        first = _first_of_agent(setup.segments.agents, over)
+        over = wanted & (np.abs(excess).max(axis=1) > 1e-6) & ~limited
+        first = _first_of_agent(segments.agents, over)
         if not first.any():
             break
         limited |= first
         shift = excess * first[:, None]
         moved += shift
         setup = _move_targets(setup, shift)
-        setup, blend, landings = _solve(setup, spaces, steps, blend)
-    return (
-        align_events(setup, blend),
-        blend,
-        Landings(
-            blend_error=np.where(goals.rooted, rooted.blend_errors, np.linalg.norm(landings.offsets + moved, axis=1)),
-            hull_distance=np.where(goals.rooted, rooted.hull_distances, landings.hull_distances),
-            time_warp=landings.time_warps,
-            limited=limited | rooted.limited,
-            velocity_error=_velocity_errors(setup, spaces, goals, blend),
-            rooted=rooted,
-        ),
+        again = wanted & np.isin(segments.agents, segments.agents[first])
+        setup, blend, anew = _solve(setup, spaces, np.flatnonzero(again), blend)
+        landings = _merged(landings, anew, again)
+    reached = Reached(
+        offsets=landings.offsets + moved,
+        hull_distances=landings.hull_distances,
+        time_warps=landings.time_warps,
+        limited=limited,
     )
+    return setup, blend, reached
 
 
 def _velocity_errors(setup: Setup, spaces: FootstepSpaces, goals: RootGoals, blend: StepBlend) -> FloatArray:
@@ -132,6 +168,15 @@ class _Solution:
     offsets: FloatArray  # footstep minus blended landing, (x, z) [m], shape (M, 2)
     hull_distances: FloatArray
     time_warps: FloatArray
+
+
+def _merged(solution: _Solution, other: _Solution, rows: BoolArray) -> _Solution:
+    """The solution with the other's values of some segments."""
+    return _Solution(
+        offsets=np.where(rows[:, None], other.offsets, solution.offsets),
+        hull_distances=np.where(rows, other.hull_distances, solution.hull_distances),
+        time_warps=np.where(rows, other.time_warps, solution.time_warps),
+    )
 
 
 def _first_of_agent(agents: IntArray, flags: BoolArray) -> BoolArray:
@@ -183,6 +228,8 @@ def place_departures(setup: Setup, blend: StepBlend) -> Setup:
     first = contacts.first[:-1]
     begins = np.searchsorted(segments.supports, first + 1)
     rows = begins[contacts.steps[first] < 0]
+    if not rows.size:
+        return setup
     supports = segments.supports[rows]
     weights, chosen = blend.weights[rows], blend.examples[rows]
     departures = np.sum(weights[..., None] * examples.departures[chosen], axis=1)

@@ -63,13 +63,12 @@ class Clip:
     def __post_init__(self) -> None:
         frames, joints = self.rotations.shape[:2]
         if self.translations.shape != (frames, joints, 3) or self.rotations.shape != (frames, joints, 4):
-            raise ClipError(
-                self.name, f"translations {self.translations.shape} do not match rotations {self.rotations.shape}"
-            )
+            what = f"translations {self.translations.shape} do not match rotations {self.rotations.shape}"
+            raise ClipError(self.name, what, "give one of each a joint in every sample")
         if frames < 2:
             raise ClipError(self.name, f"has {frames} sample(s)", "a clip needs at least two")
         if not (np.isfinite(self.translations).all() and np.isfinite(self.rotations).all()):
-            raise ClipError(self.name, "has values that are not finite")
+            raise ClipError(self.name, "has values that are not finite", "author numbers")
 
     @property
     def times(self) -> FloatArray:

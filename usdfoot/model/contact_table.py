@@ -62,6 +62,19 @@ class ContactTable:
     given_headings: FloatArray | None = None
     """Headings at the strikes that come from a root trajectory [rad], not a number for others, shape (C,)."""
 
+    def __getitem__(self, rows: IntArray) -> ContactTable:
+        """The contacts `rows` (N,) alone, each as if it were its agent's only one."""
+        names = ("steps", "sides", "positions", "yaws", "normals", "strikes", "liftoffs", "headings")
+        agents, given = self.agents[rows], self.given_headings
+        return ContactTable(
+            first=np.arange(len(rows) + 1),
+            agents=np.arange(len(rows)),
+            starts=self.starts[agents],
+            ends=self.ends[agents],
+            given_headings=None if given is None else given[rows],
+            **{name: getattr(self, name)[rows] for name in names},
+        )
+
     @property
     def has_next(self) -> BoolArray:
         """Whether the agent has a contact after this one, shape (C,)."""

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 from usdfoot.maths.types import FloatArray, IntArray
 
-__all__ = ["Hole", "SpaceCoverage"]
+__all__ = ["EmptyCircle", "SpaceCoverage"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Hole:
-    """A place where no step lands."""
+class EmptyCircle:
+    """A place around which no step lands."""
 
     place: FloatArray
     """(x, z) from the support ball in the heading at the step's end [m], shape (2,)."""
@@ -43,5 +43,5 @@ class SpaceCoverage:
     """Edges of the hull, shape (H, 2)."""
     errors: FloatArray
     """Mean distance of the joints to expect there [m], NaN where one clip is all there is, shape (V,)."""
-    holes: tuple[Hole, ...]
+    empty_circles: tuple[EmptyCircle, ...]
     """Largest first."""

@@ -38,7 +38,8 @@ class Skeleton:
             raise SkeletonError(self.name, "has no joints", "author the joints attribute")
         shapes = (self.parents.shape, self.rest_translations.shape, self.rest_rotations.shape)
         if shapes != ((count,), (count, 3), (count, 4)):
-            raise SkeletonError(self.name, f"has {count} joints but arrays of shapes {shapes}")
+            what = f"has {count} joints but arrays of shapes {shapes}"
+            raise SkeletonError(self.name, what, "give one parent, translation and rotation a joint")
         late = np.flatnonzero(self.parents >= np.arange(count))
         if late.size:
             raise SkeletonError(
@@ -47,6 +48,14 @@ class Skeleton:
                 "order parents first",
                 [self.joints[i] for i in late],
             )
+
+    def ancestors(self, joint: int) -> list[int]:
+        """Joints above a joint, the nearest first."""
+        above = []
+        while self.parents[joint] >= 0:
+            joint = int(self.parents[joint])
+            above.append(joint)
+        return above
 
     def chain(self, ancestor: int, joint: int) -> tuple[int, ...]:
         """Joint indices on the way down from `ancestor` to `joint`, both included.
@@ -58,7 +67,8 @@ class Skeleton:
         while way[-1] != ancestor:
             parent = int(self.parents[way[-1]])
             if parent < 0:
-                raise SkeletonError(self.name, f"{self.joints[joint]} is not below {self.joints[ancestor]}")
+                what = f"{self.joints[joint]} is not below {self.joints[ancestor]}"
+                raise SkeletonError(self.name, what, "name joints of one chain, from the hip down")
             way.append(parent)
         return tuple(reversed(way))
 

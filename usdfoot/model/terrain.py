@@ -33,7 +33,7 @@ class Terrain:
 
     def __post_init__(self) -> None:
         if not np.isfinite(self.points).all():
-            raise TerrainError(", ".join(self.meshes), "has points that are not finite")
+            raise TerrainError(", ".join(self.meshes), "has points that are not finite", "author numbers")
         empty = np.setdiff1d(np.arange(len(self.meshes)), self.mesh_indices)
         if empty.size:
             raise TerrainError(self.meshes[empty[0]], "has no faces", "remove the mesh or UsdfootTerrainAPI from it")

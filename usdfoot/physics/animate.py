@@ -26,8 +26,9 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.motion import ForceResults, Motion, StepResults
 from usdfoot.model.report import Problem
 from usdfoot.physics.biped import PhysicsBiped, adjust_biped, measure_biped
-from usdfoot.physics.body import BodyPoses, HybridPoses, device_gait
+from usdfoot.physics.body import BodyPoses, device_gait
 from usdfoot.physics.heading import OrientationScript
+from usdfoot.physics.hybrid import carry_pelvis
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.physics.optimise import ComMotion, optimise_contacts
 from usdfoot.physics.rhythm import lay_foot_rows
@@ -166,7 +167,7 @@ def animate_hybrids(
         steps.setup.contacts, _adjusted(library.source, options), options.physics, scripts=_scripts(agents)
     )
     clips = ClipPoses(setup=steps.setup, arrays=steps.source.arrays)
-    planting = prepare_planting(steps.setup, HybridPoses(clips=clips, com=com), _ground(agents, crowd))
+    planting = prepare_planting(steps.setup, carry_pelvis(clips, com), _ground(agents, crowd))
     planted = plant_samples(planting, crowd.frame_times)
     figures = measure_contacts(steps.setup, planting.feet, planted.frames, planted.feet, agents)
     results = measure_steps(steps.setup, steps.blend, steps.landings, figures, agents)

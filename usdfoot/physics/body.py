@@ -8,7 +8,7 @@ import numpy as np
 import warp as wp
 
 from usdfoot.engine.feet import FLAT_SHARE, FLAT_TIME
-from usdfoot.engine.poses import ClipPoses, Layout, Poses
+from usdfoot.engine.poses import Layout, Poses
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import FloatArray, IntArray
@@ -20,7 +20,7 @@ from usdfoot.physics.rhythm import SIGNALS, FootRows, Rhythm, rhythm_at
 from usdfoot.physics.style import BodyStyle
 from usdfoot.physics.upper_body import UpperBody
 
-__all__ = ["BodyPoses", "HybridPoses", "device_gait"]
+__all__ = ["BodyPoses", "device_gait"]
 
 HEEL_OFF = 0.45
 """Part of the time from flat to liftoff after which the heel rises."""
@@ -137,24 +137,6 @@ class BodyPoses:
                 signals[:, lag, column] = values
             before = yaws
         return signals
-
-
-@dataclass(frozen=True, kw_only=True)
-class HybridPoses:
-    """Poses blended from clips on a pelvis that the optimised centre of mass carries."""
-
-    clips: ClipPoses
-    com: ComMotion
-
-    def pose(self, rows: IntArray, times: FloatArray, *, joints: IntArray) -> Poses:
-        """Poses of segments `rows` (F,) at `times` [s] (F,)."""
-        setup = self.clips.setup
-        agents = setup.segments.agents[rows]
-        poses = self.clips.pose(rows, times, joints=joints)
-        sample = self.com.evaluate(agents, times)
-        pelvis = sample.positions + quaternion.rotate(sample.orientations, self.com.biped.pelvis)
-        positions = wp.array((pelvis - setup.origins[agents]).astype(np.float32), dtype=wp.vec3f)
-        return Poses(pelvis_positions=positions, pelvis_rotations=poses.pelvis_rotations, rotations=poses.rotations)
 
 
 def heading_of(orientations: FloatArray) -> FloatArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -16,9 +16,13 @@ from usdfoot.errors import ClipError
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.coverage import SpaceCoverage
 from usdfoot.model.report import Problem
+from usdfoot.physics.fill import FilledLibrary
 from usdfoot.pipeline.coverage import cover_library, draw_coverage
+from usdfoot.pipeline.fill import fill_holes
 from usdfoot.pipeline.plots import has_matplotlib, plot_spaces, require_matplotlib
 from usdfoot.readers.libraries import read_libraries
+from usdfoot.spaces.holes import HoleOptions
+from usdfoot.writers.clip_prims import MadeClip
 from usdfoot.writers.coverage import write_coverage
 from usdfoot.writers.events import write_clip_events
 
@@ -41,6 +45,8 @@ class AnalyzeReport:
     """Where the steps of every style, gait and foot land, if asked for."""
     coverage_file: Path | None = None
     """Stage that shows it."""
+    filled: tuple[FilledLibrary, ...] = ()
+    """Holes of the libraries' footstep spaces and the clips made for them, if asked for."""
 
 
 def analyze(
@@ -49,6 +55,7 @@ def analyze(
     output: str | os.PathLike[str] | None = None,
     styles: bool = False,
     plots: str | os.PathLike[str] | None = None,
+    fill: HoleOptions | None = None,
     coverage: str | os.PathLike[str] | None = None,
     progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
 ) -> AnalyzeReport:
@@ -59,6 +66,7 @@ def analyze(
         output: Layer to write: it sublayers the clips' file and adds the events as UsdfootClipAPI attributes, and
             gives them back when it is read in the clips' place.
         styles: Group the clips that have no style by what their bodies do; write the styles found as well.
+        fill: Make steps for the holes of the footstep spaces, and write them too; they are among the summaries.
         plots: Folder for pictures of the parametric spaces of every skeleton.
         coverage: Stage to write that shows where the steps can land, how well, and where none does; with matplotlib
             also as a picture of the same name, .png.
@@ -75,15 +83,20 @@ def analyze(
     covered: list[SpaceCoverage] = []
     if plots is not None:
         require_matplotlib()
+    filled: list[FilledLibrary] = []
     for done, library in enumerate(clips.libraries):
         progress(library.skeleton.name, done, len(clips.libraries))
         own = summarise(library)
         found = group_styles(own) if styles else {}
+        library = _styled(library, found)
+        if fill is not None:
+            filled.append(fill_holes(library, fill, first=_synthetic_count(clips.libraries, filled)))
+            own += summarise(replace(library, clips=filled[-1].clips))
         summaries += [replace(summary, style=found.get(summary.name, summary.style)) for summary in own]
         if plots is not None:
-            pictures += _plot(library, found, Path(plots))
+            pictures += _plot(filled[-1].filled if filled else library, Path(plots))
         if coverage is not None:
-            covered += cover_library(_restyled(library, found))
+            covered += cover_library(filled[-1].filled if filled else library)
     unusable = [
         Problem(severity="error", where=summary.name, message="; ".join(summary.warnings))
         for summary in summaries
@@ -93,7 +106,19 @@ def analyze(
     if output is not None:
         contacts = {summary.name: summary.contacts for summary in summaries if summary.contacts is not None}
         grouped = {summary.name: summary.style for summary in summaries if styles and summary.contacts is not None}
-        written = write_clip_events(output, contacts, info=clips.info, default_prim=clips.default_prim, styles=grouped)
+        made = [
+            MadeClip(clip=clip, character=character)
+            for each, character in zip(filled, clips.characters, strict=bool(filled))
+            for clip in each.clips
+        ]
+        written = write_clip_events(
+            output,
+            contacts,
+            info=clips.info,
+            default_prim=clips.default_prim,
+            styles={name: style for name, style in grouped.items() if name not in {each.clip.name for each in made}},
+            made=made,
+        )
     shown = None
     if coverage is not None and covered:
         shown = write_coverage(
@@ -107,23 +132,31 @@ def analyze(
             pictures.append(draw_coverage(covered, shown.with_suffix(".png")))
     return AnalyzeReport(
         summaries=tuple(summaries),
-        problems=(*clips.problems, *unusable),
+        problems=(*clips.problems, *unusable, *(problem for each in filled for problem in each.problems)),
         output=written,
         plots=tuple(pictures),
+        filled=tuple(filled),
         coverage=tuple(covered),
         coverage_file=shown,
     )
 
 
-def _plot(library: ClipLibrary, styles: Mapping[str, str], folder: Path) -> list[Path]:
-    """Pictures of the spaces of a library, its clips in the styles found; none without usable steps."""
+def _styled(library: ClipLibrary, styles: Mapping[str, str]) -> ClipLibrary:
+    """The library with its clips in the styles found for them."""
+    return replace(
+        library, clips=tuple(replace(clip, style=styles.get(clip.name, clip.style)) for clip in library.clips)
+    )
+
+
+def _synthetic_count(libraries: Sequence[ClipLibrary], filled: Sequence[FilledLibrary]) -> int:
+    """How many synthetic clips there are already, in the file and made."""
+    known = sum(clip.synthetic for library in libraries for clip in library.clips)
+    return known + sum(len(each.holes) for each in filled)
+
+
+def _plot(library: ClipLibrary, folder: Path) -> list[Path]:
+    """Pictures of the spaces of a library; none without usable steps."""
     try:
-        return plot_spaces(prepare_library(_restyled(library, styles), EngineOptions()), folder)
+        return plot_spaces(prepare_library(library, EngineOptions()), folder)
     except ClipError:
         return []
-
-
-def _restyled(library: ClipLibrary, styles: Mapping[str, str]) -> ClipLibrary:
-    """The library, its clips in the styles found."""
-    clips = tuple(replace(clip, style=styles.get(clip.name, clip.style)) for clip in library.clips)
-    return replace(library, clips=clips)

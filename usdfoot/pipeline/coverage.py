@@ -1,4 +1,4 @@
-"""Coverage of clips as a picture: triangulated landings over the error to expect, with the holes."""
+"""Coverage of clips as a picture: triangulated landings over the error to expect, with the circles where none lands."""
 
 from __future__ import annotations
 
@@ -70,10 +70,10 @@ def _draw(axes: Any, space: SpaceCoverage, largest: float) -> Any:
     for start, end in space.landings[space.hull]:
         axes.plot(*np.stack([start, end], axis=1), color="black", lw=1.2)
     turn = np.linspace(0.0, 2.0 * np.pi, 60)
-    for hole in space.holes:
-        ring = hole.place + hole.radius * np.stack([np.sin(turn), np.cos(turn)], axis=1)
+    for empty in space.empty_circles:
+        ring = empty.place + empty.radius * np.stack([np.sin(turn), np.cos(turn)], axis=1)
         axes.plot(*ring.T, "--", color="tab:red", lw=0.9)
-        axes.text(*hole.place, f"{hole.radius:.2f}", color="tab:red", ha="center", va="center", fontsize=8)
+        axes.text(*empty.place, f"{empty.radius:.2f}", color="tab:red", ha="center", va="center", fontsize=8)
     axes.plot(0.0, 0.0, "s", color="tab:red", ms=7.0)
     gait = "with" if space.flight else "without"
     title = f"{space.skeleton}, style {space.style}\n{SIDES[space.side]} foot, {gait} flight, {space.steps} steps"

@@ -4,36 +4,25 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import asdict, dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from usdfoot.analysis.figures import frames_between
 from usdfoot.bridge.tokens import File
-from usdfoot.errors import SceneError, UsdfootError
-from usdfoot.maths.types import FloatArray
+from usdfoot.errors import SceneError
 from usdfoot.model.report import Problem
-from usdfoot.pipeline.measures import AgentMeasures, flat_times, measure_agent
-from usdfoot.pipeline.page_figures import ELSEWHERE, page_figures, step_values, whole_values
-from usdfoot.pipeline.validate import AgentFigures, figures_of, read_sources
-from usdfoot.readers.executed import read_root_positions, read_step_results
-from usdfoot.readers.written import (
-    JointTracks,
-    WrittenAgent,
-    WrittenCrowd,
-    agent_names,
-    read_agent,
-    read_joint_tracks,
-    read_written_crowd,
-)
+from usdfoot.pipeline.page_agents import SeenAgent, see_agents
+from usdfoot.pipeline.page_figures import ELSEWHERE, page_figures, whole_values
+from usdfoot.pipeline.validate import figures_of, read_sources
+from usdfoot.readers.written import WrittenCrowd, agent_names, read_written_crowd
 from usdfoot.writers.page.document import check_page, write_document
 from usdfoot.writers.page.ground import GroundPicture, picture_ground
 from usdfoot.writers.page.pictures import AgentPicture, CrowdPicture
-from usdfoot.writers.page.stick import stick_figure
 from usdfoot.writers.page.three import three_source
 
 __all__ = ["PageReport", "picture_crowd", "write_page"]
@@ -67,6 +56,7 @@ def write_page(
     output: str | os.PathLike[str],
     *,
     agents: str = "*",
+    executor: Executor | None = None,
     progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
 ) -> PageReport:
     """Measure a written crowd and write the page.
@@ -75,6 +65,7 @@ def write_page(
         crowd_file: A crowd.usd written by `usdfoot animate`.
         output: The HTML file.
         agents: Glob on the agents' names.
+        executor: Whose workers measure many agents; None = this process does.
         progress: Told what goes on, how much of it is done, and of how much: "measure", "write".
 
     Raises:
@@ -84,7 +75,7 @@ def write_page(
     """
     check_page(Path(output))  # both before minutes of measuring
     three_source()
-    picture, problems = picture_crowd(crowd_file, agents=agents, progress=progress)
+    picture, problems = picture_crowd(crowd_file, agents=agents, executor=executor, progress=progress)
     progress("write", 0, 0)
     write_document(Path(output), picture)
     return PageReport(file=Path(output), agents=tuple(agent.name for agent in picture.agents), problems=problems)
@@ -94,6 +85,7 @@ def picture_crowd(
     crowd_file: str | os.PathLike[str],
     *,
     agents: str = "*",
+    executor: Executor | None = None,
     progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
 ) -> tuple[CrowdPicture, tuple[Problem, ...]]:
     """All that the page shows of a written crowd, measured as `validate` does, and the agents that cannot be shown.
@@ -102,39 +94,23 @@ def picture_crowd(
     """
     crowd = read_written_crowd(crowd_file)
     report = _read_report(crowd.folder / File.REPORT)
-    problems: list[Problem] = []
-    read = _read_agents(crowd, agents, problems, progress)
-    if not read:
-        raise SceneError(
-            crowd_file,
-            f"has no agent to show that is named {agents}",
-            "; ".join(str(problem) for problem in problems[:3]),
-        )
-    every = _frame_step(read, crowd)
+    names = [name for name in agent_names(crowd) if fnmatchcase(name, agents)]
+    outcomes = list(see_agents(crowd, names, crowd_file=crowd_file, executor=executor, progress=progress))
+    problems = tuple(outcome for outcome in outcomes if isinstance(outcome, Problem))
+    seen = [outcome for outcome in outcomes if isinstance(outcome, SeenAgent)]
+    if not seen:
+        reasons = "; ".join(str(problem) for problem in problems[:3])
+        raise SceneError(crowd_file, f"has no agent to show that is named {agents}", reasons)
     sources = read_sources(crowd.folder / File.REPORT)
-    prims = {agent["name"]: agent.get("prim", "") for agent in report.get("agents", ())}
-    pictures, measured = [], []
-    for number, agent in enumerate(read):
-        progress("measure", number, len(read))
-        try:
-            measures = measure_agent(agent, crowd.units, crowd.terrain)
-            figures = figures_of([measures], agent.name, sources)
-            pictures.append(
-                _picture_agent(agent, crowd, measures, figures, every=every, source=prims.get(agent.name, ""))
-            )
-            measured.append(measures)
-        except UsdfootError as error:
-            problems.append(Problem(severity="error", where=error.where, message=str(error)))
-    if not pictures:
-        raise SceneError(crowd_file, "has no agent that can be measured", "; ".join(str(each) for each in problems[:3]))
-    total = figures_of(measured, "total", sources)
-    places = np.concatenate([part for picture in pictures for part in (picture.plan.positions, picture.roots)])
+    total = figures_of([agent.measures for agent in seen], "total", sources)
+    places = np.concatenate([part for agent in seen for part in (agent.picture.plan.positions, agent.picture.roots)])
     ground = picture_ground(crowd.terrain, places)
     rate = crowd.units.time_codes_per_second
+    every = _frame_step([agent.picture for agent in seen], rate)
     recorded = [f"{problem['severity']}: {problem['message']}" for problem in report.get("problems", ())]
     picture = CrowdPicture(
         title=f"{crowd.folder.name}/{Path(crowd_file).name}",
-        agents=tuple(pictures),
+        agents=tuple(_completed(seen, report, sources, every)),
         figures=page_figures(total),
         ground=ground,
         frame_time=every / rate,
@@ -144,78 +120,32 @@ def picture_crowd(
         notes=tuple(_notes(crowd, ground, every)),
         facts=_facts(crowd, report),
     )
-    return picture, tuple(problems)
+    return picture, problems
 
 
-def _read_agents(
-    crowd: WrittenCrowd, agents: str, problems: list[Problem], progress: Callable[[str, int, int], None]
-) -> list[WrittenAgent]:
-    """The agents that are asked for and can be read; `problems` gets the others."""
-    names = [name for name in agent_names(crowd) if fnmatchcase(name, agents)]
-    read = []
-    for number, name in enumerate(names):
-        progress("read", number, len(names))
-        try:
-            agent = read_agent(crowd, name)
-            if not len(agent.frame_codes):
-                raise SceneError(name, "has an animation without samples", "animate it again")
-            read.append(agent)
-        except UsdfootError as error:
-            problems.append(Problem(severity="error", where=error.where, message=str(error)))
-    return read
-
-
-def _frame_step(agents: Sequence[WrittenAgent], crowd: WrittenCrowd) -> int:
+def _frame_step(agents: Sequence[AgentPicture], rate: float) -> int:
     """Every how many frames one is kept: FULL_RATE, less where many agents would make a page too large to open."""
-    rate = crowd.units.time_codes_per_second
-    samples = sum(len(agent.frame_codes) * len(agent.skeleton.joints) for agent in agents)
+    samples = sum(agent.joints.shape[0] * agent.joints.shape[1] for agent in agents)
     wanted = max(rate / FULL_RATE, min(samples / MOST_SAMPLES, rate / LEAST_RATE))
     return max(1, int(np.ceil(wanted - 1e-6)))
 
 
-def _picture_agent(
-    agent: WrittenAgent,
-    crowd: WrittenCrowd,
-    measures: AgentMeasures,
-    figures: AgentFigures,
-    *,
-    every: int,
-    source: str,
-) -> AgentPicture:
-    """One agent with every `every`-th of its frames."""
-    tracks = read_joint_tracks(agent, crowd.units, agent.frame_codes)
-    results = read_step_results(agent, crowd.units)
-    stick = stick_figure(agent.skeleton, agent.biped)
-    return AgentPicture(
-        name=agent.name,
-        source=source,
-        plan=agent.plan,
-        flat_times=flat_times(agent),
-        stick_figure=stick,
-        times=tracks.times[::every],
-        roots=read_root_positions(agent, crowd.units, agent.frame_codes[::every]),
-        joints=tracks.positions[::every, list(stick.joints)],
-        sole_heights=measures.sole_heights.min(axis=2)[::every],
-        stood=_stood(agent, tracks),
-        promised=measures.promised,
-        results=results,
-        steps=step_values(measures, results),
-        whole=whole_values(figures),
-    )
-
-
-def _stood(agent: WrittenAgent, tracks: JointTracks) -> FloatArray:
-    """Sole under the ball of each footstep's foot, mean over its planted frames [m], NaN without any, shape (N, 3)."""
-    plan = agent.plan
-    planted = frames_between(tracks.times, flat_times(agent), plan.liftoff_times)
-    frames, steps = planted.flattened()
-    balls = tracks.positions[frames, np.array(agent.biped.balls)[plan.sides[steps]]]
-    sums = np.zeros((len(plan), 3))
-    np.add.at(sums, steps, balls)
-    with np.errstate(invalid="ignore"):
-        means = sums / np.where(planted.counts > 0, planted.counts, np.nan)[:, None]
-    means[:, 1] -= agent.biped.ball_heights[plan.sides]
-    return means
+def _completed(
+    seen: Sequence[SeenAgent], report: Mapping[str, Any], sources: Mapping[str, Mapping[str, float]], every: int
+) -> Iterator[AgentPicture]:
+    """Every `every`-th frame of the agents, with what the report knows of them."""
+    prims = {agent["name"]: agent.get("prim", "") for agent in report.get("agents", ())}
+    for agent in seen:
+        picture = agent.picture
+        yield replace(
+            picture,
+            source=prims.get(picture.name, ""),
+            whole=whole_values(figures_of([agent.measures], picture.name, sources)),
+            times=picture.times[::every],
+            roots=picture.roots[::every],
+            joints=picture.joints[::every],
+            sole_heights=picture.sole_heights[::every],
+        )
 
 
 def _notes(crowd: WrittenCrowd, ground: GroundPicture, every: int) -> list[str]:

@@ -24,7 +24,7 @@ from usdfoot.planning.strides import Stances, next_steps
 from usdfoot.planning.tracks import Tracks
 from usdfoot.spaces.library import FootstepSpaces
 
-__all__ = ["Following", "follow_trajectories", "followed"]
+__all__ = ["Following", "follow_trajectories", "followed", "put_on_ground"]
 
 LONGEST_STEP = 1.4
 """Longest walking step in lengths of the leg."""
@@ -149,7 +149,7 @@ def _walk(
                 (rested | waiting)[~stays],
             )
             steps = next_steps(gaits, curves, stances, begins=begins, rested=rested, longest=longest, options=options)
-        positions = _on_ground(ground, steps.positions, stances.supports[:, 1])
+        positions = put_on_ground(ground, steps.positions, stances.supports[:, 1])
         tracks.release(stances.agents, steps.liftoffs, back=1)
         tracks.release(stances.agents, steps.support_liftoffs, back=0)
         tracks.add(stances.agents, steps.sides, positions, steps.yaws, steps.strikes)
@@ -198,8 +198,8 @@ def _first_stances(
     turned = np.where(standing, yaws, turned) + steps.foot_yaws
     return replace(
         still,
-        supports=_on_ground(ground, ahead, places[:, 1]),
-        others=_on_ground(ground, 2.0 * places - ahead, places[:, 1]),
+        supports=put_on_ground(ground, ahead, places[:, 1]),
+        others=put_on_ground(ground, 2.0 * places - ahead, places[:, 1]),
         support_yaws=turned,
         other_yaws=2.0 * yaws - turned,
         runs=runs & ~standing,
@@ -226,7 +226,7 @@ def _begins(
     return np.where(rested, lifts, begins), rested, stays
 
 
-def _on_ground(ground: Ground, positions: FloatArray, near: FloatArray) -> FloatArray:
+def put_on_ground(ground: Ground, positions: FloatArray, near: FloatArray) -> FloatArray:
     """Positions (N, 3) on the level of the ground that is nearest below heights `near` (N,) [m], a stair up included.
 
     Beyond the terrain they keep those heights; without any they stay as they are.

@@ -8,6 +8,7 @@ Every footstep is placed by the trajectory, and what one misses the next ones do
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -16,14 +17,21 @@ from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import LEFT
 from usdfoot.planning.predictions import Gaits, PredictedSteps, choose_gaits, limit_landings, predict_steps
-from usdfoot.planning.root_curves import RootCurves
 
-__all__ = ["Stances", "Steps", "next_steps", "seen_from_left"]
+__all__ = ["Course", "Stances", "Steps", "next_steps", "seen_from_left"]
 
 ROUNDS = 3
 """How often a step's end, velocity and duration are found from one another."""
 FORWARD = 0.8
 """Least part of its speed with which a run goes forward."""
+
+
+class Course(Protocol):
+    """Where roots shall be, and how they shall face."""
+
+    def at(self, agents: IntArray, times: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Positions (N, 3) [m] and headings (N,) [rad] of agents (N,) at times (N,) [s]."""
+        ...
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,7 +98,7 @@ class Steps:
 
 def next_steps(
     gaits: Gaits,
-    curves: RootCurves,
+    curves: Course,
     stances: Stances,
     *,
     begins: FloatArray,

@@ -93,7 +93,8 @@ def wander(
     walk = _Walk(place=np.asarray(start, dtype=float)[[0, 2]], height=float(start[1]), yaw=yaw, side=LEFT)
     if not is_clear(world, walk.place[None], np.array([walk.height]), radius=options.radius, step=options.step)[0]:
         x, z = walk.place
-        raise PlanError(f"start ({x:.2f}, {z:.2f}) m", "is too close to an obstacle, out of bounds or off the ground")
+        what = "is too close to an obstacle, out of bounds or off the ground"
+        raise PlanError(f"start ({x:.2f}, {z:.2f}) m", what, "start where there is room to stand")
     pending = [np.asarray(goal, dtype=float)[[0, 2]] for goal in goals]
     routes = _routes(world, walk.place, pending, options)
     before = _lay(walk, RIGHT, world, options, time=start_time)

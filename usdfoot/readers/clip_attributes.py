@@ -8,7 +8,7 @@ import numpy as np
 from pxr import Usd
 
 from usdfoot.bridge.tokens import Clip as Token
-from usdfoot.bridge.tokens import RootMotion
+from usdfoot.bridge.tokens import ClipSource, RootMotion
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import ClipError
 from usdfoot.maths.types import FloatArray
@@ -49,8 +49,18 @@ def read_clip_attributes(prim: Usd.Prim, times: FloatArray, units: StageUnits) -
         range_end=end,
         mirror=_optional_bool(prim, Token.MIRROR) is not False,
         events=(_events(prim, 0, units), _events(prim, 1, units)),
-        synthetic=bool(prim.GetCustomDataByKey("synthetic")),
+        synthetic=_is_synthetic(prim),
     )
+
+
+def _is_synthetic(prim: Usd.Prim) -> bool:
+    """Whether a program made the clip: by its attribute or, where that is not authored, by its customData."""
+    value = authored(prim, Token.SOURCE)
+    if value is None:
+        return bool(prim.GetCustomDataByKey("synthetic"))
+    if str(value) not in ClipSource.ALL:
+        raise ClipError(prim.GetPath(), f"{Token.SOURCE} is {value}", f"author one of {', '.join(ClipSource.ALL)}")
+    return str(value) == ClipSource.SYNTHETIC
 
 
 def _root_motion(prim: Usd.Prim) -> str:

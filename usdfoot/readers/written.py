@@ -192,11 +192,13 @@ def read_agent_prim(prim: Usd.Prim, units: StageUnits) -> WrittenAgent:
 def read_joint_tracks(agent: WrittenAgent, units: StageUnits, codes: FloatArray) -> JointTracks:
     """Joints at time codes (F,), whole or not, interpolated as any USD program does."""
     local, skel, above = [], [], []
+    xforms = UsdGeom.XformCache()
     for code in codes.tolist():
         time = Usd.TimeCode(code)
+        xforms.SetTime(time)
         local.append(np.array(agent.query.ComputeJointLocalTransforms(time)))
         skel.append(np.array(agent.query.ComputeJointSkelTransforms(time)))
-        above.append(np.array(UsdGeom.XformCache(time).GetLocalToWorldTransform(agent.skeleton_prim)))
+        above.append(np.array(xforms.GetLocalToWorldTransform(agent.skeleton_prim)))
     world = np.stack(skel) @ np.stack(above)[:, None]  # row vectors, (F, J, 4, 4)
     shape = world.shape[:2]
     _, turns, _ = split_matrices(world.reshape(-1, 4, 4))

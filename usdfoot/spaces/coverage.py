@@ -16,13 +16,13 @@ from scipy.spatial import cKDTree
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import Biped
-from usdfoot.model.coverage import Hole, SpaceCoverage
+from usdfoot.model.coverage import EmptyCircle, SpaceCoverage
 from usdfoot.model.examples import Examples
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
 from usdfoot.spaces.footsteps import FootstepSpace, FootstepWeights, build_footstep_space, solve_footsteps
 from usdfoot.spaces.library import FootstepSpaces, SideSpace, left_landings
 
-__all__ = ["cover_spaces", "expected_errors", "find_holes"]
+__all__ = ["cover_spaces", "expected_errors", "find_empty_circles"]
 
 SIDEWAYS, AHEAD, BACK = 0.6, 1.0, 0.7
 """How far from the support ball people step without a flight, in leg lengths."""
@@ -31,13 +31,13 @@ BESIDE = 0.05
 FOOT = np.array([0.15, 0.35])
 """Half the size of what the support foot itself occupies, across and along, in leg lengths."""
 GRID = 0.02
-"""Distance of the places looked at for holes, in leg lengths."""
+"""Distance of the places looked at for empty circles, in leg lengths."""
 SMALLEST = 0.1
-"""Holes with a smaller radius are none, in leg lengths."""
+"""Radius of circles without a landing that are not worth a word, in leg lengths."""
 
 
 def cover_spaces(
-    skeleton: Skeleton, biped: Biped, examples: Examples, spaces: FootstepSpaces, *, most_holes: int = 5
+    skeleton: Skeleton, biped: Biped, examples: Examples, spaces: FootstepSpaces, *, most_circles: int = 5
 ) -> tuple[SpaceCoverage, ...]:
     """Coverage of every style, gait and foot.
 
@@ -46,19 +46,19 @@ def cover_spaces(
         biped: Its legs.
         examples: Of the library.
         spaces: Built of them.
-        most_holes: Of each space.
+        most_circles: Of each space.
     """
-    known: dict[int, tuple[FloatArray, tuple[Hole, ...]]] = {}
+    known: dict[int, tuple[FloatArray, tuple[EmptyCircle, ...]]] = {}
     covered = []
     for (style, flight, side), space in sorted(spaces.spaces.items()):
         key = id(space.footsteps)
         if key not in known:  # mirror images share a space
             errors = expected_errors(skeleton, biped.pelvis, examples, space, spaces.landings[space.examples])
             leg = biped.maximal_leg_length
-            known[key] = errors, find_holes(space.footsteps, errors, leg=leg, flight=flight, most=most_holes)
-        errors, holes = known[key]
+            known[key] = errors, find_empty_circles(space.footsteps, errors, leg=leg, flight=flight, most=most_circles)
+        errors, circles = known[key]
         sides = np.full(len(space.footsteps.vertices), side)
-        own = [replace(hole, place=left_landings(hole.place[None], np.array([side]))[0]) for hole in holes]
+        own = [replace(circle, place=left_landings(circle.place[None], np.array([side]))[0]) for circle in circles]
         covered.append(
             SpaceCoverage(
                 skeleton=skeleton.name,
@@ -70,7 +70,7 @@ def cover_spaces(
                 triangles=space.footsteps.triangles,
                 hull=space.footsteps.edges,
                 errors=errors,
-                holes=tuple(own),
+                empty_circles=tuple(own),
             )
         )
     return tuple(covered)
@@ -135,9 +135,9 @@ def _joints(skeleton: Skeleton, pelvis: int, examples: Examples, chosen: IntArra
     return forward_kinematics(parents, translations, quaternion.normalised(summed))[0]
 
 
-def find_holes(
+def find_empty_circles(
     space: FootstepSpace, errors: FloatArray, *, leg: float, flight: bool, most: int = 5
-) -> tuple[Hole, ...]:
+) -> tuple[EmptyCircle, ...]:
     """The largest circles without a landing, apart from each other, largest first.
 
     Their centres lie in the hull or, in gaits without flight, within what people step.
@@ -147,7 +147,7 @@ def find_holes(
         errors: Expected at its vertices [m], shape (V,).
         leg: Length of the leg [m].
         flight: Whether the steps have a flight.
-        most: Holes at most.
+        most: Circles at most.
     """
     places = _places(space, leg, flight)
     solved = solve_footsteps(space, places)
@@ -157,11 +157,11 @@ def find_holes(
     allowed &= np.linalg.norm(places / (leg * FOOT), axis=1) > 1.0
     radii = np.where(allowed, cKDTree(space.vertices).query(places)[0], 0.0)
     expected = np.where(inside, _interpolated(solved, errors), np.nan)
-    holes: list[Hole] = []
-    while len(holes) < most and radii.max(initial=0.0) >= SMALLEST * leg:
+    circles: list[EmptyCircle] = []
+    while len(circles) < most and radii.max(initial=0.0) >= SMALLEST * leg:
         row = int(np.argmax(radii))
-        holes.append(
-            Hole(
+        circles.append(
+            EmptyCircle(
                 place=places[row],
                 radius=float(radii[row]),
                 inside=bool(inside[row]),
@@ -169,7 +169,7 @@ def find_holes(
             )
         )
         radii = np.where(np.linalg.norm(places - places[row], axis=1) < radii[row], 0.0, radii)
-    return tuple(holes)
+    return tuple(circles)
 
 
 def _places(space: FootstepSpace, leg: float, flight: bool) -> FloatArray:

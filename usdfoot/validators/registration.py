@@ -76,7 +76,7 @@ def _made(fixers: Callable[[], Sequence[Any]]) -> list[Any]:
     """The fixers; none where USD knows fixers but cannot make them in Python (before 26.08)."""
     try:
         return list(fixers())
-    except (AttributeError, RuntimeError):
+    except (AttributeError, RuntimeError, TypeError):
         return []
 
 

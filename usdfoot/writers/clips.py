@@ -68,7 +68,7 @@ def write_clips(
         raise OutputError(file, "is a file that is read", "name another file")
     clips = [clip for capture in captures.values() for clip in capture.clips]
     if not clips:
-        raise OutputError(file, "there is no clip to write")
+        raise OutputError(file, "there is no clip to write", "import a file with motion")
     rate = max(clip.rate for clip in clips)
     units = StageUnits(meters_per_unit=1.0, up_axis="Y", time_codes_per_second=rate)
     codes = rounded_codes(units.times_to_codes(np.array([clip.times[[0, -1]] for clip in clips])))

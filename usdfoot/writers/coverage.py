@@ -46,7 +46,7 @@ def write_coverage(
     sources: Sequence[str],
     provenance: Mapping[str, Any],
 ) -> Path:
-    """Write /Coverage/<skeleton>_<style>_<gait>/<Foot>: a Mesh of the landings, and below it the hull and the holes.
+    """Write /Coverage/<skeleton>_<style>_<gait>/<Foot>: a Mesh of the landings, and beside it the hull and the empty circles.
 
     The support ball is the origin of each gait's prim, +Z (on a Z-up stage -Y) ahead. Gaits stand side by side. Errors
     are `primvars:usdfoot:expectedError` in stage units, -1 where none can be told; the lightest colour is the largest
@@ -108,7 +108,7 @@ def _write_group(
 
 
 def _write_space(layer: Sdf.Layer, path: str, space: SpaceCoverage, largest: float, units: StageUnits) -> None:
-    """One foot: landings as a Mesh, the hull as BasisCurves and the holes as rings below it."""
+    """One foot: landings as a Mesh, the hull and the circles where none lands as BasisCurves."""
     define_prim(layer, path, "Xform")
     points = _points(space.landings, units)
     prim = define_prim(layer, f"{path}/Landings", "Mesh" if len(space.triangles) else "Points")
@@ -134,9 +134,9 @@ def _write_space(layer: Sdf.Layer, path: str, space: SpaceCoverage, largest: flo
     _write_lines(layer, f"{path}/Hull", space.landings[space.hull], np.array([0.05, 0.05, 0.05]), units)
     angles = np.linspace(0.0, 2.0 * np.pi, 33)
     circle = np.stack([np.sin(angles), np.cos(angles)], axis=1)
-    rings = [hole.place + hole.radius * circle for hole in space.holes]
+    rings = [empty.place + empty.radius * circle for empty in space.empty_circles]
     if rings:
-        _write_lines(layer, f"{path}/Holes", np.array(rings), np.array([0.6, 0.02, 0.02]), units)
+        _write_lines(layer, f"{path}/EmptyCircles", np.array(rings), np.array([0.6, 0.02, 0.02]), units)
 
 
 def _write_lines(layer: Sdf.Layer, path: str, lines: FloatArray, colour: FloatArray, units: StageUnits) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +14,7 @@ from usdfoot.bridge.scene import StageInfo
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.contacts import Contacts
+from usdfoot.writers.clip_prims import MadeClip, define_clip
 from usdfoot.writers.layers import apply_schemas, author
 from usdfoot.writers.layers_over import author_times, layer_over
 from usdfoot.writers.staging import staged_files
@@ -28,6 +29,7 @@ def write_clip_events(
     info: StageInfo,
     default_prim: str,
     styles: Mapping[str, str],
+    made: Sequence[MadeClip] = (),
 ) -> Path:
     """Write a layer that sublayers the clips' stage and authors the events of each clip over it.
 
@@ -39,6 +41,7 @@ def write_clip_events(
         info: Of the clips' stage.
         default_prim: Its default prim.
         styles: Styles to author, by prim path of the clip.
+        made: Synthetic clips to add; their contacts are among the `contacts`.
 
     Returns:
         The file written.
@@ -53,6 +56,8 @@ def write_clip_events(
         if path in styles:
             author(prim, tokens.Clip.STYLE, Sdf.ValueTypeNames.Token, styles[path], uniform=True)
         author_events(prim, clip_contacts, info.units)
+    for clip in made:
+        define_clip(layer, clip, info.units)
     with staged_files(target.parent) as files:
         files.add_layer(target.name, layer)
     return target

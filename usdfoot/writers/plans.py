@@ -69,7 +69,7 @@ def write_plans(
     if target in {Path(os.path.realpath(source)) for source in sources}:
         raise OutputError(file, "is a layer of the scene", "name another file")
     if not plans:
-        raise OutputError(file, "there is no plan to write")
+        raise OutputError(file, "there is no plan to write", "plan at least one agent or curve")
     layer = _layer_of(plans, units, frames_per_second)
     layer.customLayerData = {tokens.PROVENANCE: dict(provenance or {})}
     with staged_files(target.parent) as files:

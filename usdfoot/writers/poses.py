@@ -58,10 +58,7 @@ def rest_character(character: Character) -> RestingCharacter:
     start_warp()
     skeleton, biped = character.skeleton, character.biped
     places, turns = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
-    above, joint = [], int(skeleton.parents[biped.pelvis])
-    while joint >= 0:
-        above.append(joint)
-        joint = int(skeleton.parents[joint])
+    above = skeleton.ancestors(biped.pelvis)
     across = places[list(biped.balls)] - places[list(biped.ankles)]
     return RestingCharacter(
         character=character,

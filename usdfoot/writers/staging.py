@@ -49,7 +49,9 @@ class StagedFiles:
             if _EXPECTED_WARNING not in diagnostic.commentary:
                 _logger.warning("%s: %s", name, diagnostic.commentary)
         if not saved:
-            raise OutputError(self.folder / name, "cannot be written")
+            raise OutputError(
+                self.folder / name, "cannot be written", "see that the folder has room and may be written to"
+            )
 
     def add_text(self, name: str, text: str) -> None:
         """Save a text file."""

@@ -19,7 +19,7 @@ page.crowd = (() => {
       stepAgents,
       joints: framesFirst(agents, arrays.joints),
       clipStarts: startsOf(arrays.clipCounts),
-      duration: Math.max(...agents.map((agent) => agent.end)),
+      duration: agents.reduce((end, agent) => Math.max(end, agent.end), 0),
     };
     Object.assign(crowd, severities(crowd));
     return crowd;

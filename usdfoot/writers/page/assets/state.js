@@ -6,7 +6,7 @@ page.state = (() => {
       time: 0,
       playing: false,
       speed: 1,
-      agent: crowd.agentSeverity.indexOf(Math.max(...crowd.agentSeverity)),
+      agent: crowd.agentSeverity.reduce((worst, part, agent, parts) => (part > parts[worst] ? agent : worst), 0),
       step: -1,
       follow: false,
       prints: true,

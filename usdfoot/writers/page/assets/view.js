@@ -27,7 +27,7 @@ page.view = (() => {
     const ground = page.ground.create(crowd, scene, around);
     const prints = page.prints.create(crowd, state, scene);
     const bones = page.bones.create(crowd, state, scene);
-    const view = { frames: 0, draw, fit };
+    const view = { frames: 0, draw, fit, pixel };
     let waiting = false;
 
     /** Draw soon, once, however often it is asked for. */
@@ -120,11 +120,17 @@ page.view = (() => {
       draw();
     }
 
+    /** Where on the canvas a place is [pixels], null behind the camera. */
+    function pixel(place) {
+      const { x, y, z } = new THREE.Vector3(...place).project(camera);
+      return z > 1 ? null : [0.5 * (x + 1) * holder.clientWidth, 0.5 * (1 - y) * holder.clientHeight];
+    }
+
     let pressed = null;
     renderer.domElement.addEventListener("pointerdown", (event) => (pressed = [event.clientX, event.clientY]));
     renderer.domElement.addEventListener("pointerup", (event) => {
       if (!pressed || Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) > CLICK) return;
-      const found = pick(crowd, state, camera, renderer.domElement, event);
+      const found = pick(crowd, state, pixel, [event.offsetX, event.offsetY]);
       if (found >= 0) state.chooseAgent(found);
     });
     controls.addEventListener("change", draw);
@@ -134,11 +140,20 @@ page.view = (() => {
     state.on("agent step", seek);
     state.on("follow", approach);
     state.on("theme", paint);
+    explain(crowd);
     resize();
     begin();
     paint();
     choose();
     return view;
+  }
+
+  /** What the colors mean. */
+  function explain(crowd) {
+    const entries = [["left", "left"], ["right", "right"], ["chosen", "chosen agent"]];
+    if (crowd.agentSeverity.some((severity) => severity > 1)) entries.push(["over", "over a target"]);
+    if (crowd.arrays.groundWalkable.includes(0)) entries.push(["ground-barred", "not walkable"]);
+    page.chart.legend(page.dom.byId("overlay"), entries);
   }
 
   /** Corners of the agents' footsteps, on the ground and at the height of a head. */
@@ -188,18 +203,13 @@ page.view = (() => {
   }
 
   /** The agent shown nearest to a click, -1 = none is near. */
-  function pick(crowd, state, camera, canvas, event) {
-    const box = canvas.getBoundingClientRect();
-    const point = new window.THREE.Vector3();
+  function pick(crowd, state, pixel, [x, y]) {
     let found = -1;
     let nearest = PICK_DISTANCE;
     for (const agent of crowd.agents) {
       if (!page.bones.isDrawn(state, agent.index)) continue;
-      point.set(...pelvis(crowd, agent, state.time)).project(camera);
-      if (point.z > 1) continue;
-      const x = box.left + 0.5 * (point.x + 1) * box.width;
-      const y = box.top + 0.5 * (1 - point.y) * box.height;
-      const distance = Math.hypot(event.clientX - x, event.clientY - y);
+      const place = pixel(pelvis(crowd, agent, state.time));
+      const distance = place ? Math.hypot(x - place[0], y - place[1]) : Infinity;
       if (distance < nearest) [found, nearest] = [agent.index, distance];
     }
     return found;

@@ -1,0 +1,69 @@
+"""Every verb explains itself: its examples parse, its Python twin exists, its exit codes are told."""
+
+import argparse
+import ast
+import importlib
+import shlex
+
+import pytest
+
+from usdfoot.cli.completion import FILES, FOLDERS
+from usdfoot.cli.main import build_parser, main
+
+
+def verbs(parser, names=()):
+    """Names and parser of every verb, ways of making plans included."""
+    below = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
+    if names:
+        yield names, parser
+    for action in below:
+        for name, verb in action.choices.items():
+            yield from verbs(verb, (*names, name))
+
+
+VERBS = dict(verbs(build_parser()))
+WORKERS = {names: verb for names, verb in VERBS.items() if names != ("plan",)}
+
+
+def example_lines(epilog):
+    """Lines of the example that call usdfoot, as arguments; what follows >, | or # is the shell's."""
+    block = epilog.split("example:\n")[1].split("\n\n")[0]
+    for line in block.splitlines():
+        words = shlex.split(line, comments=True)
+        ends = [place for place, word in enumerate(words) if word in (">", "|", "&&")]
+        if words[:1] == ["usdfoot"]:
+            yield words[1 : min(ends, default=len(words))]
+
+
+def test_there_are_verbs():
+    assert {("animate",), ("plan", "path"), ("doctor",), ("completion",)} <= set(VERBS)
+
+
+@pytest.mark.parametrize("names", VERBS, ids=" ".join)
+def test_the_examples_of_help_parse(names, capsys):
+    assert main([*names, "--help"]) == 0
+    lines = list(example_lines(capsys.readouterr().out))
+    assert lines and any(line[: len(names)] == list(names) for line in lines)
+    for line in lines:
+        build_parser().parse_args(line)
+
+
+@pytest.mark.parametrize("names", WORKERS, ids=" ".join)
+def test_the_python_twin_of_help_exists_and_exit_codes_are_told(names):
+    epilog = WORKERS[names].epilog
+    assert "exit codes: 0 " in epilog
+    twin = epilog.split("in Python:\n")[1]
+    code = "\n".join(line[2:] for line in twin.splitlines() if line.startswith("  "))
+    imports = [node for node in ast.parse(code).body if isinstance(node, ast.ImportFrom)]
+    assert imports
+    for node in imports:
+        module = importlib.import_module(node.module)
+        assert all(hasattr(module, alias.name) for alias in node.names)
+
+
+@pytest.mark.parametrize("names", WORKERS, ids=" ".join)
+def test_every_argument_is_explained_and_files_are_known_to_be_files(names):
+    for action in WORKERS[names]._actions:
+        assert action.help, action.dest
+        if not action.option_strings and action.choices is None:
+            assert action.metavar in FILES | FOLDERS, f"{action.metavar}: a new file? add it in cli/completion.py"

@@ -1,0 +1,128 @@
+"""The agents of the page: each read, measured and pictured on its own, by this process or by several."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import BrokenExecutor, Executor
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdfoot.analysis.figures import frames_between
+from usdfoot.errors import SceneError, UsdfootError
+from usdfoot.maths.types import FloatArray
+from usdfoot.model.report import Problem
+from usdfoot.pipeline.measures import AgentMeasures, flat_times, measure_agent
+from usdfoot.pipeline.page_figures import step_values
+from usdfoot.readers.executed import read_root_positions, read_step_results
+from usdfoot.readers.written import (
+    JointTracks,
+    WrittenAgent,
+    WrittenCrowd,
+    read_agent,
+    read_joint_tracks,
+    read_written_crowd,
+)
+from usdfoot.writers.page.pictures import AgentPicture
+from usdfoot.writers.page.stick import stick_figure
+
+__all__ = ["SeenAgent", "see_agents"]
+
+SHARE = 50
+"""Agents that a worker measures before it hands them over; for each share it opens the crowd again."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SeenAgent:
+    """One agent, measured."""
+
+    picture: AgentPicture
+    """With every frame, and without what only the report knows: its source and the figures against the clips."""
+    measures: AgentMeasures
+
+
+def see_agents(
+    crowd: WrittenCrowd,
+    names: Sequence[str],
+    *,
+    crowd_file: str | os.PathLike[str],
+    executor: Executor | None,
+    progress: Callable[[str, int, int], None],
+) -> Iterator[SeenAgent | Problem]:
+    """Every agent in the order of the names, or why it cannot be shown.
+
+    Args:
+        crowd: As opened here.
+        names: Of the agents.
+        crowd_file: Where the executor's workers find the crowd.
+        executor: None = this process alone; it also does what is too little to share.
+        progress: Told "measure", how many are done, and of how many.
+
+    Raises:
+        UsdfootError: If a worker vanished.
+    """
+    if executor is None or len(names) <= SHARE:
+        for number, name in enumerate(names):
+            progress("measure", number, len(names))
+            yield _see_agent(crowd, name)
+        return
+    shares = [names[first : first + SHARE] for first in range(0, len(names), SHARE)]
+    futures = [executor.submit(_see_share, os.fspath(crowd_file), share) for share in shares]
+    for number, future in enumerate(futures):
+        progress("measure", number * SHARE, len(names))
+        try:
+            yield from future.result()
+        except BrokenExecutor as error:
+            raise UsdfootError(crowd_file, "a worker that measured it vanished", "try --workers 1") from error
+
+
+def _see_share(crowd_file: str, names: Sequence[str]) -> list[SeenAgent | Problem]:
+    """What a worker does."""
+    crowd = read_written_crowd(crowd_file)
+    return [_see_agent(crowd, name) for name in names]
+
+
+def _see_agent(crowd: WrittenCrowd, name: str) -> SeenAgent | Problem:
+    try:
+        agent = read_agent(crowd, name)
+        if not len(agent.frame_codes):
+            raise SceneError(name, "has an animation without samples", "animate it again")
+        measures = measure_agent(agent, crowd.units, crowd.terrain)
+    except UsdfootError as error:
+        return Problem(severity="error", where=error.where, message=str(error))
+    return SeenAgent(picture=_picture_agent(agent, crowd, measures), measures=measures)
+
+
+def _picture_agent(agent: WrittenAgent, crowd: WrittenCrowd, measures: AgentMeasures) -> AgentPicture:
+    tracks = read_joint_tracks(agent, crowd.units, agent.frame_codes)
+    results = read_step_results(agent, crowd.units)
+    stick = stick_figure(agent.skeleton, agent.biped)
+    return AgentPicture(
+        name=agent.name,
+        source="",
+        plan=agent.plan,
+        flat_times=flat_times(agent),
+        stick_figure=stick,
+        times=tracks.times,
+        roots=read_root_positions(agent, crowd.units, agent.frame_codes),
+        joints=tracks.positions[:, list(stick.joints)],
+        sole_heights=measures.sole_heights.min(axis=2),
+        stood=_stood(agent, tracks),
+        promised=measures.promised,
+        results=results,
+        steps=step_values(measures, results),
+        whole={},
+    )
+
+
+def _stood(agent: WrittenAgent, tracks: JointTracks) -> FloatArray:
+    """Sole under the ball of each footstep's foot, mean over its planted frames [m], NaN without any, shape (N, 3)."""
+    plan = agent.plan
+    planted = frames_between(tracks.times, flat_times(agent), plan.liftoff_times)
+    frames, steps = planted.flattened()
+    sums = np.zeros((len(plan), 3))
+    np.add.at(sums, steps, tracks.positions[frames, np.array(agent.biped.balls)[plan.sides[steps]]])
+    means = sums / np.where(planted.counts > 0, planted.counts, np.nan)[:, None]
+    means[:, 1] -= agent.biped.ball_heights[plan.sides]
+    return means

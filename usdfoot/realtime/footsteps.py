@@ -1,0 +1,56 @@
+"""Footsteps as they come: one or more of some agents."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdfoot.errors import PlanError
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+
+__all__ = ["Footsteps"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Footsteps:
+    """M footsteps in the canonical world; those of one agent in order of strike.
+
+    Raises:
+        PlanError: If the arrays differ in length.
+    """
+
+    sides: IntArray
+    """0 = left, 1 = right, shape (M,)."""
+    positions: FloatArray
+    """Point of the ground under the ball of the planted foot [m], shape (M, 3)."""
+    yaws: FloatArray
+    """Direction of the foot [rad], shape (M,)."""
+    strike_times: FloatArray
+    """First contact [s], shape (M,)."""
+    liftoff_times: FloatArray
+    """When the ball is to leave the ground [s], shape (M,)."""
+
+    def __post_init__(self) -> None:
+        lengths = {name: len(values) for name, values in vars(self).items()}
+        if len(set(lengths.values())) != 1 or self.positions.shape[1:] != (3,):
+            listing = ", ".join(f"{name} {np.shape(values)}" for name, values in vars(self).items())
+            raise PlanError("Footsteps", f"arrays differ in length ({listing})", "give one entry a footstep in each")
+
+    def __len__(self) -> int:
+        return len(self.sides)
+
+    def __getitem__(self, rows: IntArray | BoolArray) -> Footsteps:
+        return Footsteps(**{name: values[rows] for name, values in vars(self).items()})
+
+    def faults(self) -> dict[int, str]:
+        """What is wrong with which footstep: its side, a value that is not finite, a contact that takes no time."""
+        found: dict[int, str] = {}
+        for name, values in vars(self).items():
+            bad = ~np.isfinite(values.reshape(len(self), -1)).all(axis=1)
+            found |= {int(row): f"{name} is not a finite number" for row in np.flatnonzero(bad)}
+        for row in np.flatnonzero((self.sides != 0) & (self.sides != 1)):
+            found.setdefault(int(row), f"side is {self.sides[row]}; 0 = left, 1 = right")
+        for row in np.flatnonzero(~(self.liftoff_times > self.strike_times)):
+            found.setdefault(int(row), "liftoff_times is not after strike_times")
+        return found
