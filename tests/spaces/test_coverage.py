@@ -1,4 +1,4 @@
-"""Coverage: the error to expect is that of leaving clips out, holes are where no step lands."""
+"""Coverage: the error to expect is that of leaving clips out, empty circles are where no step lands."""
 
 from dataclasses import replace
 
@@ -121,10 +121,10 @@ def test_the_largest_empty_circle_is_found_where_it_was_cut():
 def test_steps_to_the_side_are_missed_where_there_are_none():
     z = np.linspace(0.3, 0.8, 12)
     space = build_footstep_space(np.stack([0.1 + 0.05 * (np.arange(12) % 2), z], axis=1))
-    holes = find_empty_circles(space, np.full(len(space.vertices), 0.02), leg=0.85, flight=False)
-    aside = [hole for hole in holes if hole.place[0] > 0.3]
+    circles = find_empty_circles(space, np.full(len(space.vertices), 0.02), leg=0.85, flight=False)
+    aside = [circle for circle in circles if circle.place[0] > 0.3]
     assert aside and not aside[0].inside and np.isnan(aside[0].expected_error)
-    assert all(hole.place[0] > 0.0 for hole in holes)
+    assert all(circle.place[0] > 0.0 for circle in circles)
     assert not find_empty_circles(space, np.zeros(len(space.vertices)), leg=0.85, flight=True)
 
 

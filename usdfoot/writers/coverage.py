@@ -46,7 +46,7 @@ def write_coverage(
     sources: Sequence[str],
     provenance: Mapping[str, Any],
 ) -> Path:
-    """Write /Coverage/<skeleton>_<style>_<gait>/<Foot>: a Mesh of the landings, and beside it the hull and the empty circles.
+    """Write /Coverage/<skeleton>_<style>_<gait>/<Foot>: the landings, the hull and the empty circles.
 
     The support ball is the origin of each gait's prim, +Z (on a Z-up stage -Y) ahead. Gaits stand side by side. Errors
     are `primvars:usdfoot:expectedError` in stage units, -1 where none can be told; the lightest colour is the largest
