@@ -7,6 +7,7 @@ import pytest
 from pxr import Sdf, Usd
 
 from usdfoot.bridge import tokens
+from usdfoot.cli.main import main
 from usdfoot.errors import OutputError, SceneError, UsdfootError
 from usdfoot.pipeline.analyze import analyze
 from usdfoot.readers.libraries import read_libraries
@@ -104,6 +105,22 @@ def test_without_matplotlib_pictures_are_refused(clips, tmp_path, monkeypatch):
         analyze(clips, plots=tmp_path)
 
 
+def test_coverage_is_found_written_drawn_and_told(clips, tmp_path, capsys):
+    assert main(["analyze", str(clips), "--coverage", str(tmp_path / "coverage.usda"), "-q"]) == 0
+    told = capsys.readouterr().out
+    assert f"wrote {tmp_path / 'coverage.usda'}" in told and f"drew {tmp_path / 'coverage.png'}" in told
+    assert "no step lands near x=" in told and "foot" in told and "nearest example 0." in told
+    assert (tmp_path / "coverage.png").read_bytes().startswith(b"\x89PNG")
+    report = analyze(clips, coverage=tmp_path / "again.usda")
+    assert (tmp_path / "again.usda").read_bytes() == (tmp_path / "coverage.usda").read_bytes()
+    stage = Usd.Stage.Open(str(tmp_path / "coverage.usda"))
+    shown = [prim for prim in stage.Traverse() if prim.GetName() == "Landings"]
+    assert len(shown) == len(report.coverage) == 4
+    assert {(space.flight, space.side) for space in report.coverage} == {(f, s) for f in (False, True) for s in (0, 1)}
+    with pytest.raises(OutputError, match="would replace what it is made from"):
+        analyze(clips, coverage=clips)
+
+
 def test_holes_are_filled_beside_the_clips(clips, tmp_path):
     before = hashlib.sha256(clips.read_bytes()).digest()
     report = analyze(clips, output=tmp_path / "filled.usda", fill=HoleOptions(gap=0.4))
@@ -115,9 +132,8 @@ def test_holes_are_filled_beside_the_clips(clips, tmp_path):
     read = {clip.name: clip for clip in library.clips}
     assert {name for name, clip in read.items() if clip.synthetic} == set(made)
     for name, clip in made.items():
-        assert (read[name].range_start, read[name].range_end) == pytest.approx(
-            (clip.range_start, clip.range_end), abs=1e-4
-        )
+        assert read[name].range_start == pytest.approx(clip.range_start, abs=1e-4)
+        assert read[name].range_end == pytest.approx(clip.range_end, abs=1e-4)
         np.testing.assert_allclose(read[name].translations, clip.translations, atol=1e-5)
         np.testing.assert_allclose(
             np.abs(np.sum(read[name].rotations * clip.rotations, axis=-1)), 1.0, atol=1e-5, err_msg=name
