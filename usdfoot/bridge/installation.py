@@ -102,7 +102,7 @@ def _load_validators(folder: Path) -> tuple[int, str]:
 
 def _usdview() -> PluginState:
     folder = _plugin_folder("usdview")
-    registered = Plug.Registry().GetPluginWithName("usdfoot.usdview") is not None
+    registered = Plug.Registry().GetPluginWithName("usdfoot.usdview.plugin") is not None
     told = "a menu in usdview" if folder else "is not installed"
     return PluginState(name="usdview", folder=folder, registered=registered, searched=_is_searched(folder), told=told)
 
