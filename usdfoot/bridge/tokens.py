@@ -204,7 +204,7 @@ class Overlay:
 
     ROOT: Final = "/__usdfoot"
     AGENTS: Final = "usdfoot:overlay:agents"
-    """On the root: names of the agents drawn."""
+    """On a part: names of the agents drawn."""
     OWNERS: Final = "usdfoot:overlay:owners"
     """On a part: index into `AGENTS` of each instance or line."""
     FOOTSTEPS: Final = "usdfoot:overlay:footsteps"

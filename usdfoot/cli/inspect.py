@@ -7,6 +7,7 @@ import math
 
 from usdfoot.cli.batch_flags import count
 from usdfoot.cli.console import print_problems, results_console, shown_progress
+from usdfoot.model.overlay import KINDS
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
 
@@ -21,7 +22,7 @@ EPILOG = """\
 example:
   usdfoot inspect build/walk/crowd.usd -o inspect.usda
   usdview --sessionLayer inspect.usda build/walk/crowd.usd    # View > Display Purposes > Guide
-  usdfoot inspect build/city/crowd.usd -o inspect.usdc --agents 'Hero*' --error-scale 20
+  usdfoot inspect build/city/crowd.usd -o inspect.usdc --agents 'Hero*' --kinds Errors Com
   usdfoot inspect build/walk/crowd.usd --html report.html
 
 exit codes: 0 all agents drawn, 1 some could not be read (listed), 2 nothing written
@@ -61,10 +62,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="length of a timing dagger that stands for a second (default: %(default)g)",
     )
     parser.add_argument(
-        "--spaces",
-        action=argparse.BooleanOptionalAction,
-        default=True,
-        help="draw the footstep spaces, for which the clips are analysed again (default: on)",
+        "--kinds",
+        metavar="KIND",
+        nargs="+",
+        choices=KINDS,
+        default=KINDS,
+        help=f"what to draw, of {', '.join(KINDS)} (default: all; the space needs the clips to be analysed again)",
     )
 
 
@@ -92,7 +95,9 @@ def run(arguments: argparse.Namespace) -> int:
     with shown_progress(quiet=arguments.quiet) as progress:
         if arguments.output is not None:
             options = InspectOptions(
-                error_scale=arguments.error_scale, second_length=arguments.second_length, spaces=arguments.spaces
+                error_scale=arguments.error_scale,
+                second_length=arguments.second_length,
+                kinds=tuple(arguments.kinds),
             )
             overlay = inspect(
                 arguments.crowd, arguments.output, agents=arguments.agents, options=options, progress=progress

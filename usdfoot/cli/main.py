@@ -18,6 +18,7 @@ from usdfoot.cli import (
     inspect,
     job,
     plan,
+    plugin_path,
     retarget,
     validate,
 )
@@ -27,7 +28,20 @@ from usdfoot.errors import UsdfootError
 
 __all__ = ["main"]
 
-VERBS = (animate, analyze, plan, import_files, retarget, export, validate, inspect, job, doctor, completion)
+VERBS = (
+    animate,
+    analyze,
+    plan,
+    import_files,
+    retarget,
+    export,
+    validate,
+    inspect,
+    job,
+    doctor,
+    plugin_path,
+    completion,
+)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -19,8 +19,8 @@ from usdfoot.pipeline.fill import fill_holes
 from usdfoot.pipeline.plots import plot_spaces, require_matplotlib
 from usdfoot.readers.libraries import read_libraries
 from usdfoot.spaces.holes import HoleOptions
+from usdfoot.writers.clip_prims import MadeClip
 from usdfoot.writers.events import write_clip_events
-from usdfoot.writers.made_clips import MadeClip
 
 __all__ = ["AnalyzeReport", "analyze"]
 
@@ -102,7 +102,7 @@ def analyze(
             contacts,
             info=clips.info,
             default_prim=clips.default_prim,
-            styles=grouped | {each.clip.name: each.clip.style for each in made},
+            styles={name: style for name, style in grouped.items() if name not in {each.clip.name for each in made}},
             made=made,
         )
     return AnalyzeReport(

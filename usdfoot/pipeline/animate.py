@@ -17,23 +17,20 @@ from usdfoot.errors import OutputError, SceneError
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits
 from usdfoot.model.report import Problem
 from usdfoot.physics.motion_options import MotionOptions
-from usdfoot.pipeline.report import AnimateReport, provenance_of, report_json
+from usdfoot.pipeline.report import CHUNK_SIZE, AnimateReport, CallRecord, provenance_of, report_json
 from usdfoot.readers.chunks import read_record
 from usdfoot.readers.scene import SceneReader
 from usdfoot.writers.characters import PlacedCharacter, place_characters
 from usdfoot.writers.crowd import check_output, crowd_format, write_crowd
 
-__all__ = ["CHUNK_SIZE", "animate", "animate_chunk", "count_chunks"]
-
-CHUNK_SIZE = 100
-"""Agents a chunk unless told otherwise."""
+__all__ = ["animate", "animate_chunk", "count_chunks"]
 
 
 def animate(
     scene_file: str | os.PathLike[str],
     folder: str | os.PathLike[str],
     *,
-    agents: str = "*",
+    agents: str | Sequence[str] = "*",
     frames: tuple[int, int] | None = None,
     options: MotionOptions | None = None,
     collect: bool = False,
@@ -50,7 +47,7 @@ def animate(
     Args:
         scene_file: The USD scene; never changed.
         folder: Where crowd.usd and its layers go.
-        agents: Glob on agents' names or paths.
+        agents: Glob on agents' names or paths, or several.
         frames: First and last time code to write; None = all of the plans.
         options: Of the sources of motion.
         collect: Copy the characters' files into the folder.
@@ -78,7 +75,12 @@ def animate(
         shot.folder,
         chunks=[task.files for task, record in zip(shot.tasks, records, strict=True) if record.agents],
         characters=shot.characters,
-        provenance=provenance_of(shot.scene, shot.options, shot.folder),
+        provenance=provenance_of(
+            shot.scene,
+            shot.options,
+            shot.folder,
+            call=CallRecord(agents=agents, frames=frames, chunk_size=chunk_size, collect=collect),
+        ),
         report=report_json(shot.scene, records, options=shot.options, problems=problems, folder=shot.folder),
     )
     return AnimateReport(
@@ -96,7 +98,7 @@ def animate_chunk(
     folder: str | os.PathLike[str],
     index: int,
     *,
-    agents: str = "*",
+    agents: str | Sequence[str] = "*",
     frames: tuple[int, int] | None = None,
     options: MotionOptions | None = None,
     collect: bool = False,
@@ -164,7 +166,7 @@ class _Shot:
 def _open_shot(
     scene_file: str | os.PathLike[str],
     folder: str | os.PathLike[str],
-    agents: str,
+    agents: str | Sequence[str],
     frames: tuple[int, int] | None,
     options: MotionOptions,
     collect: bool,

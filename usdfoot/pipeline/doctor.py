@@ -32,7 +32,7 @@ EXTRAS = {
         ("matplotlib", "PIL", "jupyter_threejs_sage"),
         "pictures and pages: usdfoot analyze --plot, usdfoot inspect --html, tools/draw.py",
     ),
-    "import": (("pygltflib",), "usdfoot import: glTF"),
+    "import": (("pygltflib", "trimesh", "PIL"), "usdfoot import: glTF and terrain"),
     "dask": (("distributed",), "usdfoot animate --scheduler"),
 }
 """Modules of the optional extras, and what they are for."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -11,10 +11,11 @@ from pathlib import Path
 import numpy as np
 
 from usdfoot import __version__
+from usdfoot.bridge.scene import StageInfo
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
-from usdfoot.model.overlay import Overlay, ShownAgent
+from usdfoot.model.overlay import KINDS, Marks, Overlay, ShownAgent
 from usdfoot.model.report import Problem
 from usdfoot.model.skeleton import forward_kinematics
 from usdfoot.pipeline.overlay_com import draw_com
@@ -32,7 +33,7 @@ from usdfoot.readers.written import (
 from usdfoot.writers.layers import LayerFormat
 from usdfoot.writers.overlay import overlay_layer, write_overlay
 
-__all__ = ["InspectOptions", "InspectReport", "draw_overlay", "inspect"]
+__all__ = ["InspectOptions", "InspectReport", "draw_overlay", "format_of", "inspect"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,13 +46,16 @@ class InspectOptions:
     """Length of a timing dagger that stands for a second [m] ([P] Figure 3)."""
     weight_length: float = 0.3
     """Height of the column on an example that has all the weight [m] ([B] Figure 4)."""
-    spaces: bool = True
-    """Draw the footstep spaces too; for them the scene's clips are read and analysed again."""
+    kinds: tuple[str, ...] = KINDS
+    """What to draw; for the footstep space the scene's clips are read and analysed again."""
 
     def __post_init__(self) -> None:
         for name in ("error_scale", "second_length", "weight_length"):
             if not 0.0 < getattr(self, name) < np.inf:
                 raise UsdfootError(name, f"is {getattr(self, name)}", "must be a number above 0")
+        unknown = [kind for kind in self.kinds if kind not in KINDS]
+        if unknown or not self.kinds:
+            raise UsdfootError("kinds", "is nothing that can be drawn", f"choose of {', '.join(KINDS)}", unknown)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,15 +101,9 @@ def inspect(
     overlay, problems = draw_overlay(crowd, agents=agents, options=options, progress=progress)
     progress("write", 0, 0)
     info = read_stage_info(crowd.stage)
-    layer_format = LayerFormat(
-        units=info.units,
-        frames_per_second=info.frames_per_second,
-        start_code=info.start_code,
-        end_code=info.end_code,
-    )
     layer = overlay_layer(
         overlay,
-        layer_format,
+        format_of(info),
         text=Path(output).suffix != ".usdc",
         provenance={"version": __version__},
     )
@@ -113,10 +111,20 @@ def inspect(
     return InspectReport(file=file, agents=overlay.agents, problems=problems)
 
 
+def format_of(info: StageInfo) -> LayerFormat:
+    """Metadata of a layer that goes over a stage."""
+    return LayerFormat(
+        units=info.units,
+        frames_per_second=info.frames_per_second,
+        start_code=info.start_code,
+        end_code=info.end_code,
+    )
+
+
 def draw_overlay(
     crowd: WrittenCrowd,
     *,
-    agents: str = "*",
+    agents: str | Sequence[str] = "*",
     options: InspectOptions | None = None,
     progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
 ) -> tuple[Overlay, tuple[Problem, ...]]:
@@ -124,7 +132,7 @@ def draw_overlay(
 
     Args:
         crowd: As read.
-        agents: Glob on the agents' names.
+        agents: Glob on the agents' names, or several.
         options: How it is drawn.
         progress: As of `inspect`.
 
@@ -133,9 +141,10 @@ def draw_overlay(
     """
     options = options or InspectOptions()
     where = crowd.stage.GetRootLayer().identifier
-    names = [name for name in agent_names(crowd) if fnmatchcase(name, agents)]
+    globs = (agents,) if isinstance(agents, str) else tuple(agents)
+    names = [name for name in agent_names(crowd) if any(fnmatchcase(name, glob) for glob in globs)]
     if not names:
-        raise SceneError(where, f"no agent matches {agents!r}", names=agent_names(crowd))
+        raise SceneError(where, f"no agent matches {' '.join(globs)!r}", names=agent_names(crowd))
     shown, problems = [], []
     for done, name in enumerate(names):
         progress("read", done, len(names))
@@ -149,20 +158,21 @@ def draw_overlay(
     steps = tabulate_steps(shown)
     info = read_stage_info(crowd.stage)
     frames = crowd.units.codes_to_times(np.arange(np.ceil(info.start_code), np.floor(info.end_code) + 1.0))
-    marks = [
-        mark_footsteps(steps),
-        *mark_errors(steps, scale=options.error_scale),
-        mark_contacts(steps, frames),
-        mark_timing(steps, scale=options.second_length),
-    ]
-    if options.spaces:
+    draw: dict[str, Callable[[], Iterable[Marks]]] = {
+        "Footsteps": lambda: [mark_footsteps(steps)],
+        "Errors": lambda: mark_errors(steps, scale=options.error_scale),
+        "Contacts": lambda: [mark_contacts(steps, frames)],
+        "Timing": lambda: [mark_timing(steps, scale=options.second_length)],
+    }
+    marks = [part for kind, parts in draw.items() if kind in options.kinds for part in parts()]
+    if "Space" in options.kinds:
         found, warnings = draw_spaces(crowd, shown, frames, length=options.weight_length)
         marks += found
         problems += warnings
     overlay = Overlay(
         agents=tuple(agent.name for agent in shown),
         marks=tuple(part for part in marks if part.kinds.size),
-        lines=(draw_com(shown),),
+        lines=(draw_com(shown),) if "Com" in options.kinds else (),
         notes={
             "error": options.error_scale,
             "second": options.second_length / crowd.units.meters_per_unit,

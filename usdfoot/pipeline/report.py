@@ -17,7 +17,10 @@ from usdfoot.model.motion import StepResults
 from usdfoot.model.report import Problem
 from usdfoot.physics.motion_options import MotionOptions
 
-__all__ = ["AnimateReport", "options_of", "provenance_of", "report_json"]
+__all__ = ["CHUNK_SIZE", "AnimateReport", "CallRecord", "call_of", "options_of", "provenance_of", "report_json"]
+
+CHUNK_SIZE = 100
+"""Agents a chunk unless told otherwise."""
 
 Options = TypeVar("Options", bound=Any)
 
@@ -43,7 +46,21 @@ class AnimateReport:
         return tuple(problem for problem in self.problems if problem.severity == "error")
 
 
-def provenance_of(scene: Scene, options: MotionOptions, folder: Path) -> dict[str, Any]:
+@dataclass(frozen=True, kw_only=True)
+class CallRecord:
+    """What `animate` was asked for, beside the options of motion."""
+
+    agents: str | Sequence[str] = "*"
+    """Globs on agents' names or paths."""
+    frames: tuple[int, int] | None = None
+    """First and last time code; None = all of the plans."""
+    chunk_size: int = CHUNK_SIZE
+    """Agents a chunk."""
+    collect: bool = False
+    """Whether the characters' files are copied."""
+
+
+def provenance_of(scene: Scene, options: MotionOptions, folder: Path, *, call: CallRecord) -> dict[str, Any]:
     """What crowd.usd says about its making: program, options, scene, and a hash of everything that was read.
 
     The scene's path is relative to the folder. It is a string, not an asset: the crowd does not depend on the scene,
@@ -56,7 +73,26 @@ def provenance_of(scene: Scene, options: MotionOptions, folder: Path) -> dict[st
         "scene": _relative(scene.stage.identifier, folder),
         "contentHash": combined.hexdigest(),
         "options": _given(asdict(options)),
+        "call": {
+            "agents": "\n".join([call.agents] if isinstance(call.agents, str) else call.agents),
+            "chunkSize": call.chunk_size,
+            "collect": call.collect,
+            **({"firstFrame": call.frames[0], "lastFrame": call.frames[1]} if call.frames else {}),
+        },
     }
+
+
+def call_of(provenance: Mapping[str, Any]) -> CallRecord:
+    """What a crowd's provenance says `animate` was asked for; the defaults where it says nothing."""
+    said = provenance.get("call", {})
+    usual = CallRecord()
+    given = {"firstFrame", "lastFrame"} <= set(said)
+    return CallRecord(
+        agents=str(said.get("agents", "*")).split("\n"),
+        frames=(int(said["firstFrame"]), int(said["lastFrame"])) if given else None,
+        chunk_size=int(said.get("chunkSize", usual.chunk_size)),
+        collect=bool(said.get("collect", usual.collect)),
+    )
 
 
 def options_of(provenance: Mapping[str, Any]) -> MotionOptions:

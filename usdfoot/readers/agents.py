@@ -114,16 +114,21 @@ def list_agents_without_plans(
     return tuple(sources), tuple(problems)
 
 
-def select_agents(sources: Sequence[AgentSource], pattern: str) -> tuple[AgentSource, ...]:
-    """Agents whose name or prim path matches a glob pattern.
+def select_agents(sources: Sequence[AgentSource], patterns: str | Sequence[str]) -> tuple[AgentSource, ...]:
+    """Agents whose name or prim path matches a glob pattern, or one of several.
 
     Raises:
         SceneError: If there are agents but none matches.
     """
-    chosen = tuple(s for s in sources if fnmatchcase(s.name, pattern) or fnmatchcase(str(s.prim.GetPath()), pattern))
+    globs = (patterns,) if isinstance(patterns, str) else tuple(patterns)
+    chosen = tuple(
+        source
+        for source in sources
+        if any(fnmatchcase(text, glob) for text in (source.name, str(source.prim.GetPath())) for glob in globs)
+    )
     if sources and not chosen:
         raise SceneError(
-            f"agents {pattern}",
+            f"agents {' '.join(globs)}",
             "match none of the scene's agents",
             "give a glob of their names or paths",
             [s.name for s in sources],

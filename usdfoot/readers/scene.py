@@ -67,7 +67,7 @@ class SceneReader:
 
     Args:
         scene: File or open stage; never changed.
-        agents: Glob on the names or prim paths of the agents that can be read.
+        agents: Glob on the names or prim paths of the agents that can be read, or several.
         frames: First and last time code of the output; None = from the first strike to the last liftoff of all agents.
         motion: Of all agents; None = what each says. Agents that physics moves need no clips.
         reload: Read the files again where this process has read them before.
@@ -82,7 +82,7 @@ class SceneReader:
         self,
         scene: str | os.PathLike[str] | Usd.Stage,
         *,
-        agents: str = "*",
+        agents: str | Sequence[str] = "*",
         frames: tuple[int, int] | None = None,
         motion: str | None = None,
         reload: bool = False,

@@ -14,9 +14,9 @@ from usdfoot.bridge.scene import StageInfo
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.contacts import Contacts
+from usdfoot.writers.clip_prims import MadeClip, define_clip
 from usdfoot.writers.layers import apply_schemas, author
 from usdfoot.writers.layers_over import author_times, layer_over
-from usdfoot.writers.made_clips import MadeClip, define_clip
 from usdfoot.writers.staging import staged_files
 
 __all__ = ["author_events", "write_clip_events"]

@@ -18,7 +18,7 @@ from usdfoot.writers.layers import apply_schemas, author, author_targets, define
 from usdfoot.writers.layers_over import author_times
 from usdfoot.writers.prints import PRINT_COLORS, print_extent, print_outline
 
-__all__ = ["PrintModels", "author_plan", "print_models", "write_executed_plan"]
+__all__ = ["PrintModels", "author_plan", "in_frame", "print_models", "write_executed_plan"]
 
 ValueTypes = Sdf.ValueTypeNames
 INTERPOLATIONS = {"normals": "uniform", "primvars:displayColor": "constant"}
@@ -80,7 +80,7 @@ def write_executed_plan(
         frame: From the prim to the world, as a stronger layer will have it (row vectors, stage units), shape (4, 4);
             None = nothing moves the prim.
     """
-    plan = plan if frame is None else _in_frame(plan, frame, units)
+    plan = plan if frame is None else in_frame(plan, frame, units)
     prim = author_plan(layer, f"{tokens.Prim.PLANS}/{name}", plan, prints=prints, units=units)
     apply_schemas(prim, [tokens.Schema.PLAN, tokens.Schema.RESULT])
     author(prim, "purpose", ValueTypes.Token, "guide", uniform=True)
@@ -90,7 +90,7 @@ def write_executed_plan(
     _write_results(prim, results, units)
 
 
-def _in_frame(plan: FootstepPlan, frame: FloatArray, units: StageUnits) -> FootstepPlan:
+def in_frame(plan: FootstepPlan, frame: FloatArray, units: StageUnits) -> FootstepPlan:
     """The plan in the space of a prim that a transform moves, so that the transform puts it where it is."""
     to_local = np.linalg.inv(frame)
     positions = units.points_to_stage(plan.positions) @ to_local[:3, :3] + to_local[3, :3]

@@ -15,7 +15,7 @@ from usdfoot.bridge.tokens import Overlay as Token
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import OutputError
 from usdfoot.maths import quaternion
-from usdfoot.maths.types import BoolArray, FloatArray
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.overlay import Lines, Marks, Overlay, Shape
 from usdfoot.writers.layers import (
     LayerFormat,
@@ -73,17 +73,22 @@ def overlay_layer(
     with Sdf.ChangeBlock():
         root = define_prim(layer, Token.ROOT, "Scope")
         author(root, "purpose", ValueTypes.Token, "guide", uniform=True)
-        author(root, Token.AGENTS, ValueTypes.TokenArray, Vt.TokenArray(overlay.agents), uniform=True)
         for name, value in sorted(overlay.notes.items()):
             author(root, f"{Token.NOTES}:{name}", ValueTypes.Double, float(value), uniform=True)
         for marks in overlay.marks:
-            _write_marks(layer, marks, units)
+            _write_agents(_write_marks(layer, marks, units), overlay, marks.agents)
         for lines in overlay.lines:
-            _write_lines(layer, lines, units)
+            _write_agents(_write_lines(layer, lines, units), overlay, lines.agents)
     return layer
 
 
-def _write_marks(layer: Sdf.Layer, marks: Marks, units: StageUnits) -> None:
+def _write_agents(prim: Sdf.PrimSpec, overlay: Overlay, owners: IntArray) -> None:
+    """Whose each instance or line is."""
+    author(prim, Token.AGENTS, ValueTypes.TokenArray, Vt.TokenArray(overlay.agents), uniform=True)
+    author(prim, Token.OWNERS, ValueTypes.IntArray, _ints(owners), uniform=True)
+
+
+def _write_marks(layer: Sdf.Layer, marks: Marks, units: StageUnits) -> Sdf.PrimSpec:
     """A PointInstancer with its shapes below it."""
     path = f"{Token.ROOT}/{marks.path}"
     prim = define_prim(layer, path, "PointInstancer")
@@ -103,10 +108,9 @@ def _write_marks(layer: Sdf.Layer, marks: Marks, units: StageUnits) -> None:
         _sampled(prim, name, type_name, codes, np.ascontiguousarray(values, dtype=kind), convert)
     if marks.hidden.any():
         _hide(prim, codes, marks.hidden)
-    for name, numbers in ((Token.OWNERS, marks.agents), (Token.FOOTSTEPS, marks.footsteps)):
-        array = Vt.IntArray.FromNumpy(np.ascontiguousarray(numbers, dtype=np.int32))
-        author(prim, name, ValueTypes.IntArray, array, uniform=True)
+    author(prim, Token.FOOTSTEPS, ValueTypes.IntArray, _ints(marks.footsteps), uniform=True)
     author(prim, "extent", ValueTypes.Float3Array, _box(units.points_to_stage(_bounds(marks))))
+    return prim
 
 
 def _write_shape(layer: Sdf.Layer, above: str, shape: Shape, units: StageUnits) -> str:
@@ -116,7 +120,7 @@ def _write_shape(layer: Sdf.Layer, above: str, shape: Shape, units: StageUnits) 
     points = units.points_to_stage(shape.points)
     author(prim, "points", ValueTypes.Point3fArray, _points(points))
     for name, numbers in (("faceVertexCounts", shape.counts), ("faceVertexIndices", shape.indices)):
-        author(prim, name, ValueTypes.IntArray, Vt.IntArray.FromNumpy(np.ascontiguousarray(numbers, dtype=np.int32)))
+        author(prim, name, ValueTypes.IntArray, _ints(numbers))
     author(prim, "extent", ValueTypes.Float3Array, _box(points))
     author(prim, "subdivisionScheme", ValueTypes.Token, "none", uniform=True)
     author(prim, "doubleSided", ValueTypes.Bool, True, uniform=True)
@@ -125,23 +129,21 @@ def _write_shape(layer: Sdf.Layer, above: str, shape: Shape, units: StageUnits) 
     return path
 
 
-def _write_lines(layer: Sdf.Layer, lines: Lines, units: StageUnits) -> None:
+def _write_lines(layer: Sdf.Layer, lines: Lines, units: StageUnits) -> Sdf.PrimSpec:
     """Linear BasisCurves."""
     prim = define_prim(layer, f"{Token.ROOT}/{lines.path}", "BasisCurves")
     author(prim, "purpose", ValueTypes.Token, "guide", uniform=True)
     author(prim, "type", ValueTypes.Token, "linear", uniform=True)
-    counts = Vt.IntArray.FromNumpy(np.ascontiguousarray(lines.counts, dtype=np.int32))
-    author(prim, "curveVertexCounts", ValueTypes.IntArray, counts)
+    author(prim, "curveVertexCounts", ValueTypes.IntArray, _ints(lines.counts))
     points = units.points_to_stage(lines.points)
     width = lines.width / units.meters_per_unit
     author(prim, "points", ValueTypes.Point3fArray, _points(points))
     author(prim, "widths", ValueTypes.FloatArray, Vt.FloatArray([width])).SetInfo("interpolation", "constant")
     color = author(prim, "primvars:displayColor", ValueTypes.Color3fArray, _points(lines.colors))
     color.SetInfo("interpolation", "vertex")
-    owners = Vt.IntArray.FromNumpy(np.ascontiguousarray(lines.agents, dtype=np.int32))
-    author(prim, Token.OWNERS, ValueTypes.IntArray, owners, uniform=True)
     bounds = np.stack([points.min(axis=0) - 0.5 * width, points.max(axis=0) + 0.5 * width])
     author(prim, "extent", ValueTypes.Float3Array, _box(bounds))
+    return prim
 
 
 def _sampled(
@@ -174,6 +176,10 @@ def _bounds(marks: Marks) -> FloatArray:
         places = quaternion.rotate(marks.orientations, corners) + marks.positions
         found += [places.min(axis=(0, 1)), places.max(axis=(0, 1))]
     return np.stack([np.min(found, axis=0), np.max(found, axis=0)])
+
+
+def _ints(numbers: IntArray) -> Any:
+    return Vt.IntArray.FromNumpy(np.ascontiguousarray(numbers, dtype=np.int32))
 
 
 def _points(points: FloatArray) -> Any:

@@ -13,23 +13,21 @@ from pxr import Sdf, Vt
 
 from usdfoot.bridge import tokens
 from usdfoot.bridge.scene import Character
-from usdfoot.bridge.similarity import unfold_from_joints
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import OutputError
 from usdfoot.model.clip import Clip
 from usdfoot.model.contacts import Contacts
 from usdfoot.writers.agents import author_stance
 from usdfoot.writers.characters import place_characters
+from usdfoot.writers.clip_prims import author_clip
 from usdfoot.writers.events import author_events
 from usdfoot.writers.layers import (
     LayerFormat,
     apply_schemas,
     author,
-    author_samples,
     author_targets,
     define_prim,
     new_layer,
-    quaternion_array,
     rounded_codes,
 )
 from usdfoot.writers.plans import SUFFIXES
@@ -125,37 +123,8 @@ def _write_character(layer: Sdf.Layer, character: Character, reference: Sdf.Refe
 
 def _write_clip(layer: Sdf.Layer, written: WrittenClip, character: Character, units: StageUnits) -> None:
     """One SkelAnimation with UsdfootClipAPI."""
-    clip, skeleton = written.clip, character.skeleton
     prim = define_prim(layer, f"{CLIPS}/{written.name}", "SkelAnimation")
     apply_schemas(prim, [tokens.Schema.CLIP])
-    author(prim, "joints", ValueTypes.TokenArray, Vt.TokenArray(skeleton.joints), uniform=True)
-    translations, rotations = unfold_from_joints(
-        character.skeleton_to_agent, skeleton.parents, clip.translations, clip.rotations
-    )
-    translations = (translations / character.inherited_scales[:, None]).astype(np.float32)
-    codes = rounded_codes(units.times_to_codes(clip.times)).tolist()
-    places = [Vt.Vec3fArray.FromNumpy(frame) for frame in translations]
-    author_samples(author(prim, "translations", ValueTypes.Float3Array), codes, places)
-    turns = [quaternion_array(frame) for frame in rotations]
-    author_samples(author(prim, "rotations", ValueTypes.QuatfArray), codes, turns)
-    scales = Vt.Vec3hArray.FromNumpy(np.ascontiguousarray(character.rest_scales, dtype=np.float16))
-    author(prim, "scales", ValueTypes.Half3Array, scales)
-    _write_attributes(prim, clip, units)
+    author_clip(prim, written.clip, character, units)
     author_events(prim, written.contacts, units)
     author_targets(prim, tokens.Clip.SKELETON, ["/".join(filter(None, [CHARACTER, character.skeleton_path]))])
-
-
-def _write_attributes(prim: Sdf.PrimSpec, clip: Clip, units: StageUnits) -> None:
-    """Style, range and the rest of what artists said of the source clip."""
-    names = tokens.Clip
-    author(prim, names.STYLE, ValueTypes.Token, clip.style, uniform=True)
-    author(prim, names.ROOT_MOTION, ValueTypes.Token, clip.root_motion, uniform=True)
-    author(prim, names.MIRROR, ValueTypes.Bool, clip.mirror, uniform=True)
-    if clip.cyclic is not None:
-        author(prim, names.CYCLIC, ValueTypes.Bool, clip.cyclic, uniform=True)
-    for name, time in ((names.START, clip.range_start), (names.END, clip.range_end)):
-        if time is not None:
-            code = Sdf.TimeCode(float(rounded_codes(units.times_to_codes(np.array(time)))))
-            author(prim, name, ValueTypes.TimeCode, code, uniform=True)
-    if clip.synthetic:
-        prim.customData = {"synthetic": True}

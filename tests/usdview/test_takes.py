@@ -1,0 +1,58 @@
+"""Takes: the selected agents otherwise, and the crowd as it was."""
+
+import numpy as np
+import pytest
+from pxr import Sdf, Usd, UsdSkel
+
+from tests.batch.conftest import digests
+from usdfoot.errors import UsdfootError
+from usdfoot.usdview.overlays import shown_kinds, toggle_overlay
+from usdfoot.usdview.selection import Selection
+from usdfoot.usdview.takes import animate_again, drop_takes
+
+NOW = Usd.TimeCode(40.0)
+ONE = Selection(paths=(Sdf.Path("/Crowd/Agents/Agent_1"),))
+
+
+def rotations(stage, agent):
+    animation = UsdSkel.Animation(stage.GetPrimAtPath(f"/Crowd/Anims/{agent}"))
+    return np.array(animation.GetRotationsAttr().Get(NOW))
+
+
+def root_weights(stage, agent):
+    return np.array(stage.GetPrimAtPath(f"/Crowd/Plans/{agent}").GetAttribute("usdfoot:result:rootWeight").Get())
+
+
+def test_selected_agents_are_shown_with_another_root_weight_and_as_they_were(shot, opened):
+    before = digests(shot)
+    was = {name: rotations(opened, name) for name in ("Agent_0", "Agent_1")}
+    toggle_overlay(opened, Selection(), NOW, "Errors")
+    take = animate_again(opened, ONE, NOW, root_weight=0.6)
+    assert sorted(take.report.results) == ["Agent_1"]
+    assert root_weights(opened, "Agent_1").max() == pytest.approx(0.6) and root_weights(opened, "Agent_0").max() == 0.0
+    assert np.abs(rotations(opened, "Agent_1") - was["Agent_1"]).max() > 1e-3
+    assert np.array_equal(rotations(opened, "Agent_0"), was["Agent_0"])
+    assert shown_kinds(opened) == ("Errors",)  # drawn again
+    after = digests(shot)
+    assert {name: after[name] for name in before} == before
+    assert {name.split("/")[1] for name in set(after) - set(before)} == {"takes"}
+    assert drop_takes(opened, ONE, NOW) == 1
+    assert np.array_equal(rotations(opened, "Agent_1"), was["Agent_1"])
+    assert digests(shot) == before
+
+
+def test_a_later_take_is_shown_over_an_earlier_one(shot, opened):
+    first = animate_again(opened, ONE, NOW, root_weight=0.3)
+    second = animate_again(opened, ONE, NOW, root_weight=0.5, seam="crossfade")
+    assert (first.folder.name, second.folder.name) == ("0001", "0002")
+    assert root_weights(opened, "Agent_1").max() == pytest.approx(0.5)
+    assert drop_takes(opened, Selection(), NOW) == 2
+
+
+def test_an_option_out_of_range_leaves_nothing(shot, opened):
+    with pytest.raises(UsdfootError, match="crossfade"):
+        animate_again(opened, ONE, NOW, seam="glue")
+    with pytest.raises(UsdfootError, match="between 0 and 1"):
+        animate_again(opened, ONE, NOW, root_weight=2.0)
+    assert not (shot / "crowd" / "takes").exists()
+    assert opened.GetSessionLayer().empty

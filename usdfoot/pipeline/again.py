@@ -1,0 +1,139 @@
+"""Again: a written crowd, or some of its agents, animated once more from its own scene."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from usdfoot.bridge.tokens import File
+from usdfoot.errors import PlanError, SceneError, UsdfootError
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.pipeline.animate import animate
+from usdfoot.pipeline.report import AnimateReport, call_of, options_of
+from usdfoot.readers.skeleton import matrices_of
+from usdfoot.readers.stage import start_code
+from usdfoot.readers.written import WrittenCrowd, read_agent
+from usdfoot.writers.plan_edits import restore_layer, save_plan_edit
+from usdfoot.writers.root import SUBLAYERS
+
+__all__ = ["TAKES", "Take", "edit_plan", "make_take", "remake"]
+
+TAKES = "takes"
+"""Folder of takes within a crowd's."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Take:
+    """Some agents of a crowd animated otherwise, to be looked at; the crowd itself is as it was."""
+
+    folder: Path
+    """Holds a crowd of its own."""
+    layers: tuple[Path, ...]
+    """What shows it over the crowd, strongest first."""
+    report: AnimateReport
+
+
+def remake(crowd: WrittenCrowd) -> AnimateReport:
+    """The crowd made again in its folder as it was asked for, with what artists changed since in overrides.usda.
+
+    Chunks in which nothing changed are kept.
+
+    Raises:
+        SceneError: If its scene is not known or cannot be read.
+        OutputError: If the folder cannot be written to.
+    """
+    call = call_of(crowd.provenance)
+    return animate(
+        _scene_of(crowd),
+        crowd.folder,
+        agents=call.agents,
+        frames=call.frames,
+        options=options_of(crowd.provenance),
+        collect=call.collect,
+        chunk_size=call.chunk_size,
+    )
+
+
+def make_take(
+    crowd: WrittenCrowd, names: Sequence[str], *, root_weight: float | None = None, seam: str | None = None
+) -> Take:
+    """Some agents animated again with other options, in a new folder below takes/ in the crowd's.
+
+    Args:
+        crowd: As read; not changed.
+        names: Of the agents.
+        root_weight: [B]'s lambda4 of all their steps; None = as it was.
+        seam: inertialise | crossfade | none; None = as it was.
+
+    Raises:
+        UsdfootError: If an option is out of its range.
+        SceneError: If the crowd's scene is not known or none of the agents can be read there.
+        OutputError: If the folder cannot be written to.
+    """
+    options, call = options_of(crowd.provenance), call_of(crowd.provenance)
+    options = replace(options, seam=seam or options.seam)
+    options = options if root_weight is None else replace(options, root_weight=root_weight)
+    scene = _scene_of(crowd)
+    above = crowd.folder / TAKES
+    taken = [int(path.name) for path in above.iterdir() if path.name.isdecimal()] if above.is_dir() else []
+    folder = above / f"{max(taken, default=0) + 1:04d}"
+    folder.mkdir(parents=True)
+    try:
+        if (crowd.folder / File.OVERRIDES).is_file():
+            shutil.copyfile(crowd.folder / File.OVERRIDES, folder / File.OVERRIDES)
+        report = animate(scene, folder, agents=tuple(names), frames=call.frames, options=options, collect=call.collect)
+    except BaseException:
+        shutil.rmtree(folder)
+        raise
+    layers = tuple(folder / name for name in SUBLAYERS if name != File.OVERRIDES)
+    return Take(folder=folder, layers=layers, report=report)
+
+
+def edit_plan(crowd: WrittenCrowd, name: str, edit: Callable[[FootstepPlan], FootstepPlan]) -> AnimateReport:
+    """Edit the footsteps of an agent in the crowd's overrides.usda, and make the crowd again.
+
+    If the agent cannot be animated along the edited plan, overrides.usda and the crowd stay as they were.
+
+    Args:
+        crowd: As read.
+        name: Of the agent.
+        edit: Gives the plan as it shall be.
+
+    Raises:
+        PlanError: If what comes out is no plan, or one that cannot be animated.
+        SceneError: If the crowd's scene is not known or cannot be read.
+        OutputError: If overrides.usda or the folder cannot be written to.
+    """
+    _scene_of(crowd)
+    before = read_agent(crowd, name).plan
+    after = edit(before)
+    prim = crowd.stage.GetPrimAtPath(before.name)
+    frame = matrices_of(prim, np.array([start_code(crowd.stage).GetValue()]))[0]
+    kept = save_plan_edit(crowd.folder / File.OVERRIDES, after, before=before, units=crowd.units, frame=frame)
+    try:
+        report = remake(crowd)
+        reasons = [] if name in report.results else [problem.message for problem in report.skipped]
+    except UsdfootError as error:
+        report, reasons = None, [str(error)]
+    if report is None or reasons:
+        restore_layer(crowd.folder / File.OVERRIDES, kept)
+        if report is not None:
+            remake(crowd)
+        raise PlanError(before.name, "cannot be walked as edited, and stays as it was", names=reasons)
+    return report
+
+
+def _scene_of(crowd: WrittenCrowd) -> str:
+    """The scene's path.
+
+    Raises:
+        SceneError: If the crowd does not name it.
+    """
+    if not crowd.scene:
+        where = crowd.stage.GetRootLayer().identifier
+        raise SceneError(where, "does not name the scene it was made from", "open a crowd.usd of usdfoot animate")
+    return crowd.scene
