@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 from pxr import Sdf, Usd
 
 from tests.few_clips import KEPT
@@ -55,6 +56,7 @@ def workplace(stages, tmp_path_factory):
     layer.Save()
     shutil.copy(folder / "stages" / "human.usdc", folder / "hero.usdc")
     (folder / "plan.csv").write_text(PLAN)
+    Image.fromarray(np.arange(64, dtype=np.uint8).reshape(8, 8)).save(folder / "hills.png")
     scene_with_path(folder / "street.usda")
     (folder / "tracks.txt").write_text("".join(f"7 {frame} {0.04 * frame} 1.0\n" for frame in range(100)))
     case(folder, agent(SEEK.format(PLACE.format(5, 6))))
