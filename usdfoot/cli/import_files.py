@@ -66,7 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--output", metavar="USD", required=True, help="stage to write: .usd, .usda or .usdc")
     parser.add_argument("--unit", default="", help="of lengths: m, cm, mm, ft, in, or metres a unit")
     parser.add_argument(
-        "--rate", metavar="HZ", type=rate, default=0.0, help="frames a second of AMC files; of glTF's clips"
+        "--rate", metavar="HZ", type=rate, default=0.0, help="of AMC files and glTF's clips; ticks of .stp"
     )
     parser.add_argument("--up", choices=("Y", "Z"), default="Y", help="axis that points up (default: %(default)s)")
     parser.add_argument("--scene", help="USD file whose units and axes plans and terrain are for")
@@ -146,6 +146,11 @@ def _run_terrain(arguments: argparse.Namespace) -> int:
 def _run_clips(arguments: argparse.Namespace) -> int:
     from usdfoot.pipeline.import_clips import ClipFormat, import_clips
 
+    for flag in ("scene", "cell", "height"):
+        if getattr(arguments, flag):
+            raise UsdfootError(
+                f"--{flag}", "is for plans and terrain", "leave it out; clips are written in metres, +Y up"
+            )
     said = ClipFormat(unit=arguments.unit, rate=arguments.rate, up=arguments.up, limits=limits_of(arguments))
     with shown_progress(quiet=arguments.quiet) as progress:
         report = import_clips(arguments.files, arguments.output, clip_format=said, progress=progress)
