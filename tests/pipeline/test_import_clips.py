@@ -215,6 +215,8 @@ def test_the_command_line_skips_bad_files_and_never_replaces_its_input(tmp_path,
         (tmp_path / "scene.usda").write_text(good.read_text())
         (tmp_path / "link.bvh").symlink_to(tmp_path / "scene.usda")
         import_clips([tmp_path / "link.bvh"], tmp_path / "scene.usda", clip_format=ClipFormat(unit="cm"))
+    with pytest.raises(ClipError, match="there are none"):
+        import_clips([], tmp_path / "clips.usd")
     with pytest.raises(ClipError, match=r"fbx is unknown.*\.bvh"):
         import_clips([tmp_path / "walk.fbx"], tmp_path / "clips.usd")
 

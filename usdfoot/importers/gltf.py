@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from usdfoot.bridge.names import valid_name
 from usdfoot.errors import ClipError
 from usdfoot.importers.bones import joint_paths
 from usdfoot.importers.gltf_file import GltfFile, open_gltf
@@ -168,7 +169,7 @@ def _skeleton(gltf: GltfFile, name: str, nodes: Sequence[int]) -> Skeleton:
     parents = _parents(gltf, nodes)
     translations, rotations = _local_samples(gltf, nodes, {}, np.zeros(1))
     return Skeleton(
-        name=str(gltf.path.with_name(name)),
+        name=str(gltf.path.with_name(valid_name(name))),
         joints=joint_paths([gltf.names[node] for node in nodes], parents.tolist()),
         parents=parents,
         rest_translations=translations[0],
