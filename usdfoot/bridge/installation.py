@@ -97,7 +97,7 @@ def _load_validators(folder: Path) -> tuple[int, str]:
     named = [key for key, value in plugin.metadata["Validators"].items() if isinstance(value, dict)]
     registry = UsdValidation.ValidationRegistry()
     count = sum(registry.HasValidator(f"{name}:{key}") for key in named)
-    return count, f"{count} of {len(named)} for usdchecker and UsdValidation"
+    return count, f"{count} of {len(named)} for UsdValidation"
 
 
 def _usdview() -> PluginState:
