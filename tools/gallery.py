@@ -71,13 +71,11 @@ def draw_space(target: Path, scratch: Path) -> Path:
 
 def _add_com(shot: Path, crowd: Path) -> None:
     """Show the path of the centre of mass in a shot, and nothing else of the overlay."""
-    overlay = inspect(crowd, crowd.with_name("overlay.usda"), options=InspectOptions(spaces=False)).file
+    overlay = inspect(crowd, crowd.with_name("overlay.usda"), options=InspectOptions(kinds=("Com",))).file
     layer = Sdf.Layer.FindOrOpen(str(shot))
     layer.subLayerPaths.append(f"./{overlay.name}")
     layer.Save()
     stage = Usd.Stage.Open(layer)
-    for prim in stage.GetPrimAtPath("/__usdfoot").GetChildren():
-        prim.SetActive(prim.GetName() == "Com")
     curve = UsdGeom.BasisCurves(stage.GetPrimAtPath("/__usdfoot/Com"))
     curve.GetWidthsAttr().Set([COM_WIDTH / UsdGeom.GetStageMetersPerUnit(stage)])
     curve.SetWidthsInterpolation(UsdGeom.Tokens.constant)

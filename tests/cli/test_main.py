@@ -22,7 +22,7 @@ def written(scene, tmp_path_factory):
     return folder
 
 
-@pytest.mark.parametrize("verb", ["animate", "analyze", "validate"])
+@pytest.mark.parametrize("verb", ["animate", "analyze", "import", "export", "validate"])
 def test_every_verb_has_help_with_an_example_and_a_python_twin(verb, capsys):
     assert main([verb, "--help"]) == 0
     text = capsys.readouterr().out

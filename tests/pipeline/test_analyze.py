@@ -7,6 +7,7 @@ import pytest
 from pxr import Sdf, Usd
 
 from usdfoot.bridge import tokens
+from usdfoot.cli.main import main
 from usdfoot.errors import OutputError, SceneError, UsdfootError
 from usdfoot.pipeline.analyze import analyze
 from usdfoot.readers.libraries import read_libraries
@@ -102,6 +103,22 @@ def test_without_matplotlib_pictures_are_refused(clips, tmp_path, monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(UsdfootError, match=r"matplotlib: is not installed.*pip install 'usdfoot\[report\]'"):
         analyze(clips, plots=tmp_path)
+
+
+def test_coverage_is_found_written_drawn_and_told(clips, tmp_path, capsys):
+    assert main(["analyze", str(clips), "--coverage", str(tmp_path / "coverage.usda"), "-q"]) == 0
+    told = capsys.readouterr().out
+    assert f"wrote {tmp_path / 'coverage.usda'}" in told and f"drew {tmp_path / 'coverage.png'}" in told
+    assert "no step lands near x=" in told and "foot" in told and "nearest example 0." in told
+    assert (tmp_path / "coverage.png").read_bytes().startswith(b"\x89PNG")
+    report = analyze(clips, coverage=tmp_path / "again.usda")
+    assert (tmp_path / "again.usda").read_bytes() == (tmp_path / "coverage.usda").read_bytes()
+    stage = Usd.Stage.Open(str(tmp_path / "coverage.usda"))
+    shown = [prim for prim in stage.Traverse() if prim.GetName() == "Landings"]
+    assert len(shown) == len(report.coverage) == 4
+    assert {(space.flight, space.side) for space in report.coverage} == {(f, s) for f in (False, True) for s in (0, 1)}
+    with pytest.raises(OutputError, match="would replace what it is made from"):
+        analyze(clips, coverage=clips)
 
 
 def test_holes_are_filled_beside_the_clips(clips, tmp_path):

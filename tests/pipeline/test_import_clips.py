@@ -1,17 +1,21 @@
 """Imported clips: in UsdSkel joints are where a textbook puts them, the rest pose stands, and agents can use them."""
 
 import logging
+import re
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import settings as hypothesis_settings
 from numpy.testing import assert_allclose
 from pxr import Usd, UsdGeom, UsdSkel, UsdValidation
 
 from tests.builders import Gait, build_walker
-from tests.importers.gltf_files import gltf_of
-from tests.importers.motion_files import bvh_of
+from tests.importers.gltf_files import gltf_of, naive_positions, random_gltf
+from tests.importers.motion_files import bvh_of, random_acclaim, random_bvh
 from tests.importers.naive_files import acclaim_positions, bvh_positions
 from tests.references import usdskel_positions
+from tests.strategies import seeds
 from usdfoot.analysis.biped import find_biped
 from usdfoot.analysis.rest_pose import stands
 from usdfoot.cli.main import main
@@ -76,6 +80,42 @@ def test_a_known_walk_comes_through_whole(tmp_path, twisted):
     assert stage.GetDefaultPrim().GetPath() == "/Clips" and stage.GetTimeCodesPerSecond() == 30.0
 
 
+@hypothesis_settings(max_examples=12)
+@given(seed=seeds)
+def test_random_skeletons_are_in_usdskel_where_a_textbook_puts_them(seed, tmp_path_factory):
+    folder, generator = tmp_path_factory.mktemp("random"), np.random.default_rng(seed)
+    bvh = random_bvh(generator)
+    asf, amc = random_acclaim(generator)
+    for name, text in (("a.bvh", bvh), ("b.asf", asf), ("b.amc", amc)):
+        (folder / name).write_bytes(text.encode())
+    files = [folder / name for name in ("a.bvh", "b.asf", "b.amc")]
+    report = import_clips(files, folder / "clips.usd", clip_format=ClipFormat(unit="cm", rate=120.0))
+    stage = Usd.Stage.Open(str(report.file))
+    expected, places = bvh_positions("\n".join(line.split("#")[0] for line in bvh.splitlines()))
+    names, found = written_positions(stage, "a")
+    assert names == expected
+    assert_allclose(found, 0.01 * places, atol=EXACT)
+    expected, places = acclaim_positions(asf, amc, degrees=1.0 if "angle deg" in asf else 180.0 / np.pi)
+    names, found = written_positions(stage, "b")
+    assert_allclose(found[:, [names.index(name) for name in expected]], places * 0.01 / 0.45, atol=EXACT)
+
+
+@hypothesis_settings(max_examples=8)
+@given(seed=seeds)
+def test_random_gltf_is_in_usdskel_where_a_textbook_puts_it(seed, tmp_path_factory):
+    pytest.importorskip("pygltflib", reason="glTF needs the extra import")
+    folder = tmp_path_factory.mktemp("random")
+    file = random_gltf(np.random.default_rng(seed)).save(folder / "some.gltf")
+    report = import_clips([file], folder / "clips.usd")
+    stage = Usd.Stage.Open(str(report.file))
+    clips = [clip for capture in report.captures.values() for clip in capture.clips]
+    for clip, prim in zip(clips, stage.GetPrimAtPath("/Clips/Motion").GetChildren(), strict=True):
+        expected = naive_positions(file, clip.times)
+        names, found = written_positions(stage, prim.GetName())
+        true = np.stack([expected[name.replace("_", " ")] for name in names], axis=1)
+        assert_allclose(found, true, atol=EXACT)
+
+
 def test_a_gltf_walk_shares_the_skeleton_of_a_bvh_walk(tmp_path):
     pytest.importorskip("pygltflib", reason="glTF needs the extra import")
     library = build_walker(footsteps=4).library
@@ -93,6 +133,18 @@ def test_a_gltf_walk_shares_the_skeleton_of_a_bvh_walk(tmp_path):
     assert_stands(capture, ball_height=0.04, within=0.003)
     with pytest.raises(ClipError, match="is in metres, as glTF defines it, not cm"):
         import_clips(files[:1], tmp_path / "clips.usd", clip_format=ClipFormat(unit="cm"))
+
+
+def test_a_rig_without_names_or_a_pose_to_stand_in(tmp_path):
+    library = build_walker(footsteps=8, twisted=True).library
+    text = bvh_of(library.skeleton, library.clips[0])
+    for number, name in enumerate(re.findall(r"(?:ROOT|JOINT) (\w+)", text)):
+        text = re.sub(rf"(ROOT|JOINT) {name}\n", rf"\1 bone{number}\n", text)
+    (tmp_path / "walk.bvh").write_text(text)
+    report = import_clips([tmp_path / "walk.bvh"], tmp_path / "clips.usd", clip_format=ClipFormat(unit="cm"))
+    assert report.problems == ()
+    assert_stands(report.captures["walk"], ball_height=0.04, within=0.003)
+    assert analyze(report.file).summaries[0].steps == 7
 
 
 def test_files_on_the_same_bones_share_a_skeleton_and_names_are_unique(tmp_path):
@@ -119,7 +171,7 @@ def test_what_looks_wrong_is_doubted(tmp_path):
         "MOTION\nFrames: 2\nFrame Time: 0.04\n1\n2\n"
     )
     doubts = import_clips([tmp_path / "walk.bvh"], tmp_path / "m.usd", clip_format=ClipFormat(unit="in")).problems
-    assert "legs are 2.08 m long. Is --unit right?" in doubts[0].message
+    assert "legs are 2.08 m long. Is the unit right?" in doubts[0].message
     doubts = import_clips(
         [tmp_path / "walk.bvh"], tmp_path / "z.usd", clip_format=ClipFormat(unit="cm", up="Z")
     ).problems
@@ -153,11 +205,18 @@ def test_the_command_line_skips_bad_files_and_never_replaces_its_input(tmp_path,
     assert main(["import", str(good), "-o", str(tmp_path / "clips.usd")]) == 2
     assert "give --unit" in capsys.readouterr().err
     assert main(["import", str(good), *arguments, "--max-frames", "3"]) == 2
+    assert "more than 3" in capsys.readouterr().err
+    assert main(["import", str(good), *arguments, "--rate", "120"]) == 2
+    assert "says it has 30 frames a second, not 120" in capsys.readouterr().err
+    assert main(["import", str(good), *arguments, "--scene", "shot.usda"]) == 2
+    assert "--scene: is for plans and terrain" in capsys.readouterr().err
     assert main(["import", str(good), "--unit", "cm", "-o", str(good)]) == 2
     with pytest.raises(OutputError, match="is a file that is read"):
         (tmp_path / "scene.usda").write_text(good.read_text())
         (tmp_path / "link.bvh").symlink_to(tmp_path / "scene.usda")
         import_clips([tmp_path / "link.bvh"], tmp_path / "scene.usda", clip_format=ClipFormat(unit="cm"))
+    with pytest.raises(ClipError, match="there are none"):
+        import_clips([], tmp_path / "clips.usd")
     with pytest.raises(ClipError, match=r"fbx is unknown.*\.bvh"):
         import_clips([tmp_path / "walk.fbx"], tmp_path / "clips.usd")
 

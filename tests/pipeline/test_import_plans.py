@@ -90,7 +90,7 @@ def test_files_of_several_programs_become_one_layer(tmp_path, capsys):
     lines = (tmp_path / "all.csv").read_text().splitlines()
     assert lines[0] == "plan,foot,x,y,z,yaw,strike,liftoff" and len(lines) == 9
     assert main(["import", str(tmp_path / "table.csv"), str(tmp_path / "walk.bvh"), "-o", "x.usda"]) == 2
-    assert "import one kind at a time" in capsys.readouterr().err
+    assert "are of several kinds" in capsys.readouterr().err
 
 
 def test_exports_that_cannot_be(tmp_path):

@@ -1,9 +1,12 @@
 """What is drawn on footsteps, for plans whose every number is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from tests.writers.crowds import results_of
 from usdfoot.analysis.phases import DOUBLE, LEFT_STANCE, RIGHT_STANCE
 from usdfoot.maths import quaternion
 from usdfoot.model.overlay import ShownAgent
@@ -40,10 +43,12 @@ def walker(name="Walker", *, shift=0.0, statuses=("ok", "ok", "ok", "ikLimited")
             root_weights=np.zeros(4),
         ),
         foot_length=0.14,
-        status=statuses,
-        blend_error=np.array([0.0, 0.001, 0.002, 0.5]),
-        placement_error=np.array([np.nan, 0.0, 0.0, 0.3]),
-        clips=(),
+        results=replace(
+            results_of(4),
+            status=statuses,
+            blend_error=np.array([0.0, 0.001, 0.002, 0.5]),
+            placement_error=np.array([np.nan, 0.0, 0.0, 0.3]),
+        ),
         com_times=times,
         com_positions=quaternion.rotate(turn, com),
     )

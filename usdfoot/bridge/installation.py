@@ -37,8 +37,8 @@ class PluginState:
     name: str
     folder: Path | None
     """Folder of its plugInfo.json, None where it is not installed."""
-    registered: bool
-    """Whether this process has it."""
+    usable: bool
+    """Whether this process has it; of usdview's, which only usdview can have, whether it is installed."""
     searched: bool
     """Whether its folder is on `PXR_PLUGINPATH_NAME`, where other programs look."""
     told: str
@@ -66,7 +66,7 @@ def _schemas() -> PluginState:
     known = Usd.SchemaRegistry().FindAppliedAPIPrimDefinition(Schema.PLAN) is not None
     told = "fallback values and documentation of the API schemas"
     told = told if known else "USD was used before usdfoot was imported"
-    return PluginState(name="schemas", folder=folder, registered=known, searched=_is_searched(folder), told=told)
+    return PluginState(name="schemas", folder=folder, usable=known, searched=_is_searched(folder), told=told)
 
 
 def _validators() -> PluginState:
@@ -77,7 +77,7 @@ def _validators() -> PluginState:
             count, told = _load_validators(folder)
         except (ImportError, Tf.ErrorException) as error:
             told = str(error).strip().splitlines()[-1]
-    return PluginState(name="validators", folder=folder, registered=count > 0, searched=_is_searched(folder), told=told)
+    return PluginState(name="validators", folder=folder, usable=count > 0, searched=_is_searched(folder), told=told)
 
 
 def _load_validators(folder: Path) -> tuple[int, str]:
@@ -97,14 +97,15 @@ def _load_validators(folder: Path) -> tuple[int, str]:
     named = [key for key, value in plugin.metadata["Validators"].items() if isinstance(value, dict)]
     registry = UsdValidation.ValidationRegistry()
     count = sum(registry.HasValidator(f"{name}:{key}") for key in named)
-    return count, f"{count} of {len(named)} for usdchecker and UsdValidation"
+    return count, f"{count} of {len(named)} for UsdValidation"
 
 
 def _usdview() -> PluginState:
     folder = _plugin_folder("usdview")
-    registered = Plug.Registry().GetPluginWithName("usdfoot.usdview.plugin") is not None
     told = "a menu in usdview" if folder else "is not installed"
-    return PluginState(name="usdview", folder=folder, registered=registered, searched=_is_searched(folder), told=told)
+    return PluginState(
+        name="usdview", folder=folder, usable=folder is not None, searched=_is_searched(folder), told=told
+    )
 
 
 def _plugin_folder(room: str) -> Path | None:

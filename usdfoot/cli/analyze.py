@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING
 
 from usdfoot.cli.console import print_problems, results_console, shown_progress
-from usdfoot.cli.tables import clip_table
+from usdfoot.cli.tables import clip_table, coverage_table, empty_lines
 
 if TYPE_CHECKING:
     from usdfoot.spaces.holes import HoleOptions
@@ -23,6 +23,7 @@ example:
   usdfoot analyze clips.usdc
   usdfoot analyze clips.usdc --styles -o clips_events.usda
   usdfoot analyze clips.usdc --plots build/spaces
+  usdfoot analyze clips.usdc --coverage coverage.usda
   usdfoot analyze clips.usdc --fill -o clips_filled.usda
 
 exit codes: 0 all clips analysed, 1 some could not be (listed), 2 none or nothing written
@@ -45,6 +46,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--plots", metavar="DIR", help="draw footstep and root velocity spaces with their errors (extra: report)"
     )
     parser.add_argument(
+        "--coverage",
+        metavar="MAP",
+        help="stage (and picture beside it) that shows where steps can land, how well, and what to capture next",
+    )
+    parser.add_argument(
         "--fill",
         action="store_true",
         help="make steps of physics, in the style of the nearest clips, for landings no clip shows; -o adds them",
@@ -65,12 +71,19 @@ def run(arguments: argparse.Namespace) -> int:
             output=arguments.output,
             styles=arguments.styles,
             plots=arguments.plots,
+            coverage=arguments.coverage,
             fill=_holes(arguments),
             progress=progress,
         )
     print_problems(report.problems, quiet=arguments.quiet)
     console = results_console()
     console.print(clip_table(report.summaries))
+    if arguments.coverage:
+        console.print(coverage_table(report.coverage))
+        for line in empty_lines(report.coverage):
+            console.print(line, soft_wrap=True)
+    for file in filter(None, (report.coverage_file,)):
+        console.print(f"wrote {file}", soft_wrap=True)
     if report.output is not None:
         console.print(f"wrote {report.output}", soft_wrap=True)
     for filled in report.filled:

@@ -21,11 +21,12 @@ if TYPE_CHECKING:
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
 
 NAME = "import"
-HELP = "motion capture as clips, footsteps of other programs as plans"
+HELP = "motion capture as clips, footsteps as plans, meshes and height maps as terrain"
 DESCRIPTION = (
     "Writes the clips of motion capture files (BVH, Acclaim's ASF with AMC) and of glTF as one USD stage: clips on the "
     "same bones share a Skeleton, whose rest pose stands on level feet, facing +Z, even where the file's own does not. "
-    "Or writes footsteps (CSV, .stp of 3ds Max's Biped, recordings of SteerSuite) as a layer of plans. One kind a call."
+    "Or writes footsteps (CSV, .stp of 3ds Max's Biped, recordings of SteerSuite) as a layer of plans, or meshes (OBJ, "
+    "PLY, STL) and heights (PNG, TIFF, ESRI grids, numpy, text) as a layer of terrain. One kind a call."
 )
 EPILOG = """\
 example:
@@ -34,12 +35,14 @@ example:
   usdfoot analyze clips.usd
   usdfoot import plan.csv -o plan.usda
   usdfoot import biped.stp --unit in -o plan.usda
+  usdfoot import hills.png --unit m --cell 0.04 --height 0.6 --scene shot.usda -o hills.usd
 
 columns of a CSV plan: foot (left, right), x, y, z (metres, +Y up), yaw (degrees, 0 faces +Z, 90 faces +X), strike,
 liftoff (seconds); optional: plan (its name), nx, ny, nz (ground's normal), style, root_weight.
 
 units and rates are never guessed: where a file does not state them, --unit and --rate are needed. Lengths of ASF files
-are in that unit divided by their `:units length`; glTF is in metres. It needs the extra: pip install 'usdfoot[import]'.
+are in that unit divided by their `:units length`; glTF is in metres. glTF and terrain need the extra `import`
+(pip install 'usdfoot[import]'). Plans and terrain are sublayers of the scene they are for: --scene gives its units.
 
 exit codes: 0 all imported, 1 some files skipped (listed), 2 nothing written
 
@@ -48,22 +51,30 @@ in Python:
   report = import_clips(["walk.bvh", "run.bvh"], "clips.usd", clip_format=ClipFormat(unit="cm"))
   from usdfoot.pipeline.import_plans import import_plans
   report = import_plans(["plan.csv"], "plan.usda")
+  from usdfoot.pipeline.import_terrain import TerrainFormat, import_terrain
+  report = import_terrain(["hills.png"], "hills.usd", terrain_format=TerrainFormat(unit="m", cell=0.04, height=0.6))
 """
+
+
+KINDS = ".bvh, .asf with its .amc, .gltf, .glb; .csv, .stp, .foot, .rec; .obj, .ply, .stl, .png, .tif, .asc, .npz, .txt"
+"""Suffixes of clips; plans; terrain."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the verb's arguments."""
-    parser.add_argument(
-        "files", metavar="FILE", nargs="+", help=".bvh, .asf with its .amc, .gltf, .glb; .csv, .stp, .foot, .rec"
-    )
+    parser.add_argument("files", metavar="FILE", nargs="+", help=KINDS)
     parser.add_argument("-o", "--output", metavar="USD", required=True, help="stage to write: .usd, .usda or .usdc")
     parser.add_argument("--unit", default="", help="of lengths: m, cm, mm, ft, in, or metres a unit")
     parser.add_argument(
-        "--rate", metavar="HZ", type=rate, default=0.0, help="frames a second of AMC files; of glTF's clips"
+        "--rate", metavar="HZ", type=rate, default=0.0, help="of AMC files and glTF's clips; ticks of .stp"
     )
     parser.add_argument("--up", choices=("Y", "Z"), default="Y", help="axis that points up (default: %(default)s)")
-    parser.add_argument("--scene", help="USD file whose units and axes the plans are for")
-    add_limits(parser, "joints", "frames")
+    parser.add_argument("--scene", help="USD file whose units and axes plans and terrain are for")
+    parser.add_argument("--cell", metavar="LENGTH", type=float, default=0.0, help="distance of a height map's columns")
+    parser.add_argument(
+        "--height", metavar="LENGTH", type=float, default=0.0, help="of white in a picture, of 1 in other height maps"
+    )
+    add_limits(parser, "agents", "joints", "frames", "triangles")
 
 
 def rate(text: str) -> float:
@@ -80,11 +91,16 @@ def rate(text: str) -> float:
 def run(arguments: argparse.Namespace) -> int:
     """Import; 0 = all files, 1 = some skipped."""
     from usdfoot.pipeline.import_plans import PLAN_SUFFIXES
+    from usdfoot.pipeline.import_terrain import TERRAIN_SUFFIXES
 
-    kinds = {Path(file).suffix.lower() in PLAN_SUFFIXES for file in arguments.files}
-    if len(kinds) > 1:
-        raise UsdfootError(", ".join(arguments.files), "are clips and plans", "import one kind at a time")
-    return _run_plans(arguments) if kinds == {True} else _run_clips(arguments)
+    suffixes = {Path(file).suffix.lower() for file in arguments.files}
+    for kind, run_kind in ((PLAN_SUFFIXES, _run_plans), (TERRAIN_SUFFIXES, _run_terrain)):
+        if suffixes <= set(kind):
+            return run_kind(arguments)
+    mixed = sorted(suffixes.intersection((*PLAN_SUFFIXES, *TERRAIN_SUFFIXES)))
+    if mixed:
+        raise UsdfootError(", ".join(arguments.files), "are of several kinds", "import clips, plans and terrain apart")
+    return _run_clips(arguments)
 
 
 def _run_plans(arguments: argparse.Namespace) -> int:
@@ -102,9 +118,39 @@ def _run_plans(arguments: argparse.Namespace) -> int:
     return 1 if report.skipped else 0
 
 
+def _run_terrain(arguments: argparse.Namespace) -> int:
+    import numpy as np
+
+    from usdfoot.pipeline.import_terrain import TerrainFormat, import_terrain
+
+    said = TerrainFormat(
+        unit=arguments.unit,
+        cell=arguments.cell,
+        height=arguments.height,
+        up=arguments.up,
+        limits=limits_of(arguments),
+    )
+    with shown_progress(quiet=arguments.quiet) as progress:
+        report = import_terrain(
+            arguments.files, arguments.output, terrain_format=said, scene=arguments.scene, progress=progress
+        )
+    print_problems(report.problems, quiet=arguments.quiet)
+    console = results_console()
+    for name, terrain in report.terrains.items():
+        width, height, depth = (float(size) for size in np.ptp(terrain.points, axis=0))
+        console.print(f"{name}: {len(terrain.triangles)} triangles, {width:g} x {depth:g} m, {height:g} m high")
+    console.print(f"wrote {report.file}", soft_wrap=True)
+    return 1 if any(problem.severity == "error" for problem in report.problems) else 0
+
+
 def _run_clips(arguments: argparse.Namespace) -> int:
     from usdfoot.pipeline.import_clips import ClipFormat, import_clips
 
+    for flag in ("scene", "cell", "height"):
+        if getattr(arguments, flag):
+            raise UsdfootError(
+                f"--{flag}", "is for plans and terrain", "leave it out; clips are written in metres, +Y up"
+            )
     said = ClipFormat(unit=arguments.unit, rate=arguments.rate, up=arguments.up, limits=limits_of(arguments))
     with shown_progress(quiet=arguments.quiet) as progress:
         report = import_clips(arguments.files, arguments.output, clip_format=said, progress=progress)

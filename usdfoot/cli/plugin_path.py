@@ -15,8 +15,11 @@ DESCRIPTION = (
 )
 EPILOG = """\
 example:
+  usdfoot plugin-path
   export PXR_PLUGINPATH_NAME="$(usdfoot plugin-path):$PXR_PLUGINPATH_NAME"
   usdview build/walk/crowd.usd    # menu Usdfoot
+
+exit codes: 0 printed
 
 in Python:
   from usdfoot.pipeline.plugins import plugin_folders

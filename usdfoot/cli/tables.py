@@ -9,8 +9,11 @@ from typing import TYPE_CHECKING
 from rich.table import Table
 from rich.text import Text
 
+from usdfoot.model.biped import SIDES
+
 if TYPE_CHECKING:
     from usdfoot.analysis.summary import ClipSummary
+    from usdfoot.model.coverage import EmptyCircle, SpaceCoverage
     from usdfoot.model.motion import StepResults
     from usdfoot.model.plan import FootstepPlan
     from usdfoot.pipeline.doctor import Symptom
@@ -20,6 +23,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "clip_table",
+    "coverage_table",
+    "empty_lines",
     "fault_table",
     "figure_table",
     "plan_table",
@@ -32,6 +37,8 @@ __all__ = [
 
 MOST_ROWS = 40
 """Agents listed at most; the total covers all."""
+MOST_CIRCLES = 10
+"""Places where no step lands at most."""
 MOST_NOTES = 3
 """Notes on a clip at most."""
 
@@ -61,6 +68,58 @@ def clip_table(summaries: Sequence[ClipSummary]) -> Table:
             "\n".join(notes),
         )
     return table
+
+
+def coverage_table(spaces: Sequence[SpaceCoverage]) -> Table:
+    """Where steps land, and the error to expect."""
+    import numpy as np
+
+    table = Table(title="coverage")
+    table.add_column("skeleton")
+    table.add_column("style")
+    table.add_column("gait")
+    table.add_column("foot")
+    for heading in ("steps", "to the left m", "ahead m", "expected error cm", "worst cm"):
+        table.add_column(heading, justify="right")
+    for space in spaces[:MOST_ROWS]:
+        low, high = space.landings.min(axis=0), space.landings.max(axis=0)
+        known = space.errors[np.isfinite(space.errors)]
+        table.add_row(
+            space.skeleton,
+            space.style,
+            "flight" if space.flight else "ground",
+            SIDES[space.side],
+            str(space.steps),
+            f"{low[0]:.2f} to {high[0]:.2f}",
+            f"{low[1]:.2f} to {high[1]:.2f}",
+            _number(100.0 * float(known.mean()) if known.size else math.nan, 1),
+            _number(100.0 * float(known.max()) if known.size else math.nan, 1),
+        )
+    if len(spaces) > MOST_ROWS:
+        table.add_row(f"and {len(spaces) - MOST_ROWS} more", *[""] * 8)
+    return table
+
+
+def empty_lines(spaces: Sequence[SpaceCoverage]) -> list[str]:
+    """The largest places where no step lands, largest first; mirror images are one."""
+    circles = sorted(
+        ((circle, space) for space in spaces for circle in space.empty_circles), key=lambda pair: -pair[0].radius
+    )
+    images: dict[object, list[tuple[EmptyCircle, SpaceCoverage]]] = {}
+    for circle, space in circles:
+        x, z = (round(value, 6) + 0.0 for value in circle.place.tolist())
+        outward = x if space.side == 0 else -x
+        images.setdefault((space.skeleton, space.style, space.flight, outward, z), []).append((circle, space))
+    lines = []
+    for (circle, space), *others in list(images.values())[:MOST_CIRCLES]:
+        feet = f"{SIDES[space.side]} foot" + (f", mirrored the {SIDES[others[0][1].side]} one" if others else "")
+        gait = f"{space.style}, with flight" if space.flight else space.style
+        error = f"expected error {100.0 * circle.expected_error:.0f} cm"
+        lines.append(
+            f"no step lands near x={circle.place[0]:.2f}, z={circle.place[1]:.2f} ({feet}; {gait}): "
+            f"nearest example {circle.radius:.2f} m, {error if circle.inside else 'outside what can be blended'}"
+        )
+    return lines
 
 
 def fault_table(faults: Sequence[Fault]) -> Table:

@@ -9,7 +9,7 @@ import numpy as np
 import warp as wp
 
 from usdfoot.engine.legs import LegRig
-from usdfoot.engine.plant import FootArrays, standing_foot
+from usdfoot.engine.plant import MOST_DROP, FootArrays, standing_foot
 from usdfoot.engine.poses import Feet, Layout
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
@@ -21,6 +21,7 @@ __all__ = [
     "device_feet",
     "lay_prints",
     "lead_swings",
+    "lower_pelvis",
     "roll_contacts",
     "unplanted_feet",
     "with_values",
@@ -57,6 +58,8 @@ class ContactFeet:
     leave_rotations: FloatArray
     land_rotations: FloatArray
     """Planted times inverse blended ankle rotation, likewise, shape (C, 4)."""
+    drops: FloatArray
+    """How far the pelvis has to come down for the leg to reach its print at the strike [m], shape (C,)."""
     on_ground: BoolArray
     """Whether there is walkable ground under the ball, shape (C,)."""
 
@@ -75,6 +78,7 @@ def unplanted_feet(count: int) -> ContactFeet:
         land_offsets=nowhere,
         leave_rotations=still,
         land_rotations=still,
+        drops=zero,
         on_ground=np.zeros(count, dtype=bool),
     )
 
@@ -225,6 +229,7 @@ def device_feet(layout: Layout, feet: ContactFeet, detours: FloatArray) -> FootA
         ("leave_rotations", feet.leave_rotations, wp.quatf),
         ("land_offsets", feet.land_offsets, wp.vec3f),
         ("land_rotations", feet.land_rotations, wp.quatf),
+        ("drops", feet.drops, wp.float32),
         ("detours", detours, wp.vec3f),
     ):
         setattr(arrays, name, wp.array(np.ascontiguousarray(values, dtype=np.float32), dtype=kind, copy=False))
@@ -302,6 +307,26 @@ def lead_swings(layout: Layout, feet: ContactFeet, rows: IntArray, leaves: Feet,
         "land_rotations": land[1],
     }
     return with_values(feet, rows, led)
+
+
+def lower_pelvis(layout: Layout, feet: ContactFeet, rows: IntArray, lands: Feet) -> ContactFeet:
+    """The feet with how far the pelvis has to come down for the legs to reach some prints at their strikes.
+
+    Args:
+        layout: Contacts as executed.
+        feet: Prints and rolls.
+        rows: Contacts, shape (N,).
+        lands: Blended feet at their strikes, one frame each.
+    """
+    contacts = layout.contacts
+    own = np.arange(len(rows)), contacts.sides[rows]
+    times = (contacts.strikes - contacts.starts[contacts.agents])[rows]
+    arrays = device_feet(layout, feet, np.zeros((len(contacts.sides), 2, 3)))
+    balls, rotations = _planted(layout, arrays, rows, times, lands)
+    ankles = balls - quaternion.rotate(rotations, layout.rig.arrays.ball_offsets.numpy()[own[1]])
+    apart, longest = lands.hips[own] - ankles, lands.longest[own]
+    heights = np.sqrt(np.maximum(longest**2 - np.sum(apart[:, [0, 2]] ** 2, axis=1), 0.0))
+    return with_values(feet, rows, {"drops": np.clip(apart[:, 1] - heights, 0.0, MOST_DROP * longest)})
 
 
 def _differences(

@@ -15,6 +15,12 @@ PAST_UPRIGHT = wp.constant(0.3)
 """How far the ankle of a foot that is raised to reach may pass its ball [rad], however deep the step."""
 
 
+MOST_DROP = wp.constant(0.35)
+"""Most that the pelvis comes down for a leg, over the leg's length."""
+EASE_TIME = wp.constant(0.25)
+"""The pelvis begins to sink at most so long before a strike that needs it low, and rises as long after [s]."""
+
+
 @wp.struct
 class FootArrays:
     """Contacts on the device, C of them."""
@@ -34,6 +40,7 @@ class FootArrays:
     leave_rotations: wp.array(dtype=wp.quatf)  # planted times inverse blended ankle at the liftoff
     land_offsets: wp.array(dtype=wp.vec3f)  # the same at the next strike of this foot
     land_rotations: wp.array(dtype=wp.quatf)
+    drops: wp.array(dtype=wp.float32)  # (C,) how far the pelvis has to come down at the strike
     detours: wp.array2d(dtype=wp.vec3f)  # (C, K) added to the swing that follows, even in its time
 
 
@@ -171,12 +178,25 @@ def foot_pose(rig: LegRig, feet: FootArrays, contact: int, side: int, time: floa
 
 @wp.func
 def needed_drop(rig: LegRig, leg: Leg, ankle: wp.vec3f) -> float:
-    """How far the pelvis must come down for the leg to reach the ankle's place; capped at 0.35 of the leg."""
+    """How far the pelvis must come down for the leg to reach the ankle's place, as far as it may."""
     longest = longest_leg(rig, leg)
     offset = leg.hip - ankle
     flat = offset[0] * offset[0] + offset[2] * offset[2]
     height = wp.sqrt(wp.max(longest * longest - flat, 0.0))
-    return wp.min(offset[1] - height, 0.35 * longest)
+    return wp.min(offset[1] - height, MOST_DROP * longest)
+
+
+@wp.func
+def landing_drop(feet: FootArrays, contact: int, time: float) -> float:
+    """How far the pelvis is lowered for the strike that is nearest, before it and after it."""
+    row = contact
+    room = feet.liftoffs[contact] - feet.strikes[contact]
+    away = time - feet.strikes[contact]
+    if time > feet.liftoffs[contact]:
+        row = feet.following[contact]
+        room = feet.strikes[row] - feet.liftoffs[contact]
+        away = feet.strikes[row] - time
+    return feet.drops[row] * (1.0 - smootherstep(wp.abs(away) / wp.min(room, EASE_TIME)))
 
 
 @wp.func
@@ -240,9 +260,10 @@ def plant_feet(
     if shifts.shape[0] > 0:
         left_pose = nudged_foot(rig, 0, left_pose, shifts[frame, 0], turns[frame, 0])
         right_pose = nudged_foot(rig, 1, right_pose, shifts[frame, 1], turns[frame, 1])
-    first = soft_positive(needed_drop(rig, left, left_pose.ankle), 0.004)
-    second = soft_positive(needed_drop(rig, right, right_pose.ankle), 0.004)
-    drop = second + soft_positive(first - second, 0.004)
+    eased = landing_drop(feet, contacts[frame, 0], time) + landing_drop(feet, contacts[frame, 1], time)
+    first = soft_positive(needed_drop(rig, left, left_pose.ankle) - eased, 0.004)
+    second = soft_positive(needed_drop(rig, right, right_pose.ankle) - eased, 0.004)
+    drop = eased + second + soft_positive(first - second, 0.004)
     down = wp.vec3f(0.0, -drop, 0.0)
     pelvis_positions[frame] = pelvis + down
     left.hip += down

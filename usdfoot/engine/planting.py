@@ -9,7 +9,15 @@ import numpy as np
 import warp as wp
 
 from usdfoot.engine.detours import KNOTS, plan_detours
-from usdfoot.engine.feet import ContactFeet, device_feet, lead_swings, roll_contacts, unplanted_feet, with_values
+from usdfoot.engine.feet import (
+    ContactFeet,
+    device_feet,
+    lead_swings,
+    lower_pelvis,
+    roll_contacts,
+    unplanted_feet,
+    with_values,
+)
 from usdfoot.engine.frames import Frames, lay_frames
 from usdfoot.engine.given_roots import given_roots
 from usdfoot.engine.landings import GROUND_AXES
@@ -95,7 +103,8 @@ def prepare_feet(layout: Layout, source: PoseSource, ground: Ground, feet: Conta
     feet = with_values(feet, due.flats, {"flat_pitches": raises})
     liftoffs = _feet_at(layout, source, due.swings, contacts.liftoffs[due.swings])
     lands = strikes[np.searchsorted(due.strikes, due.swings + 2)]
-    return lead_swings(layout, feet, due.swings, liftoffs, lands)
+    feet = lead_swings(layout, feet, due.swings, liftoffs, lands)
+    return lower_pelvis(layout, feet, due.strikes, strikes)
 
 
 def _feet_at(layout: Layout, source: PoseSource, rows: IntArray, times: FloatArray) -> Feet:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.motion import StepResults
 from usdfoot.model.plan import FootstepPlan
 
 __all__ = ["KINDS", "Lines", "Marks", "Overlay", "Shape", "ShownAgent"]
@@ -23,14 +23,8 @@ class ShownAgent:
     """As executed."""
     foot_length: float
     """From ankle to ball [m]."""
-    status: tuple[str, ...]
-    """Of each footstep, N of them; none at all if nothing is recorded."""
-    blend_error: FloatArray
-    """[m], NaN where nothing is recorded, shape (N,)."""
-    placement_error: FloatArray
-    """[m], NaN where nothing is recorded, shape (N,)."""
-    clips: tuple[Mapping[str, float], ...]
-    """Recorded weight of each clip blended in each step, by name; N of them, or none."""
+    results: StepResults
+    """As recorded; errors are NaN where nothing is."""
     com_times: FloatArray
     """[s], increasing, shape (F,)."""
     com_positions: FloatArray

@@ -7,19 +7,23 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from usdfoot import __version__
 from usdfoot.analysis.styles import group_styles
 from usdfoot.analysis.summary import ClipSummary, summarise
 from usdfoot.engine.animate import prepare_library
 from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import ClipError
 from usdfoot.model.clip import ClipLibrary
+from usdfoot.model.coverage import SpaceCoverage
 from usdfoot.model.report import Problem
 from usdfoot.physics.fill import FilledLibrary
+from usdfoot.pipeline.coverage import cover_library, draw_coverage
 from usdfoot.pipeline.fill import fill_holes
-from usdfoot.pipeline.plots import plot_spaces, require_matplotlib
+from usdfoot.pipeline.plots import has_matplotlib, plot_spaces, require_matplotlib
 from usdfoot.readers.libraries import read_libraries
 from usdfoot.spaces.holes import HoleOptions
 from usdfoot.writers.clip_prims import MadeClip
+from usdfoot.writers.coverage import write_coverage
 from usdfoot.writers.events import write_clip_events
 
 __all__ = ["AnalyzeReport", "analyze"]
@@ -37,6 +41,10 @@ class AnalyzeReport:
     """Layer written, if any."""
     plots: tuple[Path, ...]
     """Pictures drawn."""
+    coverage: tuple[SpaceCoverage, ...] = ()
+    """Where the steps of every style, gait and foot land, if asked for."""
+    coverage_file: Path | None = None
+    """Stage that shows it."""
     filled: tuple[FilledLibrary, ...] = ()
     """Holes of the libraries' footstep spaces and the clips made for them, if asked for."""
 
@@ -48,6 +56,7 @@ def analyze(
     styles: bool = False,
     plots: str | os.PathLike[str] | None = None,
     fill: HoleOptions | None = None,
+    coverage: str | os.PathLike[str] | None = None,
     progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
 ) -> AnalyzeReport:
     """Find the contacts and steps of every clip of a stage; write the contacts over it if asked to.
@@ -59,6 +68,8 @@ def analyze(
         styles: Group the clips that have no style by what their bodies do; write the styles found as well.
         fill: Make steps for the holes of the footstep spaces, and write them too; they are among the summaries.
         plots: Folder for pictures of the parametric spaces of every skeleton.
+        coverage: Stage to write that shows where the steps can land, how well, and where none does; with matplotlib
+            also as a picture of the same name, .png.
         progress: Told which skeleton's clips begin, how many are done, and of how many.
 
     Raises:
@@ -69,6 +80,7 @@ def analyze(
     clips = read_libraries(clips_file)
     summaries: list[ClipSummary] = []
     pictures: list[Path] = []
+    covered: list[SpaceCoverage] = []
     if plots is not None:
         require_matplotlib()
     filled: list[FilledLibrary] = []
@@ -83,6 +95,8 @@ def analyze(
         summaries += [replace(summary, style=found.get(summary.name, summary.style)) for summary in own]
         if plots is not None:
             pictures += _plot(filled[-1].filled if filled else library, Path(plots))
+        if coverage is not None:
+            covered += cover_library(filled[-1].filled if filled else library)
     unusable = [
         Problem(severity="error", where=summary.name, message="; ".join(summary.warnings))
         for summary in summaries
@@ -105,12 +119,25 @@ def analyze(
             styles={name: style for name, style in grouped.items() if name not in {each.clip.name for each in made}},
             made=made,
         )
+    shown = None
+    if coverage is not None and covered:
+        shown = write_coverage(
+            coverage,
+            covered,
+            units=clips.info.units,
+            sources=clips.info.layers,
+            provenance={"version": __version__, "verb": "analyze", "clips": Path(clips.info.identifier).name},
+        )
+        if has_matplotlib():
+            pictures.append(draw_coverage(covered, shown.with_suffix(".png")))
     return AnalyzeReport(
         summaries=tuple(summaries),
         problems=(*clips.problems, *unusable, *(problem for each in filled for problem in each.problems)),
         output=written,
         plots=tuple(pictures),
         filled=tuple(filled),
+        coverage=tuple(covered),
+        coverage_file=shown,
     )
 
 

@@ -32,7 +32,7 @@ EXTRAS = {
         ("matplotlib", "PIL", "jupyter_threejs_sage"),
         "pictures and pages: usdfoot analyze --plot, usdfoot inspect --html, tools/draw.py",
     ),
-    "import": (("pygltflib",), "usdfoot import: glTF"),
+    "import": (("pygltflib", "trimesh", "PIL"), "usdfoot import: glTF and terrain"),
     "dask": (("distributed",), "usdfoot animate --scheduler"),
 }
 """Modules of the optional extras, and what they are for."""
@@ -123,11 +123,11 @@ def _plugins() -> list[Symptom]:
 
     symptoms = []
     for plugin in plugin_states():
-        there = plugin.registered or (plugin.folder is not None and plugin.searched)
         place = f", in {plugin.folder}" if plugin.folder else ""
         told = f"{plugin.told}{place}" + ("; other programs find it" if plugin.searched else "")
-        remedy = f"for other programs put that folder on {SEARCH_PATH}" if plugin.folder and not plugin.searched else ""
-        state = "ok" if there else "absent"
+        state, remedy = "ok" if plugin.usable else "absent", ""
+        if plugin.usable and not plugin.searched:
+            remedy = f'for other programs: export {SEARCH_PATH}="$(usdfoot plugin-path)"'
         if plugin.name == "schemas" and plugin.folder is None:
             state, told, remedy = "broken", "the schemas are not installed", "pip install usdfoot again"
         symptoms.append(Symptom(name=f"plugin {plugin.name}", state=state, told=told, remedy=remedy))

@@ -103,7 +103,7 @@ def import_clips(
         except UsdfootError as error:
             errors.append(error)
     if not captures:
-        raise errors[0]
+        raise errors[0] if errors else ClipError("files", "there are none", "name at least one")
     problems += [Problem(severity="error", where=error.where, message=str(error)) for error in errors]
     progress("write", 0, 0)
     standing = []
@@ -132,7 +132,12 @@ def _read(path: Path, skeleton: Path | None, said: ClipFormat) -> tuple[list[Cap
     """Captures of one file, an AMC file with its ASF file, and what was odd."""
     suffix = path.suffix.lower()
     if suffix == ".bvh":
-        return [upright(import_bvh(path, unit=said.unit, limits=said.limits), up=said.up)], ()
+        capture = import_bvh(path, unit=said.unit, limits=said.limits)
+        stated = capture.clips[0].rate
+        if said.rate and not np.isclose(said.rate, stated, rtol=1e-3):
+            what = f"says it has {stated:g} frames a second, not {said.rate:g}"
+            raise ClipError(path, what, "leave --rate out, or import files that need it apart")
+        return [upright(capture, up=said.up)], ()
     if suffix in GLTF_SUFFIXES:
         found, left_out = import_gltf(path, rate=said.rate, limits=said.limits)
         return list(found), left_out
@@ -184,7 +189,7 @@ def _doubts(capture: Capture, roles: Mapping[str, int]) -> list[str]:
     length = np.median(np.linalg.norm(knees - hips, axis=-1) + np.linalg.norm(ankles - knees, axis=-1))
     messages = []
     if not LEGS[0] < length < LEGS[1]:
-        messages.append(f"legs are {length:.3g} m long. Is --unit right?")
+        messages.append(f"legs are {length:.3g} m long. Is the unit right?")
     down = (ankles - hips).mean(axis=(0, 1))
     axis = int(np.argmax(np.abs(down)))
     if axis != 1 or down[1] > 0.0:

@@ -14,13 +14,13 @@ from usdfoot import __version__
 from usdfoot.bridge.scene import StageInfo
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.maths import quaternion
-from usdfoot.maths.types import FloatArray
 from usdfoot.model.overlay import KINDS, Marks, Overlay, ShownAgent
 from usdfoot.model.report import Problem
 from usdfoot.model.skeleton import forward_kinematics
 from usdfoot.pipeline.overlay_com import draw_com
 from usdfoot.pipeline.overlay_marks import mark_contacts, mark_errors, mark_footsteps, mark_timing, tabulate_steps
 from usdfoot.pipeline.overlay_spaces import draw_spaces
+from usdfoot.readers.executed import read_step_results
 from usdfoot.readers.stage import read_stage_info
 from usdfoot.readers.written import (
     WrittenAgent,
@@ -149,7 +149,7 @@ def draw_overlay(
     for done, name in enumerate(names):
         progress("read", done, len(names))
         try:
-            shown.append(_shown(read_agent(crowd, name), crowd))
+            shown.append(_shown(read_agent(crowd, name), crowd, with_com="Com" in options.kinds))
         except UsdfootError as error:
             problems.append(Problem(severity="error", where=error.where, message=str(error)))
     if not shown:
@@ -182,27 +182,19 @@ def draw_overlay(
     return overlay, tuple(problems)
 
 
-def _shown(agent: WrittenAgent, crowd: WrittenCrowd) -> ShownAgent:
-    """What is drawn of an agent."""
-    tracks = read_joint_tracks(agent, crowd.units, agent.frame_codes)
+def _shown(agent: WrittenAgent, crowd: WrittenCrowd, *, with_com: bool) -> ShownAgent:
+    """What is drawn of an agent; without the path of its centre of mass only the first frame is read."""
     skeleton, biped = agent.skeleton, agent.biped
     places, turns = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
     offset = quaternion.rotate(quaternion.inverse(turns[biped.pelvis]), biped.com)
     feet = places[list(biped.balls)] - places[list(biped.ankles)]
-    pelvis = tracks.positions[:, biped.pelvis]
+    tracks = read_joint_tracks(agent, crowd.units, agent.frame_codes[: None if with_com else 1])
+    turned = quaternion.rotate(tracks.turns[:, biped.pelvis], offset)
     return ShownAgent(
         name=agent.name,
         plan=agent.plan,
         foot_length=float(np.linalg.norm(feet, axis=1).mean()),
-        status=agent.status,
-        blend_error=_recorded(agent.blend_error, len(agent.plan)),
-        placement_error=_recorded(agent.placement_error, len(agent.plan)),
-        clips=agent.clips if len(agent.clips) == len(agent.plan) else (),
+        results=read_step_results(agent, crowd.units),
         com_times=tracks.times,
-        com_positions=pelvis + quaternion.rotate(tracks.turns[:, biped.pelvis], offset),
+        com_positions=tracks.positions[:, biped.pelvis] + turned,
     )
-
-
-def _recorded(values: FloatArray, count: int) -> FloatArray:
-    """Figures of footsteps, NaN where the plan has none of them."""
-    return values if len(values) == count else np.full(count, np.nan)

@@ -78,9 +78,9 @@ def tabulate_steps(agents: Sequence[ShownAgent]) -> StepRows:
         liftoff_times=np.concatenate([plan.liftoff_times for plan in plans]),
         step_times=np.concatenate([np.append(np.diff(plan.strike_times), np.nan) for plan in plans]),
         sizes=np.repeat([agent.foot_length for agent in agents], counts),
-        status=tuple(status for agent in agents for status in agent.status or (Status.OK,) * len(agent.plan)),
-        blend_error=np.concatenate([agent.blend_error for agent in agents]),
-        placement_error=np.concatenate([agent.placement_error for agent in agents]),
+        status=tuple(status for agent in agents for status in agent.results.status),
+        blend_error=np.concatenate([agent.results.blend_error for agent in agents]),
+        placement_error=np.concatenate([agent.results.placement_error for agent in agents]),
     )
 
 

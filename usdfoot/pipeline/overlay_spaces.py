@@ -37,7 +37,7 @@ def draw_spaces(
         times: Of the frames [s], shape (T,).
         length: Height of the column of an example that has all the weight [m].
     """
-    recorded = {agent.name: agent.clips for agent in shown if any(agent.clips)}
+    recorded = {agent.name: agent.results for agent in shown if agent.results.clips}
     if not recorded:
         return (), ()
     if not crowd.scene:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, fields
 from functools import partial
 from typing import Any
@@ -13,6 +13,7 @@ from usdfoot.engine.animate import PreparedLibraries, PreparedLibrary, PreparedS
 from usdfoot.engine.queries import step_queries
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.agent import Agent, Crowd
+from usdfoot.model.motion import StepResults
 from usdfoot.model.overlay import Shape
 from usdfoot.model.report import Problem
 from usdfoot.physics.motion_options import MotionOptions
@@ -62,13 +63,13 @@ class WeighedBatch:
     steps: PreparedSteps
 
 
-def weigh_again(crowd: WrittenCrowd, recorded: Mapping[str, object]) -> tuple[list[WeighedBatch], list[Problem]]:
-    """The steps of the agents recorded, as the crowd's scene and options give them."""
+def weigh_again(crowd: WrittenCrowd, names: Collection[str]) -> tuple[list[WeighedBatch], list[Problem]]:
+    """The steps of agents with these names, as the crowd's scene and options give them."""
     options = options_of(crowd.provenance)
     frames = (int(crowd.stage.GetStartTimeCode()), int(crowd.stage.GetEndTimeCode()))
     reader = SceneReader(crowd.scene, frames=frames, motion=options.motion, crowd=crowd.folder)
     libraries = PreparedLibraries(options)
-    read, _, lost = plan_followers(reader.read(names=recorded).crowd, options=options, libraries=libraries)
+    read, _, lost = plan_followers(reader.read(names=names).crowd, options=options, libraries=libraries)
     batches, problems = [], [undrawn(problem.where, problem.message) for problem in lost]
     for index in range(len(read.libraries)):
         own = [agent for agent in read.agents if agent.library == index and agent.motion != "physics"]
@@ -87,24 +88,38 @@ def _batches(
     return [WeighedBatch(library=prepared, agents=agents, steps=steps)]
 
 
-def is_as_recorded(batch: WeighedBatch, row: int, recorded: Sequence[Mapping[str, float]]) -> bool:
+def is_as_recorded(batch: WeighedBatch, row: int, recorded: StepResults) -> bool:
     """Whether all steps of the agent `row` of a batch blend the clips recorded, with their weights."""
     setup, blend = batch.steps.setup, batch.steps.blend
-    segments = setup.segments
+    segments, examples = setup.segments, setup.examples
     own = np.flatnonzero((segments.agents == row) & ~segments.stands)
     footsteps = setup.contacts.steps[segments.supports[own] + 1]
+    wanted = _recorded_weights(recorded)
     for segment, footstep in zip(own.tolist(), footsteps.tolist(), strict=True):
-        if footstep < 0:
+        if not 0 <= footstep < len(wanted):
             continue
-        found: dict[str, float] = {}
-        clips = setup.examples.clip_indices[blend.examples[segment]].tolist()
-        for clip, weight in zip(clips, blend.weights[segment].tolist(), strict=True):
-            name = setup.examples.clip_names[clip]
-            found[name] = found.get(name, 0.0) + weight
-        wanted = recorded[footstep] if footstep < len(recorded) else {}
-        if any(abs(found.get(name, 0.0) - wanted.get(name, 0.0)) > AGREEMENT for name in {*found, *wanted}):
+        clips = [examples.clip_names[clip] for clip in examples.clip_indices[blend.examples[segment]].tolist()]
+        found = _sums(clips, blend.weights[segment].tolist())
+        names = {*found, *wanted[footstep]}
+        if any(abs(found.get(name, 0.0) - wanted[footstep].get(name, 0.0)) > AGREEMENT for name in names):
             return False
     return True
+
+
+def _recorded_weights(results: StepResults) -> list[dict[str, float]]:
+    """Weight of each clip blended in each step, by name."""
+    ends = np.cumsum(results.clip_counts).tolist()
+    begins = [0, *ends[:-1]]
+    weights = results.clip_weights.tolist()
+    return [_sums(results.clips[a:b], weights[a:b]) for a, b in zip(begins, ends, strict=True)]
+
+
+def _sums(names: Sequence[str], weights: Sequence[float]) -> dict[str, float]:
+    """Sum of the weights of each name."""
+    totals: dict[str, float] = {}
+    for name, weight in zip(names, weights, strict=True):
+        totals[name] = totals.get(name, 0.0) + weight
+    return totals
 
 
 def space_rows(

@@ -14,7 +14,12 @@ from usdfoot.errors import UsdfootError
 from usdfoot.pipeline.space_maps import ErrorMap, map_landings, map_velocities
 from usdfoot.spaces.library import SideSpace
 
-__all__ = ["plot_spaces", "require_matplotlib"]
+__all__ = ["has_matplotlib", "plot_spaces", "require_matplotlib"]
+
+
+def has_matplotlib() -> bool:
+    """Whether matplotlib is installed."""
+    return importlib.util.find_spec("matplotlib") is not None
 
 
 def require_matplotlib() -> None:
@@ -23,7 +28,7 @@ def require_matplotlib() -> None:
     Raises:
         UsdfootError: If it is not.
     """
-    if importlib.util.find_spec("matplotlib") is None:
+    if not has_matplotlib():
         raise UsdfootError("matplotlib", "is not installed, so nothing can be drawn", "pip install 'usdfoot[report]'")
 
 

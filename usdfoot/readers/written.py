@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -55,12 +54,8 @@ class WrittenAgent:
     """Status of each footstep; empty if there are no results."""
     blend_error: FloatArray
     """Recorded blend error of each footstep [m], shape (N,) or (0,)."""
-    placement_error: FloatArray
-    """Recorded placement error of each footstep [m], shape (N,) or (0,)."""
     hull_distance: FloatArray
     """Recorded distance to the hull [m], shape (N,) or (0,)."""
-    clips: tuple[Mapping[str, float], ...]
-    """Recorded weight of each clip blended in each step, by name; N of them, or none."""
     skeleton: Skeleton
     """Rest pose in the agent's space."""
     biped: Biped
@@ -178,9 +173,7 @@ def read_agent_prim(prim: Usd.Prim, units: StageUnits) -> WrittenAgent:
         flat_times=_flat_times(animation.GetPrim(), plan, units),
         status=tuple(str(value) for value in authored(plans[0], tokens.Result.STATUS) or ()),
         blend_error=_floats(plans[0], tokens.Result.BLEND_ERROR) * units.meters_per_unit,
-        placement_error=_floats(plans[0], tokens.Result.PLACEMENT_ERROR) * units.meters_per_unit,
         hull_distance=_floats(plans[0], tokens.Result.HULL_DISTANCE) * units.meters_per_unit,
-        clips=_clips(plans[0]),
         skeleton=skeleton,
         biped=biped,
         frame_codes=codes,
@@ -266,23 +259,6 @@ def _times(prim: Usd.Prim, name: str, units: StageUnits) -> FloatArray:
 
 def _floats(prim: Usd.Prim, name: str) -> FloatArray:
     return np.array(authored(prim, name) or (), dtype=float)
-
-
-def _clips(plan: Usd.Prim) -> tuple[dict[str, float], ...]:
-    """Names and weights of the clips of each step, if they are recorded and agree in number."""
-    counts = authored(plan, tokens.Result.CLIP_COUNTS) or ()
-    names = authored(plan, tokens.Result.CLIPS) or ()
-    weights = authored(plan, tokens.Result.CLIP_WEIGHTS) or ()
-    if len({sum(counts), len(names), len(weights)}) != 1:
-        return ()
-    pairs = iter(zip(names, weights, strict=True))
-    steps: list[dict[str, float]] = []
-    for count in counts:
-        totals: dict[str, float] = {}
-        for name, weight in islice(pairs, count):
-            totals[str(name)] = totals.get(str(name), 0.0) + float(weight)
-        steps.append(totals)
-    return tuple(steps)
 
 
 def _provenance(stage: Usd.Stage) -> tuple[Path, dict[str, Any]]:

@@ -73,7 +73,7 @@ def _register(registry: Any, name: str, check: Check, fixers: list[Any]) -> None
 
 
 def _made(fixers: Callable[[], Sequence[Any]]) -> list[Any]:
-    """The fixers; none where USD knows fixers but cannot make them in Python (before 26.08)."""
+    """The fixers; none where USD knows fixers but cannot make them in Python (as 26.05)."""
     try:
         return list(fixers())
     except (AttributeError, RuntimeError, TypeError):

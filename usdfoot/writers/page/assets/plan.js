@@ -16,7 +16,7 @@ page.plan = (() => {
     const drawing = page.chart.canvas(body, 0, "Footprints and root path from above", (context, width, height) => {
       seen = layout(crowd, crowd.agents[state.agent], width, height, look);
       const magnification = magnify(crowd, crowd.agents[state.agent]);
-      scale.textContent = `placement errors drawn \u00d7 ${magnification}`;
+      scale.textContent = `placement errors drawn \u00d7 ${magnification}, \u00d7 1 where the status promises nothing`;
       paint(context, crowd, state, seen, magnification);
     });
     body.append(tip);
@@ -24,6 +24,7 @@ page.plan = (() => {
       ["left", "left print"],
       ["right", "right print"],
       ["ink", "where the ball stood"],
+      ["over", "dashed: promises nothing"],
       ["accent", "root"],
     ]);
 
@@ -157,8 +158,9 @@ page.plan = (() => {
     const [x, z] = [positions[3 * step], positions[3 * step + 2]];
     const [dx, dz] = [places[3 * step] - x, places[3 * step + 2] - z];
     if (!Number.isFinite(dx)) return;
+    const larger = crowd.arrays.promised[step] ? magnification : 1;
     const from = place(x, z);
-    const to = place(x + magnification * dx, z + magnification * dz);
+    const to = place(x + larger * dx, z + larger * dz);
     context.strokeStyle = context.fillStyle = color("ink");
     page.chart.stroke(context, from, to);
     context.beginPath();

@@ -77,7 +77,7 @@ page.steps = (() => {
         ...plain("strike s", "70px", (step) => number(arrays.strikeTimes[step] + header.start, 2), (step) => arrays.strikeTimes[step]),
         number: true,
       },
-      plain("status", "minmax(90px, 1fr)", (step) => status(step) + (arrays.promised[step] ? "" : " (no promise)")),
+      plain("status", "minmax(104px, 1fr)", status),
       ...crowd.figures.filter(({ key }) => key in SHOWN).map(figureColumn),
     ];
   }

@@ -5,20 +5,20 @@ page.summary = (() => {
   function create(crowd) {
     const { header } = crowd;
     byId("title").textContent = header.title;
-    verdict(header.total);
+    verdict(header.total, crowd.arrays.promised.filter((promised) => !promised).length);
     tiles(crowd);
     targets(header.total);
     notes(header);
   }
 
-  function verdict(total) {
+  /** Whether the promised footsteps meet all targets, and how many footsteps promise nothing. */
+  function verdict(total, unpromised) {
     const missed = total.filter((row) => !row.passed).length;
     const measured = total.filter((row) => row.value !== null).length;
     const pill = byId("verdict");
     pill.className = missed ? "pill bad" : "pill good";
-    pill.textContent = missed
-      ? `\u25b2 ${missed} of ${measured} figures miss their target`
-      : `\u2713 all ${measured} figures within their targets`;
+    const met = missed ? `\u25b2 ${missed} of ${measured} figures miss their target` : `\u2713 all ${measured} figures within their targets`;
+    pill.textContent = unpromised ? `${met} \u00b7 ${unpromised} footsteps promise nothing` : met;
   }
 
   function tiles(crowd) {

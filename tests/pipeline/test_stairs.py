@@ -1,0 +1,53 @@
+"""A path up and down the stairs of stages/: its plan lints clean, and what walks it keeps to every figure."""
+
+import pytest
+from pxr import Gf, Usd, UsdGeom
+
+from usdfoot.bridge.schema import apply_api
+from usdfoot.bridge.tokens import Agent, Schema
+from usdfoot.pipeline.animate import animate
+from usdfoot.pipeline.lint import lint_scene
+from usdfoot.pipeline.validate import validate
+
+UP = [(0.0, 0.0, 0.1), (0.0, 0.3, 1.8), (0.0, 0.6, 3.4)]
+
+
+@pytest.fixture
+def scene(stages, tmp_path):
+    """Two people who cross the stairs, one up and one down."""
+    stage = Usd.Stage.CreateNew(str(tmp_path / "stairs.usda"))
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    stage.SetTimeCodesPerSecond(30.0)
+    stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/World").GetPrim())
+    for name, asset in (("Terrain", "terrain_stairs.usda"), ("Motion", "clips.usdc"), ("Character", "human.usdc")):
+        stage.DefinePrim(f"/World/{name}").GetReferences().AddReference(str(stages / asset))
+    for name, points, side in (("Up", UP, 0.4), ("Down", UP[::-1], -0.4)):
+        curve = UsdGeom.BasisCurves.Define(stage, f"/World/Way_{name}")
+        curve.CreateTypeAttr("linear")
+        curve.CreatePointsAttr([Gf.Vec3f(x + side, y, z) for x, y, z in points])
+        curve.CreateCurveVertexCountsAttr([len(points)])
+        agent = UsdGeom.Xform.Define(stage, f"/World/{name}").GetPrim()
+        apply_api(agent, Schema.AGENT)
+        for relation, target in (
+            (Agent.PATH, curve.GetPath()),
+            (Agent.CHARACTER, "/World/Character"),
+            (Agent.CLIPS, "/World/Motion/Clips"),
+        ):
+            agent.CreateRelationship(relation, custom=False).SetTargets([target])
+    stage.Save()
+    return tmp_path / "stairs.usda"
+
+
+def test_stairs_up_and_down(scene, tmp_path):
+    assert lint_scene(scene).clean
+    report = animate(scene, tmp_path / "shot")
+    assert {status for results in report.results.values() for status in results.status} == {"ok"}
+    validation = validate(report.crowd_file)
+    over = {
+        (agent.name, figure.name): figure.value
+        for agent in validation.agents
+        for figure in agent.figures
+        if not figure.passed
+    }
+    assert validation.passed, over
