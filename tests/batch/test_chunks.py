@@ -65,7 +65,8 @@ def test_one_chunk_has_the_agents_of_many(crowd, crowd_scene, tmp_path):
             np.testing.assert_allclose(*numbers, rtol=1e-4, atol=1e-5)
 
 
-def test_processes_make_the_same_bytes(crowd, crowd_scene, tmp_path):
+def test_processes_make_the_same_bytes(crowd, crowd_scene, tmp_path, monkeypatch):
+    monkeypatch.setattr("usdfoot.pipeline.animate.EARLY_CHUNKS", 2)
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as executor:
         animate(crowd_scene, tmp_path / "out", chunk_size=1, executor=executor)
     assert digests(tmp_path / "out") == digests(crowd.crowd_file.parent)

@@ -106,6 +106,7 @@ def test_frame_times_are_rounded_rates(tmp_path, written, rate):
         ("Frame Time: 0.0333333", "FrameTime", r"clip.bvh:18: stands where 'Frame Time:' was expected"),
         ("0 91 5 0 0 90 0 0 0", "0 91 5 0 0 90 0 0", r"clip.bvh:20: has 8 numbers where there are 9 channels"),
         ("0 91 5", "0 nan 5", r"clip.bvh:20: 'nan' is no finite number"),
+        ("0 91 5", "0 1e300 5", r"clip.bvh:20: '1e300' is too large"),
         ("0 91 5", "0 91,5 5", r"clip.bvh:20: '91,5' is no finite number"),
     ],
 )

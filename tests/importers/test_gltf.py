@@ -109,9 +109,10 @@ def test_what_moves_no_joint_is_left_out_and_said(tmp_path):
     builder.document["animations"][0]["channels"].append({"sampler": 0, "target": {"node": 1, "path": "weights"}})
     builder.animate("pose", [(1, "translation", "STEP", np.array([0.0]), np.array([[0, 1, 0]]))])
     builder.document["nodes"].append({"name": "sword"})
+    builder.document["skins"][0]["name"] = "Body/rig.001"
     builder.document["skins"].append({"name": "sword", "joints": [2]})
     (capture,), problems = import_gltf(builder.save(tmp_path / "some.gltf"))
-    assert [clip.name for clip in capture.clips] == ["move"]
+    assert [clip.name for clip in capture.clips] == ["move"] and capture.skeleton.name.endswith("/Body_rig_001")
     messages = " ".join(problem.message for problem in problems)
     assert "animation move: weights is not imported" in messages
     assert "animation pose lasts 0 s" in messages and "skeleton sword has no clip" in messages

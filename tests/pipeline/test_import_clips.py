@@ -1,6 +1,7 @@
 """Imported clips: in UsdSkel joints are where a textbook puts them, the rest pose stands, and agents can use them."""
 
 import logging
+import re
 
 import numpy as np
 import pytest
@@ -134,6 +135,18 @@ def test_a_gltf_walk_shares_the_skeleton_of_a_bvh_walk(tmp_path):
         import_clips(files[:1], tmp_path / "clips.usd", clip_format=ClipFormat(unit="cm"))
 
 
+def test_a_rig_without_names_or_a_pose_to_stand_in(tmp_path):
+    library = build_walker(footsteps=8, twisted=True).library
+    text = bvh_of(library.skeleton, library.clips[0])
+    for number, name in enumerate(re.findall(r"(?:ROOT|JOINT) (\w+)", text)):
+        text = re.sub(rf"(ROOT|JOINT) {name}\n", rf"\1 bone{number}\n", text)
+    (tmp_path / "walk.bvh").write_text(text)
+    report = import_clips([tmp_path / "walk.bvh"], tmp_path / "clips.usd", clip_format=ClipFormat(unit="cm"))
+    assert report.problems == ()
+    assert_stands(report.captures["walk"], ball_height=0.04, within=0.003)
+    assert analyze(report.file).summaries[0].steps == 7
+
+
 def test_files_on_the_same_bones_share_a_skeleton_and_names_are_unique(tmp_path):
     walks = [build_walker(Gait(step_length=length), footsteps=4).library for length in (0.6, 0.5)]
     large = build_walker(footsteps=4, size=1.2).library
@@ -202,6 +215,8 @@ def test_the_command_line_skips_bad_files_and_never_replaces_its_input(tmp_path,
         (tmp_path / "scene.usda").write_text(good.read_text())
         (tmp_path / "link.bvh").symlink_to(tmp_path / "scene.usda")
         import_clips([tmp_path / "link.bvh"], tmp_path / "scene.usda", clip_format=ClipFormat(unit="cm"))
+    with pytest.raises(ClipError, match="there are none"):
+        import_clips([], tmp_path / "clips.usd")
     with pytest.raises(ClipError, match=r"fbx is unknown.*\.bvh"):
         import_clips([tmp_path / "walk.fbx"], tmp_path / "clips.usd")
 

@@ -24,7 +24,7 @@ def container(answers):
     """The container, made by USD's plugin system from plugInfo.json."""
     with installed(answers):
         registry = Plug.Registry()
-        registry.RegisterPlugins([str(folder) for folder in plugin_folders()])
+        registry.RegisterPlugins(str(plugin_folders()[-1]))
         plugin = registry.GetPluginWithName("usdfoot.usdview.plugin")
         base = Tf.Type.FindByName("pxr.Usdviewq.plugin.PluginContainer")
         (found,) = [kind for kind in Plug.Registry.GetAllDerivedTypes(base) if kind.typeName == TYPE]

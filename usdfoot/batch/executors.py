@@ -8,9 +8,10 @@ from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 
+from usdfoot.batch.workshop import open_early
 from usdfoot.errors import UsdfootError
 
-__all__ = ["open_executor"]
+__all__ = ["open_executor", "open_scene_early"]
 
 SCHEDULER_TIMEOUT = 30.0
 """How long a scheduler may take to answer [s]."""
@@ -56,6 +57,12 @@ def _dask(scheduler: str) -> Iterator[Executor]:
         ) from error
     with client:
         yield client.get_executor(pure=False)
+
+
+def open_scene_early(executor: Executor, scene: str) -> None:
+    """Has as many workers as there are cores open a scene. Who cannot says so when it is asked for a chunk."""
+    for _ in range(_cores()):
+        executor.submit(open_early, scene)
 
 
 def _cores() -> int:

@@ -5,19 +5,22 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from usdfoot.batch.records import record_of
 from usdfoot.batch.sources import SourceFigures
 from usdfoot.batch.tasks import ChunkTask
 from usdfoot.engine.animate import PreparedLibraries
+from usdfoot.model.device import start_warp
 from usdfoot.model.limits import Limits
 from usdfoot.physics.animate import animate_all
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.planning.followers import plan_followers
 from usdfoot.readers.scene import SceneReader
+from usdfoot.readers.stage import open_stage
 from usdfoot.writers.chunks import write_chunk
 
-__all__ = ["Workshop", "make_chunk"]
+__all__ = ["Workshop", "make_chunk", "open_early"]
 
 
 class Workshop:
@@ -77,5 +80,19 @@ def _workshop(
     scene: str, inputs: str, frames: tuple[int, int], options: MotionOptions, limits: Limits, folder: str
 ) -> Workshop:
     """The workshop of a scene in the state that `inputs` stands for."""
-    reader = SceneReader(scene, frames=frames, motion=options.motion, reload=True, crowd=Path(folder), limits=limits)
+    reader = SceneReader(
+        _stage(scene), frames=frames, motion=options.motion, reload=True, crowd=Path(folder), limits=limits
+    )
     return Workshop(reader, options)
+
+
+def open_early(scene: str) -> None:
+    """Opens a scene in a process that is going to make its chunks, while others still find out which."""
+    start_warp()
+    _stage(scene)
+
+
+@lru_cache(maxsize=1)
+def _stage(scene: str) -> Any:
+    """The scene's stage, opened once."""
+    return open_stage(scene)

@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from usdfoot.bridge.names import valid_name
 from usdfoot.errors import ClipError
 from usdfoot.importers.bones import joint_paths
 from usdfoot.importers.gltf_file import GltfFile, open_gltf
 from usdfoot.importers.gltf_tracks import Track, key_rate, read_tracks, sampled
+from usdfoot.importers.text_lines import LARGEST
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.capture import Capture
@@ -167,7 +169,7 @@ def _skeleton(gltf: GltfFile, name: str, nodes: Sequence[int]) -> Skeleton:
     parents = _parents(gltf, nodes)
     translations, rotations = _local_samples(gltf, nodes, {}, np.zeros(1))
     return Skeleton(
-        name=str(gltf.path.with_name(name)),
+        name=str(gltf.path.with_name(valid_name(name))),
         joints=joint_paths([gltf.names[node] for node in nodes], parents.tolist()),
         parents=parents,
         rest_translations=translations[0],
@@ -249,7 +251,7 @@ def _numbers(gltf: GltfFile, node: int, name: str, value: Any, count: int) -> Fl
         numbers = np.array(value, dtype=float)
     except (TypeError, ValueError):
         numbers = np.zeros(0)
-    if numbers.shape != (count,) or not np.isfinite(numbers).all():
+    if numbers.shape != (count,) or not (np.abs(numbers) <= LARGEST).all():
         raise gltf.error(f"nodes[{node}].{name} is {str(value)[:80]}", f"{count} finite numbers are right")
     return numbers
 

@@ -15,6 +15,7 @@ from urllib.parse import unquote
 import numpy as np
 
 from usdfoot.errors import ClipError
+from usdfoot.importers.text_lines import LARGEST
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.limits import Limits, check_limit
 
@@ -83,8 +84,8 @@ class GltfFile:
         numbers = values.astype(float)
         if one.normalized and kind.kind != "f":
             numbers = np.maximum(numbers / np.iinfo(kind).max, -1.0)
-        if not np.isfinite(numbers).all():
-            raise self.error(f"{where} has values that are not finite", "export it again")
+        if not (np.abs(numbers) <= LARGEST).all():
+            raise self.error(f"{where} has values that are not finite or too large", "export it again")
         return numbers
 
     def _with_sparse(self, values: np.ndarray, sparse: Any, where: str) -> np.ndarray:

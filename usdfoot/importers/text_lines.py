@@ -12,7 +12,10 @@ import numpy as np
 from usdfoot.errors import ClipError, UsdfootError
 from usdfoot.maths.types import FloatArray
 
-__all__ = ["TextLine", "number_in", "number_rows", "read_text_lines"]
+__all__ = ["LARGEST", "TextLine", "number_in", "number_rows", "read_text_lines"]
+
+LARGEST = 1e12
+"""Numbers beyond have no meaning in any unit, and overflow where they are multiplied."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,6 +96,8 @@ def number_in(line: TextLine, word: str) -> float:
         value = np.nan
     if not np.isfinite(value):
         raise line.error(f"{word!r} is no finite number", "a number is needed here")
+    if abs(value) > LARGEST:
+        raise line.error(f"{word!r} is too large", f"numbers go up to {LARGEST:g}")
     return value
 
 
@@ -112,7 +117,7 @@ def number_rows(lines: Sequence[TextLine], count: int, what: str) -> FloatArray:
             raise line.error(f"has {len(line.words)} numbers where there are {count} {what}", f"give {count} numbers")
     try:
         values: FloatArray = np.array([line.words for line in lines], dtype=float).reshape(len(lines), count)
-        finite = np.isfinite(values).all(axis=1)
+        finite = (np.abs(values) <= LARGEST).all(axis=1)
     except ValueError:
         finite = np.zeros(len(lines), dtype=bool)
     for index in np.flatnonzero(~finite).tolist():

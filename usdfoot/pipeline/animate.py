@@ -8,6 +8,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 
+from usdfoot.batch.executors import open_scene_early
 from usdfoot.batch.records import ChunkRecord, parse_record
 from usdfoot.batch.running import run_chunks
 from usdfoot.batch.tasks import ChunkTask, cut_chunks
@@ -24,6 +25,9 @@ from usdfoot.writers.characters import PlacedCharacter, place_characters
 from usdfoot.writers.crowd import check_output, crowd_format, write_crowd
 
 __all__ = ["animate", "animate_chunk", "count_chunks"]
+
+EARLY_CHUNKS = 10
+"""With as many chunks, workers open the scene while this process reads it."""
 
 
 def animate(
@@ -64,7 +68,9 @@ def animate(
         OutputError: If the folder cannot be written to, the output would replace the input, or a worker vanished.
     """
     progress("read", 0, 0)
-    shot = _open_shot(scene_file, folder, agents, frames, options or MotionOptions(), collect, chunk_size, limits)
+    shot = _open_shot(
+        scene_file, folder, agents, frames, options or MotionOptions(), collect, chunk_size, limits, executor
+    )
     records = _make_chunks(shot, executor, progress)
     problems = _distinct((*shot.scene.crowd.problems, *(problem for record in records for problem in record.problems)))
     _require_agents(scene_file, records, problems)
@@ -172,9 +178,23 @@ def _open_shot(
     collect: bool,
     chunk_size: int,
     limits: Limits,
+    executor: Executor | None = None,
 ) -> _Shot:
     target = Path(os.path.realpath(folder))
-    reader = SceneReader(scene_file, agents=agents, frames=frames, motion=options.motion, crowd=target, limits=limits)
+
+    def open_early(count: int) -> None:
+        if executor and count >= EARLY_CHUNKS * chunk_size:
+            open_scene_early(executor, os.path.realpath(scene_file))
+
+    reader = SceneReader(
+        scene_file,
+        agents=agents,
+        frames=frames,
+        motion=options.motion,
+        crowd=target,
+        limits=limits,
+        listed=open_early,
+    )
     scene = reader.read()
     check_output(scene, target)
     characters = place_characters(scene.characters, target, layer_format=crowd_format(scene), collect=collect)

@@ -103,7 +103,7 @@ def import_clips(
         except UsdfootError as error:
             errors.append(error)
     if not captures:
-        raise errors[0]
+        raise errors[0] if errors else ClipError("files", "there are none", "name at least one")
     problems += [Problem(severity="error", where=error.where, message=str(error)) for error in errors]
     progress("write", 0, 0)
     standing = []

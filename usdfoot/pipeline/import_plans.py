@@ -84,7 +84,7 @@ def import_plans(
         problems += odd
         plans |= {unique_name(valid_name(name), taken): plan for name, plan in found.items()}
     if not plans:
-        raise errors[0]
+        raise errors[0] if errors else PlanError("files", "there are none", "name at least one")
     problems += [Problem(severity="error", where=error.where, message=str(error)) for error in errors]
     progress("write", 0, 0)
     planned = [PlannedAgent(name=name, plan=plan) for name, plan in plans.items()]

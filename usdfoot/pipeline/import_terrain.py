@@ -10,7 +10,7 @@ from pathlib import Path
 from usdfoot import __version__
 from usdfoot.bridge.names import unique_name
 from usdfoot.bridge.units import StageUnits
-from usdfoot.errors import UsdfootError
+from usdfoot.errors import TerrainError, UsdfootError
 from usdfoot.importers.height_grids import GRID_SUFFIXES
 from usdfoot.importers.terrain_files import MESH_SUFFIXES, TerrainFormat, import_terrain_file
 from usdfoot.model.report import Problem
@@ -74,7 +74,7 @@ def import_terrain(
         terrains[unique_name(Path(file).stem, names)] = terrain
         problems += doubts
     if not terrains:
-        raise errors[0]
+        raise errors[0] if errors else TerrainError("files", "there are none", "name at least one")
     problems += [Problem(severity="error", where=error.where, message=str(error)) for error in errors]
     progress("write", 0, 0)
     provenance = {"version": __version__, "sources": ", ".join(Path(file).name for file in files)}

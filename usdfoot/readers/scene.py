@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -73,6 +73,7 @@ class SceneReader:
         reload: Read the files again where this process has read them before.
         crowd: Folder of the crowd, whose overrides.usda mutes agents and changes plans.
         limits: How much of a scene is read.
+        listed: Told how many agents there are, before their plans are read.
 
     Raises:
         SceneError: If the stage cannot be opened, the glob matches nobody, the frames are none, or it is too large.
@@ -88,6 +89,7 @@ class SceneReader:
         reload: bool = False,
         crowd: Path | None = None,
         limits: Limits = DEFAULT_LIMITS,
+        listed: Callable[[int], None] = lambda agents: None,
     ) -> None:
         stage = open_stage(scene)
         if reload:
@@ -100,6 +102,7 @@ class SceneReader:
         self._overrides = read_overrides(crowd, self.info.units)
         chosen = select_agents(self._everyone, agents)
         self.names = tuple(source.name for source in chosen)
+        listed(len(chosen))
         self._chosen = tuple(source for source in chosen if not self._overrides.is_muted(source.name))
         self._walks: dict[str, FootstepPlan | RootTrajectory | UsdfootError] = {}
         self._walk_problems: list[Problem] = []
