@@ -5,6 +5,7 @@ import pytest
 import warp as wp
 
 from tests.physics.builders import human, walk
+from tests.physics.equations_kernel import normal_equations
 from usdfoot.model.contact_table import lay_contacts
 from usdfoot.physics.energy import leg_forces, segment_energies, spline_samples
 from usdfoot.physics.footing import lay_footing
@@ -13,7 +14,7 @@ from usdfoot.physics.optimise import start_unknowns
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.samples import lay_samples
 from usdfoot.physics.solve import device_problem, first_segments
-from usdfoot.physics.solve_kernel import minimise, normal_equations
+from usdfoot.physics.solve_kernel import minimise
 from usdfoot.physics.spline import controls_of, lay_knots
 
 GRAVITY = 9.81

@@ -7,9 +7,10 @@ import warp as wp
 
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.device import start_warp
+from usdfoot.physics.energy_kernel import ProblemArrays
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.samples import Samples
-from usdfoot.physics.solve_kernel import ProblemArrays, minimise
+from usdfoot.physics.solve_kernel import minimise
 from usdfoot.physics.spline import Knots
 
 __all__ = ["device_problem", "first_segments", "optimise_unknowns"]
