@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+import warp as wp
 
 from usdfoot.engine.animate import PreparedLibrary, prepare_library
 from usdfoot.engine.options import EngineOptions
@@ -13,6 +14,7 @@ from usdfoot.errors import UsdfootError
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.clip import ClipLibrary
+from usdfoot.model.device import start_warp
 from usdfoot.model.ground import Ground
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
@@ -65,7 +67,7 @@ class Controller:
 
     Raises:
         ClipError: If no clip has a usable step, or one foot never swings.
-        UsdfootError: If a position or yaw is not finite.
+        UsdfootError: If a position or yaw is not finite, or Warp's device is not the processor, whose memory is shared.
     """
 
     def __init__(
@@ -83,6 +85,9 @@ class Controller:
             raise UsdfootError(
                 "Controller", f"positions {positions.shape} and yaws {yaws.shape}", "give finite (N, 3), (N,)"
             )
+        start_warp()
+        if not wp.get_device().is_cpu:
+            raise UsdfootError("Controller", f"cannot work on {wp.get_device()}", 'make it warp.set_device("cpu")')
         self._options = options or ControllerOptions()
         engine = self._options.engine
         self._library = library if isinstance(library, PreparedLibrary) else prepare_library(library, engine)
