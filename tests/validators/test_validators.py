@@ -10,6 +10,7 @@ import usdfoot.validators
 from usdfoot.bridge import tokens
 from usdfoot.bridge.schema import apply_api
 from usdfoot.pipeline.animate import animate
+from usdfoot.pipeline.validate import validate
 
 NAMES = {"AnimationComplete", "Contacts", "FeetOnFootsteps", "JointArrays", "PlanArrays", "Quaternions"}
 ANIMATION = "/Crowd/Anims/Walker"
@@ -78,6 +79,13 @@ def test_a_part_of_the_frames_passes_too_and_its_contacts_end_with_them(scene, t
         for names in (CONTACT.STRIKE_TIMES, CONTACT.LIFTOFF_TIMES)
     )
     assert strikes.min() == 50.0 and liftoffs.max() == 90.0 and (liftoffs > strikes).all()
+
+
+def test_a_foot_that_has_struck_but_is_not_flat_when_the_frames_end_misses_nothing(scene, tmp_path):
+    report = animate(scene, tmp_path, frames=(330.0, 359.0))
+    assert not told(errors_of(Usd.Stage.Open(str(report.crowd_file))))
+    figures = {figure.name: figure.value for figure in validate(report.crowd_file).total.figures}
+    assert figures["placement worst"] < 0.1 and figures["timing faults"] == 0
 
 
 @pytest.mark.parametrize(

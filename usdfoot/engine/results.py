@@ -157,6 +157,8 @@ def _clips(setup: Setup, blend: StepBlend, rows: IntArray) -> dict[str, Any]:
 def achieved_contacts(layout: Layout, feet: ContactFeet, agent: int, *, times: FloatArray) -> Contacts:
     """When and where an agent's feet stand, as executed; the ends of its interval and of its frames cut the contacts.
 
+    A contact whose foot is not yet flat when the frames end is none: its ball stands nowhere.
+
     Args:
         layout: Contacts of all agents.
         feet: How they roll.
@@ -167,7 +169,7 @@ def achieved_contacts(layout: Layout, feet: ContactFeet, agent: int, *, times: F
     start = max(float(contacts.starts[agent]), float(times[0]))
     end = min(float(contacts.ends[agent]), float(times[-1]))
     rows = np.arange(contacts.first[agent], contacts.first[agent + 1])
-    rows = rows[(contacts.liftoffs[rows] > start) & (contacts.strikes[rows] < end)]
+    rows = rows[(contacts.liftoffs[rows] > start) & (feet.flats[rows] < end)]
 
     def foot(side: int) -> FootContacts:
         own = rows[contacts.sides[rows] == side]

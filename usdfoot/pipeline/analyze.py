@@ -20,7 +20,7 @@ from usdfoot.physics.fill import FilledLibrary
 from usdfoot.pipeline.coverage import cover_library, draw_coverage
 from usdfoot.pipeline.fill import fill_holes
 from usdfoot.pipeline.plots import has_matplotlib, plot_spaces, require_matplotlib
-from usdfoot.readers.libraries import read_libraries
+from usdfoot.readers.libraries import StageClips, read_libraries
 from usdfoot.spaces.holes import HoleOptions
 from usdfoot.writers.clip_prims import MadeClip
 from usdfoot.writers.coverage import write_coverage
@@ -102,32 +102,10 @@ def analyze(
         for summary in summaries
         if summary.contacts is None
     ]
-    written = None
-    if output is not None:
-        contacts = {summary.name: summary.contacts for summary in summaries if summary.contacts is not None}
-        grouped = {summary.name: summary.style for summary in summaries if styles and summary.contacts is not None}
-        made = [
-            MadeClip(clip=clip, character=character)
-            for each, character in zip(filled, clips.characters, strict=bool(filled))
-            for clip in each.clips
-        ]
-        written = write_clip_events(
-            output,
-            contacts,
-            info=clips.info,
-            default_prim=clips.default_prim,
-            styles={name: style for name, style in grouped.items() if name not in {each.clip.name for each in made}},
-            made=made,
-        )
+    written = None if output is None else _write_events(output, clips, summaries, filled, styled=styles)
     shown = None
     if coverage is not None and covered:
-        shown = write_coverage(
-            coverage,
-            covered,
-            units=clips.info.units,
-            sources=clips.info.layers,
-            provenance={"version": __version__, "verb": "analyze", "clips": Path(clips.info.identifier).name},
-        )
+        shown = _write_coverage(coverage, clips, covered)
         if has_matplotlib():
             pictures.append(draw_coverage(covered, shown.with_suffix(".png")))
     return AnalyzeReport(
@@ -138,6 +116,43 @@ def analyze(
         filled=tuple(filled),
         coverage=tuple(covered),
         coverage_file=shown,
+    )
+
+
+def _write_events(
+    output: str | os.PathLike[str],
+    clips: StageClips,
+    summaries: Sequence[ClipSummary],
+    filled: Sequence[FilledLibrary],
+    *,
+    styled: bool,
+) -> Path:
+    """The layer with events, styles if they were grouped, and the clips that were made."""
+    made = [
+        MadeClip(clip=clip, character=character)
+        for each, character in zip(filled, clips.characters, strict=bool(filled))
+        for clip in each.clips
+    ]
+    known = {summary.name: summary for summary in summaries if summary.contacts is not None}
+    found = set(known) - {each.clip.name for each in made}
+    return write_clip_events(
+        output,
+        {name: summary.contacts for name, summary in known.items() if summary.contacts is not None},
+        info=clips.info,
+        default_prim=clips.default_prim,
+        styles={name: known[name].style for name in known if styled and name in found},
+        made=made,
+    )
+
+
+def _write_coverage(output: str | os.PathLike[str], clips: StageClips, covered: Sequence[SpaceCoverage]) -> Path:
+    """The stage that shows where the steps can land."""
+    return write_coverage(
+        output,
+        covered,
+        units=clips.info.units,
+        sources=clips.info.layers,
+        provenance={"version": __version__, "verb": "analyze", "clips": Path(clips.info.identifier).name},
     )
 
 
