@@ -93,6 +93,8 @@ def fall_arc(flight: wp.vec3d, time: wp.float64, earliest: wp.float64, latest: w
     """
     half, zero, one = wp.float64(0.5), wp.float64(0.0), wp.float64(1.0)
     duration, missing = flight[1], flight[2]
+    if missing == zero:
+        return zero
     after = time - flight[0]
     slope = half * missing * duration
     least, most = wp.float64(1.0e-6), wp.float64(2.0) * PUSH_TIME
