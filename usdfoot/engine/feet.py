@@ -312,6 +312,8 @@ def lead_swings(layout: Layout, feet: ContactFeet, rows: IntArray, leaves: Feet,
 def lower_pelvis(layout: Layout, feet: ContactFeet, rows: IntArray, lands: Feet) -> ContactFeet:
     """The feet with how far the pelvis has to come down for the legs to reach some prints at their strikes.
 
+    Before the strike that ends a flight it does not: the body falls freely until then.
+
     Args:
         layout: Contacts as executed.
         feet: Prints and rolls.
@@ -326,7 +328,9 @@ def lower_pelvis(layout: Layout, feet: ContactFeet, rows: IntArray, lands: Feet)
     ankles = balls - quaternion.rotate(rotations, layout.rig.arrays.ball_offsets.numpy()[own[1]])
     apart, longest = lands.hips[own] - ankles, lands.longest[own]
     heights = np.sqrt(np.maximum(longest**2 - np.sum(apart[:, [0, 2]] ** 2, axis=1), 0.0))
-    return with_values(feet, rows, {"drops": np.clip(apart[:, 1] - heights, 0.0, MOST_DROP * longest)})
+    lowered = np.clip(apart[:, 1] - heights, 0.0, MOST_DROP * longest)
+    flown = contacts.has_previous[rows] & (contacts.liftoffs[rows - 1] < contacts.strikes[rows])
+    return with_values(feet, rows, {"drops": np.where(flown, 0.0, lowered)})
 
 
 def _differences(
