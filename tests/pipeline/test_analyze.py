@@ -75,9 +75,9 @@ def test_events_read_back_and_can_be_corrected(clips, tmp_path, suffix):
 
 
 def test_messages(clips, tmp_path, stages):
-    with pytest.raises(OutputError, match="would replace a layer of the input"):
+    with pytest.raises(OutputError, match="would replace what it is made from"):
         analyze(clips, output=clips)
-    with pytest.raises(OutputError, match=r"is not a USD file name. end it with \.usd"):
+    with pytest.raises(OutputError, match=r"is no name of a USD layer. name a file that ends in \.usd"):
         analyze(clips, output=tmp_path / "events.txt")
     with pytest.raises(SceneError, match="has no clips"):
         analyze(stages / "terrain_slope.usda")

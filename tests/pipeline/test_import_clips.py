@@ -211,7 +211,7 @@ def test_the_command_line_skips_bad_files_and_never_replaces_its_input(tmp_path,
     assert main(["import", str(good), *arguments, "--scene", "shot.usda"]) == 2
     assert "--scene: is for plans and terrain" in capsys.readouterr().err
     assert main(["import", str(good), "--unit", "cm", "-o", str(good)]) == 2
-    with pytest.raises(OutputError, match="is a file that is read"):
+    with pytest.raises(OutputError, match="would replace what it is made from"):
         (tmp_path / "scene.usda").write_text(good.read_text())
         (tmp_path / "link.bvh").symlink_to(tmp_path / "scene.usda")
         import_clips([tmp_path / "link.bvh"], tmp_path / "scene.usda", clip_format=ClipFormat(unit="cm"))

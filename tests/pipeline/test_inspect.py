@@ -65,7 +65,7 @@ def test_same_crowd_same_bytes_and_the_crowd_untouched(stones, overlay, tmp_path
     again = inspect(stones.crowd_file, tmp_path / "again.usda")
     assert again.file.read_bytes() == overlay.read_bytes()
     assert {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()} == before
-    with pytest.raises(OutputError, match="is a layer of the crowd"):
+    with pytest.raises(OutputError, match="would replace what it is made from"):
         inspect(stones.crowd_file, folder / "anims.usda")
     with pytest.raises(OutputError, match=r"end.* in .usd"):
         inspect(stones.crowd_file, tmp_path / "overlay.txt")

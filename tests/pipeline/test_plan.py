@@ -99,7 +99,7 @@ def test_nothing_to_plan_and_nowhere_to_write(tmp_path):
     with pytest.raises(SceneError, match="has no path"):
         plan_scene_paths(tmp_path / "bare.usda", tmp_path / "plans.usda")
     scene = scene_with_path(tmp_path / "scene.usda")
-    with pytest.raises(OutputError, match="layer of the scene"):
+    with pytest.raises(OutputError, match="would replace what it is made from"):
         plan_scene_paths(scene, scene)
     with pytest.raises(OutputError, match=r"\.usda"):
         plan_scene_paths(scene, tmp_path / "plans.txt")

@@ -98,7 +98,7 @@ def test_what_cannot_be_timed_is_named(tmp_path):
     one_place = scene_with_prints(tmp_path / "place.usda", lengths=np.zeros(3))
     with pytest.raises(SceneError, match="/World/Prints: are all in one place"):
         time_scene_plans(one_place, tmp_path / "x.usda", options=TimingOptions(speed=1.0))
-    with pytest.raises(OutputError, match="would replace a layer"):
+    with pytest.raises(OutputError, match="would replace what it is made from"):
         time_scene_plans(scene_with_prints(tmp_path / "own.usda"), tmp_path / "own.usda")
     layer = Sdf.Layer.FindOrOpen(str(one_place))
     layer.GetAttributeAtPath("/World/Prints.protoIndices").default = [0, 0, 1, 1]

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from pxr import Sdf, Usd, UsdUtils
 
+from usdfoot.bridge.names import unique_name
 from usdfoot.bridge.scene import Character
 from usdfoot.bridge.tokens import Schema
 from usdfoot.writers.layers import LayerFormat, new_layer
@@ -69,7 +70,7 @@ def place_characters(
             asset = relative_asset(character.asset, folder)
             placed.append(PlacedCharacter(reference=Sdf.Reference(asset, character.asset_prim), copy=None))
             continue
-        name = _unique(Sdf.Path(character.path).name, names)
+        name = unique_name(Sdf.Path(character.path).name, names)
         copied = copy_character(stage, character, name, folder=folder, layer_format=layer_format, collect=collect)
         placed.append(PlacedCharacter(reference=Sdf.Reference(f"./{copied.name}", f"/{name}"), copy=copied))
         if not collect:
@@ -165,13 +166,3 @@ def _moved(path: str, copied: CharacterCopy, folder: Path, name: str, collect: b
     for tile in tiles:
         copied.files[f"{FOLDER}/{name}/{digest}/{os.path.basename(tile)}"] = Path(tile)
     return f"./{name}/{digest}/{os.path.basename(path)}" if tiles else path
-
-
-def _unique(name: str, names: set[str]) -> str:
-    """The name, numbered if it has been used; noted as used."""
-    numbered, count = name, 1
-    while numbered in names:
-        count += 1
-        numbered = f"{name}_{count}"
-    names.add(numbered)
-    return numbered

@@ -30,7 +30,7 @@ from usdfoot.writers.layers import (
     quaternion_array,
     rounded_codes,
 )
-from usdfoot.writers.plans import SUFFIXES
+from usdfoot.writers.paths import layer_path
 from usdfoot.writers.staging import staged_files
 
 __all__ = ["CLIPS_PRIM", "write_clips"]
@@ -61,11 +61,7 @@ def write_clips(
     Raises:
         OutputError: If the file's name is no USD layer's, would replace a source, or cannot be written.
     """
-    target = Path(os.path.realpath(file))
-    if target.suffix not in SUFFIXES:
-        raise OutputError(file, "is no name of a USD layer", f"name a file that ends in {', '.join(SUFFIXES)}")
-    if target in {Path(os.path.realpath(source)) for source in sources}:
-        raise OutputError(file, "is a file that is read", "name another file")
+    target = layer_path(file, sources=sources)
     clips = [clip for capture in captures.values() for clip in capture.clips]
     if not clips:
         raise OutputError(file, "there is no clip to write", "import a file with motion")

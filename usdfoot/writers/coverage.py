@@ -13,12 +13,11 @@ from pxr import Gf, Sdf, Vt
 from usdfoot.bridge import tokens
 from usdfoot.bridge.names import unique_name, valid_name
 from usdfoot.bridge.units import StageUnits
-from usdfoot.errors import OutputError
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.biped import SIDES
 from usdfoot.model.coverage import SpaceCoverage
 from usdfoot.writers.layers import LayerFormat, author, define_prim, new_layer
-from usdfoot.writers.plans import SUFFIXES
+from usdfoot.writers.paths import layer_path
 from usdfoot.writers.staging import staged_files
 
 __all__ = ["write_coverage"]
@@ -62,11 +61,7 @@ def write_coverage(
     Raises:
         OutputError: If the file's name is no USD layer's, would replace a source, or cannot be written.
     """
-    target = Path(os.path.realpath(output))
-    if target.suffix not in SUFFIXES:
-        raise OutputError(output, "is no name of a USD layer", f"name a file that ends in {', '.join(SUFFIXES)}")
-    if target in {Path(os.path.realpath(source)) for source in sources}:
-        raise OutputError(output, "would replace what it is made from", "name another file")
+    target = layer_path(output, sources=sources)
     layer_format = LayerFormat(units=units, frames_per_second=units.time_codes_per_second, start_code=0.0, end_code=0.0)
     layer = new_layer(layer_format, text=target.suffix == ".usda")
     layer.defaultPrim = Sdf.Path(ROOT).name

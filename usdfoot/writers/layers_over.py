@@ -9,10 +9,9 @@ from pxr import Sdf
 
 from usdfoot.bridge.scene import StageInfo
 from usdfoot.bridge.units import StageUnits
-from usdfoot.errors import OutputError
 from usdfoot.maths.types import FloatArray
 from usdfoot.writers.layers import LayerFormat, author, new_layer, rounded_codes
-from usdfoot.writers.paths import relative_asset
+from usdfoot.writers.paths import layer_path, relative_asset
 
 __all__ = ["author_times", "layer_over"]
 
@@ -28,11 +27,7 @@ def layer_over(output: str | os.PathLike[str], info: StageInfo, *, default_prim:
     Raises:
         OutputError: If the file is one of the stage's layers or has no name of a USD file.
     """
-    target = Path(os.path.realpath(output))
-    if str(target) in {os.path.realpath(layer) for layer in info.layers}:
-        raise OutputError(target, "the output would replace a layer of the input", "name another file")
-    if not Sdf.FileFormat.FindByExtension(target.suffix):
-        raise OutputError(target, "is not a USD file name", "end it with .usd, .usda or .usdc")
+    target = layer_path(output, sources=info.layers)
     layer_format = LayerFormat(
         units=info.units,
         frames_per_second=info.frames_per_second,

@@ -13,7 +13,6 @@ from pxr import Gf, Sdf, Vt
 from usdfoot.bridge.tokens import PROVENANCE
 from usdfoot.bridge.tokens import Overlay as Token
 from usdfoot.bridge.units import StageUnits
-from usdfoot.errors import OutputError
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.overlay import Lines, Marks, Overlay, Shape
@@ -26,12 +25,12 @@ from usdfoot.writers.layers import (
     new_layer,
     rounded_codes,
 )
+from usdfoot.writers.paths import layer_path
 from usdfoot.writers.staging import staged_files
 
 __all__ = ["overlay_layer", "write_overlay"]
 
 ValueTypes = Sdf.ValueTypeNames
-SUFFIXES = (".usd", ".usda", ".usdc")
 
 
 def write_overlay(file: str | os.PathLike[str], layer: Sdf.Layer, *, sources: tuple[str, ...] = ()) -> Path:
@@ -45,11 +44,7 @@ def write_overlay(file: str | os.PathLike[str], layer: Sdf.Layer, *, sources: tu
     Raises:
         OutputError: If the file's name is no USD layer's, would replace the crowd, or cannot be written.
     """
-    target = Path(os.path.realpath(file))
-    if target.suffix not in SUFFIXES:
-        raise OutputError(file, "is no name of a USD layer", f"name a file that ends in {', '.join(SUFFIXES)}")
-    if str(target) in {os.path.realpath(source) for source in sources}:
-        raise OutputError(file, "is a layer of the crowd", "name another file")
+    target = layer_path(file, sources=sources)
     with staged_files(target.parent) as files:
         files.add_layer(target.name, layer)
     return target

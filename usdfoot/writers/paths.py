@@ -1,15 +1,18 @@
-"""Asset paths as they stand in written layers: relative, with forward slashes."""
+"""Paths: of files to be written, and of assets as they stand in written layers."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from pathlib import Path
 
 from pxr import Sdf
 
 from usdfoot.errors import OutputError
 
-__all__ = ["relative_asset"]
+__all__ = ["layer_path", "relative_asset"]
+
+SUFFIXES = (".usd", ".usda", ".usdc")
 
 
 def relative_asset(asset: str, folder: Path) -> str:
@@ -28,3 +31,21 @@ def relative_asset(asset: str, folder: Path) -> str:
         return asset
     path = Path(os.path.relpath(os.path.realpath(asset), folder)).as_posix()
     return path if path.startswith("../") else f"./{path}"
+
+
+def layer_path(file: str | os.PathLike[str], *, sources: Iterable[str | os.PathLike[str]] = ()) -> Path:
+    """Real path of a layer to be written.
+
+    Args:
+        file: Its name, perhaps of a file that will be replaced.
+        sources: Files it is made from, which must not be replaced.
+
+    Raises:
+        OutputError: If the name is no USD layer's, or that of a source.
+    """
+    target = Path(os.path.realpath(file))
+    if target.suffix not in SUFFIXES:
+        raise OutputError(file, "is no name of a USD layer", f"name a file that ends in {', '.join(SUFFIXES)}")
+    if str(target) in {os.path.realpath(source) for source in sources}:
+        raise OutputError(file, "would replace what it is made from", "name another file")
+    return target

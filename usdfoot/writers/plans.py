@@ -17,13 +17,13 @@ from usdfoot.errors import OutputError
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.writers.footsteps import author_plan, print_models
 from usdfoot.writers.layers import LayerFormat, author, author_targets, define_prim, new_layer
+from usdfoot.writers.paths import layer_path
 from usdfoot.writers.staging import staged_files
 
 __all__ = ["PLANS_SCOPE", "PlannedAgent", "write_plans"]
 
 PLANS_SCOPE = "/Plans"
 """Where the plans stand in the layer."""
-SUFFIXES = (".usd", ".usda", ".usdc")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,11 +63,7 @@ def write_plans(
     Raises:
         OutputError: If the file's name is no USD layer's, would replace the scene, or cannot be written.
     """
-    target = Path(os.path.realpath(file))
-    if target.suffix not in SUFFIXES:
-        raise OutputError(file, "is no name of a USD layer", f"name a file that ends in {', '.join(SUFFIXES)}")
-    if target in {Path(os.path.realpath(source)) for source in sources}:
-        raise OutputError(file, "is a layer of the scene", "name another file")
+    target = layer_path(file, sources=sources)
     if not plans:
         raise OutputError(file, "there is no plan to write", "plan at least one agent or curve")
     layer = _layer_of(plans, units, frames_per_second)

@@ -14,7 +14,6 @@ from pxr import Sdf, Vt
 from usdfoot.bridge import tokens
 from usdfoot.bridge.scene import Character
 from usdfoot.bridge.units import StageUnits
-from usdfoot.errors import OutputError
 from usdfoot.model.clip import Clip
 from usdfoot.model.contacts import Contacts
 from usdfoot.writers.agents import author_stance
@@ -30,7 +29,7 @@ from usdfoot.writers.layers import (
     new_layer,
     rounded_codes,
 )
-from usdfoot.writers.plans import SUFFIXES
+from usdfoot.writers.paths import layer_path
 from usdfoot.writers.staging import staged_files
 
 __all__ = ["WrittenClip", "write_retargeted"]
@@ -80,11 +79,7 @@ def write_retargeted(
     Raises:
         OutputError: If the file's name is no USD layer's, would replace a source, or cannot be written.
     """
-    target = Path(os.path.realpath(output))
-    if target.suffix not in SUFFIXES:
-        raise OutputError(output, "is no name of a USD layer", f"name a file that ends in {', '.join(SUFFIXES)}")
-    if target in {Path(os.path.realpath(source)) for source in sources}:
-        raise OutputError(output, "would replace what it is made from", "name another file")
+    target = layer_path(output, sources=sources)
     times = [times for clip in clips for times in (clip.clip.times[0], clip.clip.times[-1])]
     codes = rounded_codes(units.times_to_codes(np.array(times)))
     layer_format = LayerFormat(

@@ -13,12 +13,11 @@ from pxr import Gf, Sdf, Vt
 from usdfoot.bridge import tokens
 from usdfoot.bridge.names import valid_name
 from usdfoot.bridge.units import StageUnits
-from usdfoot.errors import OutputError
 from usdfoot.maths.types import FloatArray
 from usdfoot.planning.scenario import Scenario, Seeker
 from usdfoot.planning.world import box_outline
 from usdfoot.writers.layers import LayerFormat, apply_schemas, author, author_targets, define_prim, new_layer
-from usdfoot.writers.plans import SUFFIXES
+from usdfoot.writers.paths import layer_path
 from usdfoot.writers.staging import staged_files
 
 __all__ = ["write_scenario"]
@@ -52,9 +51,7 @@ def write_scenario(
     Raises:
         OutputError: If the file's name is no USD layer's or it cannot be written.
     """
-    target = Path(os.path.realpath(file))
-    if target.suffix not in SUFFIXES:
-        raise OutputError(file, "is no name of a USD layer", f"name a file that ends in {', '.join(SUFFIXES)}")
+    target = layer_path(file)
     layer = new_layer(LayerFormat(units=UNITS, frames_per_second=30.0, start_code=0.0, end_code=0.0), text=True)
     layer.defaultPrim = Sdf.Path(WORLD).name
     layer.customLayerData = {tokens.PROVENANCE: dict(provenance or {})}

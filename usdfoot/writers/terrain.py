@@ -13,11 +13,10 @@ from pxr import Gf, Sdf, Vt
 from usdfoot.bridge import tokens
 from usdfoot.bridge.names import unique_name, valid_name
 from usdfoot.bridge.units import StageUnits
-from usdfoot.errors import OutputError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.terrain import Terrain
 from usdfoot.writers.layers import LayerFormat, apply_schemas, author, define_prim, new_layer
-from usdfoot.writers.plans import SUFFIXES
+from usdfoot.writers.paths import layer_path
 from usdfoot.writers.staging import staged_files
 
 __all__ = ["TERRAIN_PRIM", "write_terrain"]
@@ -49,11 +48,7 @@ def write_terrain(
     Raises:
         OutputError: If the file's name is no USD layer's, would replace a source, or cannot be written.
     """
-    target = Path(os.path.realpath(file))
-    if target.suffix not in SUFFIXES:
-        raise OutputError(file, "is no name of a USD layer", f"name a file that ends in {', '.join(SUFFIXES)}")
-    if target in {Path(os.path.realpath(source)) for source in sources}:
-        raise OutputError(file, "is a file that is read", "name another file")
+    target = layer_path(file, sources=sources)
     rate = units.time_codes_per_second
     layer_format = LayerFormat(units=units, frames_per_second=rate, start_code=0.0, end_code=0.0)
     layer = new_layer(layer_format, text=target.suffix == ".usda")
