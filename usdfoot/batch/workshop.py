@@ -81,7 +81,13 @@ def _workshop(
 ) -> Workshop:
     """The workshop of a scene in the state that `inputs` stands for."""
     reader = SceneReader(
-        _stage(scene), frames=frames, motion=options.motion, reload=True, crowd=Path(folder), limits=limits
+        _stage(scene),
+        frames=frames,
+        motion=options.motion,
+        reload=True,
+        crowd=Path(folder),
+        limits=limits,
+        sampling=options.sampling,
     )
     return Workshop(reader, options)
 

@@ -7,7 +7,7 @@ import math
 import re
 from typing import TYPE_CHECKING
 
-from usdfoot.cli.batch_flags import add_batch_flags, limits_of
+from usdfoot.cli.batch_flags import add_batch_flags, count, limits_of
 from usdfoot.cli.console import print_problems, results_console, shown_progress
 from usdfoot.cli.physics_flags import add_physics_flags, body_style, physics_options
 from usdfoot.cli.tables import step_table
@@ -28,6 +28,7 @@ example:
   usdfoot animate city.usd -o build/city --agents 'Extra_*' --frames 1:240
   usdfoot animate city.usd -o build/city --max-root-weight-within 0.02
   usdfoot animate tracks.usd -o build/tracks --motion physics --crouch 0.1
+  usdfoot animate city.usd -o build/city --every 2 --near 15 --camera /World/Camera
   usdfoot animate city.usd -o build/city --scheduler tcp://farm:8786
 
 exit codes: 0 all written, 1 some agents or clips skipped (listed), 2 nothing written
@@ -98,6 +99,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="window in which trajectories that agents follow are smoothed (default: %(default)s)",
     )
     add_physics_flags(parser)
+    parser.add_argument(
+        "--every",
+        metavar="K",
+        type=count,
+        default=1,
+        help="write far agents at every K-th frame, in turns, and wherever a planted foot would drift (default: 1)",
+    )
+    parser.add_argument(
+        "--near",
+        metavar="METRES",
+        type=distance,
+        default=0.0,
+        help="agents that come this near to the camera are not far (default: without --camera, all agents are far)",
+    )
+    parser.add_argument("--camera", metavar="PRIM", default="", help="path of the camera that --near counts from")
     parser.add_argument("--collect", action="store_true", help="copy the characters' files into DIR")
     add_batch_flags(parser)
 
@@ -206,6 +222,7 @@ def _run_chunk(arguments: argparse.Namespace) -> int:
 def _options(arguments: argparse.Namespace) -> MotionOptions:
     """The options as given."""
     from usdfoot.engine.follow_options import FollowOptions
+    from usdfoot.model.sampling import SamplingOptions
     from usdfoot.physics.motion_options import MotionOptions
 
     return MotionOptions(
@@ -220,5 +237,6 @@ def _options(arguments: argparse.Namespace) -> MotionOptions:
         root_weight_within=arguments.max_root_weight_within,
         least_time_warp=arguments.warp_range[0],
         most_time_warp=arguments.warp_range[1],
+        sampling=SamplingOptions(every=arguments.every, near=arguments.near, camera=arguments.camera),
         follow=FollowOptions(smoothing_time=arguments.smoothing),
     )

@@ -173,7 +173,7 @@ def animate_agents(
 ) -> list[Motion]:
     """Motions of agents that share one library, all steps and frames at once."""
     steps = prepare_steps(library, agents, crowd, options=options)
-    planted = plant_samples(steps.planting, crowd.frame_times)
+    planted = plant_samples(steps.planting, crowd, agents)
     figures = measure_contacts(steps.setup, steps.planting.feet, planted.frames, planted.feet, agents)
     results = measure_steps(steps.setup, steps.blend, steps.landings, figures, agents)
     return cut_motions(steps.planting, planted, results, agents)

@@ -19,17 +19,15 @@ from usdfoot.engine.feet import (
     with_values,
 )
 from usdfoot.engine.frames import Frames, lay_frames
-from usdfoot.engine.given_roots import given_roots
-from usdfoot.engine.landings import GROUND_AXES
 from usdfoot.engine.plant import plant_feet
 from usdfoot.engine.poses import Feet, Layout, Poses, PoseSource, pose_feet
 from usdfoot.engine.results import achieved_contacts
-from usdfoot.engine.root import root_at
+from usdfoot.engine.rooted_poses import RootedPoses, root_poses
 from usdfoot.engine.subframes import drifting_frames, insert_frames, merge_poses
-from usdfoot.maths import quaternion
+from usdfoot.engine.thinning import choose_samples
 from usdfoot.maths.timeline import locate
-from usdfoot.maths.types import FloatArray, IntArray
-from usdfoot.model.agent import Agent
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.agent import Agent, Crowd
 from usdfoot.model.ground import Ground
 from usdfoot.model.motion import Motion, StepResults
 
@@ -54,9 +52,11 @@ class Planted:
     """Finished samples of all agents."""
 
     frames: Frames
-    poses: Poses
+    poses: RootedPoses
+    kept: BoolArray
+    """Whether each sample is written, shape (F,)."""
     feet: Feet
-    """Measured on the poses."""
+    """As seen with what is written: where a sample is not, on what is interpolated there."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,10 +116,16 @@ def _feet_at(layout: Layout, source: PoseSource, rows: IntArray, times: FloatArr
     return pose_feet(layout.rig, source.pose(found, times, joints=layout.rig.leg_joints))
 
 
-def plant_samples(planting: Planting, sample_times: FloatArray) -> Planted:
-    """All agents' frames at `sample_times` [s] (S,), and samples between those that would let a planted ball drift."""
+def plant_samples(planting: Planting, crowd: Crowd, agents: Sequence[Agent]) -> Planted:
+    """The agents' samples: at the crowd's frames, and between those that would let a planted ball drift.
+
+    Args:
+        planting: Of the agents.
+        crowd: Whose frames they are.
+        agents: Who say at which frames they are sampled.
+    """
     layout = planting.layout
-    frames = lay_frames(layout.contacts, layout.segments, sample_times)
+    frames = lay_frames(layout.contacts, layout.segments, crowd.frame_times)
     poses = plant_frames(planting, frames)
     feet = pose_feet(layout.rig, poses)
     tolerance = layout.options.subframe_slide
@@ -130,7 +136,9 @@ def plant_samples(planting: Planting, sample_times: FloatArray) -> Planted:
         added, frames, order = insert_frames(layout, frames, drifting)
         poses = merge_poses(poses, plant_frames(planting, added), order)
         feet = pose_feet(layout.rig, poses)
-    return Planted(frames=frames, poses=poses, feet=feet)
+    rooted = root_poses(layout, frames, poses, agents)
+    kept, feet = choose_samples(layout, planting.feet, frames, rooted, feet, agents=agents, rate=crowd.frame_rate)
+    return Planted(frames=frames, poses=rooted, kept=kept, feet=feet)
 
 
 def plant_frames(planting: Planting, frames: Frames) -> Poses:
@@ -160,31 +168,23 @@ def plant_frames(planting: Planting, frames: Frames) -> Poses:
 def cut_motions(
     planting: Planting, planted: Planted, results: Sequence[StepResults], agents: Sequence[Agent]
 ) -> list[Motion]:
-    """Samples cut into one motion an agent, the pelvis relative to its root."""
+    """Samples that are written, cut into one motion an agent."""
     layout, frames, poses = planting.layout, planted.frames, planted.poses
-    root = root_at(layout.path, frames.segments, frames.times)
-    roots = given_roots(agents)
-    given, places = roots.positions(frames.agents, frames.times)
-    root[np.flatnonzero(given)[:, None], GROUND_AXES] = places[:, GROUND_AXES]
-    given, yaws = roots.yaws(frames.agents, frames.times)
-    root[given, 3] = yaws
-    origins = layout.origins[frames.agents]
-    turn = quaternion.yaw_quaternion(-root[:, 3])
-    pelvis = quaternion.rotate(turn, poses.pelvis_positions.numpy() + (origins - root[:, :3]))
-    turned = quaternion.compose(turn, poses.pelvis_rotations.numpy())
     rotations = poses.rotations.numpy()
-    rotations[:, layout.pelvis] = turned
+    rotations[:, layout.pelvis] = poses.pelvis_rotations
     motions = []
     for index, agent in enumerate(agents):
-        own = slice(frames.first[index], frames.first[index + 1])
+        first, stop = frames.first[index], frames.first[index + 1]
+        kept = planted.kept[first:stop]
+        own = slice(first, stop) if kept.all() else first + np.flatnonzero(kept)
         motions.append(
             Motion(
                 name=agent.name,
                 times=frames.stamps[own],
-                root_positions=root[own, :3],
-                root_yaws=root[own, 3],
-                pelvis_positions=pelvis[own].astype(np.float32),
-                pelvis_rotations=turned[own].astype(np.float32),
+                root_positions=poses.roots[own, :3],
+                root_yaws=poses.roots[own, 3],
+                pelvis_positions=poses.pelvis_positions[own].astype(np.float32),
+                pelvis_rotations=poses.pelvis_rotations[own].astype(np.float32),
                 rotations=rotations[own],
                 contacts=achieved_contacts(layout, planting.feet, index, times=frames.stamps[own]),
                 results=results[index],

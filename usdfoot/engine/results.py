@@ -19,7 +19,15 @@ from usdfoot.model.agent import Agent
 from usdfoot.model.contacts import Contacts, FootContacts
 from usdfoot.model.motion import StepResults
 
-__all__ = ["PLACED", "ContactFigures", "achieved_contacts", "measure_contacts", "measure_steps", "step_ranges"]
+__all__ = [
+    "PLACED",
+    "ContactFigures",
+    "achieved_contacts",
+    "measure_contacts",
+    "measure_steps",
+    "planted_frames",
+    "step_ranges",
+]
 
 PLACED = 0.003
 """A step placed worse than this, or whose ball slides farther, did not keep its promise [m]."""
@@ -56,7 +64,7 @@ def measure_contacts(
         figures = contact_figures(
             measured.balls[:, side] + origins,
             measured.balls[:, side] - measured.ankles[:, side],
-            _planted(layout, feet, frames, rows),
+            planted_frames(layout, feet, frames, rows),
             targets=targets[own],
             orientations=orientations[own],
         )
@@ -95,7 +103,7 @@ def step_ranges(agents: Sequence[Agent]) -> IntArray:
     return np.concatenate([[0], np.cumsum([len(agent.plan) for agent in agents])])
 
 
-def _planted(layout: Layout, feet: ContactFeet, frames: Frames, rows: IntArray) -> FrameRanges:
+def planted_frames(layout: Layout, feet: ContactFeet, frames: Frames, rows: IntArray) -> FrameRanges:
     """Whole frames from flat to liftoff of contacts `rows`."""
     contacts = layout.contacts
     span = 1.0e5

@@ -11,37 +11,11 @@ import warp as wp
 from usdfoot.analysis.figures import FRAME_TOLERANCE
 from usdfoot.engine.feet import ContactFeet
 from usdfoot.engine.frames import Frames, frames_at
+from usdfoot.engine.interpolation import interpolate_poses
 from usdfoot.engine.poses import Feet, Layout, Poses, pose_feet
 from usdfoot.maths.types import BoolArray, IntArray
 
 __all__ = ["drifting_frames", "insert_frames", "merge_poses"]
-
-
-@wp.kernel
-def halfway(
-    joints: wp.array(dtype=wp.int32),
-    positions: wp.array(dtype=wp.vec3f),
-    pelvis_rotations: wp.array(dtype=wp.quatf),
-    rotations: wp.array2d(dtype=wp.quatf),
-    half_positions: wp.array(dtype=wp.vec3f),
-    half_pelvis_rotations: wp.array(dtype=wp.quatf),
-    half_rotations: wp.array2d(dtype=wp.quatf),
-) -> None:
-    """What USD interpolates in the middle between each frame and the next."""
-    frame = wp.tid()
-    half_positions[frame] = 0.5 * (positions[frame] + positions[frame + 1])
-    half_pelvis_rotations[frame] = mean_rotation(pelvis_rotations[frame], pelvis_rotations[frame + 1])
-    for k in range(joints.shape[0]):
-        joint = joints[k]
-        half_rotations[frame, joint] = mean_rotation(rotations[frame, joint], rotations[frame + 1, joint])
-
-
-@wp.func
-def mean_rotation(first: wp.quatf, second: wp.quatf) -> wp.quatf:
-    """Rotation halfway between two."""
-    if wp.dot(first, second) < 0.0:
-        return wp.normalize(first - second)
-    return wp.normalize(first + second)
 
 
 def drifting_frames(
@@ -52,22 +26,8 @@ def drifting_frames(
     drifting = np.zeros(count + 1, dtype=bool)
     if count < 1:
         return drifting
-    half = Poses(
-        pelvis_positions=wp.empty(count, dtype=wp.vec3f),
-        pelvis_rotations=wp.empty(count, dtype=wp.quatf),
-        rotations=wp.empty((count, len(layout.skeleton.joints)), dtype=wp.quatf),
-    )
-    wp.launch(
-        halfway,
-        dim=count,
-        inputs=[
-            wp.array(layout.rig.leg_joints.astype(np.int32), dtype=wp.int32, copy=False),
-            poses.pelvis_positions,
-            poses.pelvis_rotations,
-            poses.rotations,
-        ],
-        outputs=[half.pelvis_positions, half.pelvis_rotations, half.rotations],
-    )
+    rows = np.arange(count)
+    half = interpolate_poses(layout, poses, rows, rows + 1, shares=np.full(count, 0.5))
     balls = pose_feet(layout.rig, half).balls
     liftoffs = layout.contacts.liftoffs
     for side in (0, 1):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,17 @@ from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
 from usdfoot.model.trajectory import RootTrajectory
 
-__all__ = ["Agent", "Crowd", "Follower", "Performer"]
+__all__ = ["Agent", "Crowd", "Follower", "Performer", "SampledFrames"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SampledFrames:
+    """At which frames an agent has samples, beside those that its feet ask for."""
+
+    every: int = 1
+    """At every so many; 1 = at all."""
+    turn: int = 0
+    """At time codes that are a multiple of `every` more than this."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,6 +47,7 @@ class Performer:
     """[B]'s epsilon [m]."""
     motion: str = "clips"
     """clips | physics | hybrid."""
+    sampled: SampledFrames = field(default_factory=SampledFrames)
 
     def walking(self, plan: FootstepPlan, *, root_trajectory: RootTrajectory | None = None) -> Agent:
         """The agent that walks a plan."""
@@ -48,7 +59,7 @@ class Performer:
 
     def _shared(self) -> dict[str, Any]:
         """What agents and followers alike have, by field."""
-        return {field.name: getattr(self, field.name) for field in fields(Performer)}
+        return {known.name: getattr(self, known.name) for known in fields(Performer)}
 
 
 @dataclass(frozen=True, kw_only=True)

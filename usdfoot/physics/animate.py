@@ -123,7 +123,7 @@ def animate_bodies(
 ) -> list[Motion]:
     """Motions without clips of agents that are one character, all steps and frames at once."""
     planting, com = plan_bodies(body, agents, crowd, options=options)
-    planted = plant_samples(planting, crowd.frame_times)
+    planted = plant_samples(planting, crowd, agents)
     figures = measure_contacts(planting.layout, planting.feet, planted.frames, planted.feet, agents)
     return cut_motions(planting, planted, _results(figures, com, agents), agents)
 
@@ -168,7 +168,7 @@ def animate_hybrids(
     )
     clips = ClipPoses(setup=steps.setup, arrays=steps.source.arrays)
     planting = prepare_planting(steps.setup, carry_pelvis(clips, com), _ground(agents, crowd))
-    planted = plant_samples(planting, crowd.frame_times)
+    planted = plant_samples(planting, crowd, agents)
     figures = measure_contacts(steps.setup, planting.feet, planted.frames, planted.feet, agents)
     results = measure_steps(steps.setup, steps.blend, steps.landings, figures, agents)
     forces = _forces(figures, com, agents)

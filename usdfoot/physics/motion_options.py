@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import UsdfootError
+from usdfoot.model.sampling import SamplingOptions
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.style import BodyStyle
 
@@ -28,6 +29,8 @@ class MotionOptions(EngineOptions):
     """How the centre of mass is optimised."""
     body: BodyStyle = field(default_factory=BodyStyle)
     """How the body moves over it."""
+    sampling: SamplingOptions = field(default_factory=SamplingOptions)
+    """Who is written at which frames."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

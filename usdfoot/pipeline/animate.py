@@ -193,6 +193,7 @@ def _open_shot(
         motion=options.motion,
         crowd=target,
         limits=limits,
+        sampling=options.sampling,
         listed=open_early,
     )
     scene = reader.read()

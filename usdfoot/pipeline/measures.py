@@ -71,11 +71,14 @@ class AgentMeasures:
     lowest_sole: float
     """Lowest height of ball or heel of a sole over the terrain at any frame [m]."""
     knee_speed: float
-    """Largest angular speed of a knee [rad/s]."""
+    """Largest angular speed of a knee from one sample to the next [rad/s]."""
     seam_jump: float
-    """Largest jump of the joints' angular velocities at a strike, root mean square over the joints [rad/s]."""
+    """Largest jump of the joints' angular velocities at a strike, root mean square over the joints [rad/s].
+
+    Only where three frames in a row have samples: over longer times velocities change more, without any seam.
+    """
     joint_jerk: float
-    """99th percentile of the joints' angular jerk [rad/s3]."""
+    """99th percentile of the joints' angular jerk over any four samples that are evenly apart [rad/s3]."""
 
 
 def measure_agent(agent: WrittenAgent, units: StageUnits, terrain: Terrain | None) -> AgentMeasures:
@@ -97,11 +100,7 @@ def measure_agent(agent: WrittenAgent, units: StageUnits, terrain: Terrain | Non
     if ground is not None:
         heights = _sole_heights(agent, whole, heels, ground)
     rate = units.time_codes_per_second / float(np.min(np.diff(codes), initial=np.inf)) if len(codes) > 1 else 1.0
-    turning = whole.rotations.copy()
-    turning[:, agent.biped.pelvis] = whole.turns[:, agent.biped.pelvis]
-    speeds = angular_speeds(turning[:, list(agent.biped.knees)], rate)
-    body = turning[:, body_joints(agent.skeleton, agent.biped)]
-    jerks = angular_jerks(body, rate)
+    smoothness = _smoothness(agent, whole, rate)
     recorded = len(agent.blend_error) == len(agent.plan)
     return AgentMeasures(
         name=agent.name,
@@ -112,9 +111,7 @@ def measure_agent(agent: WrittenAgent, units: StageUnits, terrain: Terrain | Non
         clearance=_clearances(agent, whole, heights),
         sole_heights=heights,
         lowest_sole=float(np.nanmin(heights)) if np.isfinite(heights).any() else np.nan,
-        knee_speed=float(speeds.max(initial=0.0)),
-        seam_jump=_seam_jump(agent, whole, angular_jumps(body, rate)),
-        joint_jerk=float(np.quantile(jerks, 0.99)) if jerks.size else np.nan,
+        **smoothness,
         **columns,
     )
 
@@ -143,12 +140,30 @@ def measure_placement(agent: WrittenAgent, units: StageUnits, codes: FloatArray)
     return errors
 
 
+def _smoothness(agent: WrittenAgent, tracks: JointTracks, rate: float) -> dict[str, Any]:
+    """Figures of `AgentMeasures` that are measured on the agent's own samples, as between them lie straight lines."""
+    turning = tracks.rotations.copy()
+    turning[:, agent.biped.pelvis] = tracks.turns[:, agent.biped.pelvis]
+    own = np.flatnonzero(agent.sampled)
+    gaps = np.diff(own)[:, None]  # (S - 1, 1), in frames
+    speeds = angular_speeds(turning[own][:, list(agent.biped.knees)], rate) / gaps
+    body = turning[:, body_joints(agent.skeleton, agent.biped)]
+    even = np.flatnonzero((gaps[:-2] == gaps[1:-1]) & (gaps[1:-1] == gaps[2:]))
+    jerks = (angular_jerks(body[own], rate) / gaps[: max(len(gaps) - 2, 0)] ** 3)[even]
+    return {
+        "knee_speed": float(speeds.max(initial=0.0)),
+        "joint_jerk": float(np.quantile(jerks, 0.99)) if jerks.size else np.nan,
+        "seam_jump": _seam_jump(agent, tracks, angular_jumps(body, rate)),
+    }
+
+
 def _seam_jump(agent: WrittenAgent, tracks: JointTracks, jumps: FloatArray) -> float:
     """Largest of the jumps (F - 2,) at the frames on either side of a strike within the motion."""
     after = np.searchsorted(tracks.times, agent.plan.strike_times)
     frames = np.concatenate([after - 1, after]) - 1
-    inside = frames[(frames >= 0) & (frames < len(jumps))]
-    return float(jumps[inside].max()) if inside.size else np.nan
+    frames = frames[(frames >= 0) & (frames < len(jumps))]
+    frames = frames[agent.sampled[frames] & agent.sampled[frames + 1] & agent.sampled[frames + 2]]
+    return float(jumps[frames].max()) if frames.size else np.nan
 
 
 def _frames(tracks: JointTracks, every: int) -> JointTracks:

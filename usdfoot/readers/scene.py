@@ -5,7 +5,9 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from pxr import Usd
@@ -13,10 +15,11 @@ from pxr import Usd
 from usdfoot.bridge.scene import Scene, StageInfo
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.maths.types import FloatArray
-from usdfoot.model.agent import Crowd
+from usdfoot.model.agent import Agent, Crowd, Follower
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits, check_limit
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
+from usdfoot.model.sampling import ALL_FRAMES, SamplingOptions
 from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.readers.agents import AgentSource, list_agents, select_agents
 from usdfoot.readers.casting import Casting, skipped
@@ -24,12 +27,15 @@ from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.limits import check_skeletons
 from usdfoot.readers.overrides import read_overrides
 from usdfoot.readers.plans import read_plan
+from usdfoot.readers.sampling import SamplingReader
 from usdfoot.readers.stage import StagePrims, collect_prims, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
 from usdfoot.readers.trajectories import TrajectoryReader
 from usdfoot.readers.walkers import plan_walkers, read_walkers
 
 __all__ = ["SceneReader", "read_scene"]
+
+Walking = TypeVar("Walking", Agent, Follower)
 
 _logger = logging.getLogger(__name__)
 
@@ -73,6 +79,7 @@ class SceneReader:
         reload: Read the files again where this process has read them before.
         crowd: Folder of the crowd, whose overrides.usda mutes agents and changes plans.
         limits: How much of a scene is read.
+        sampling: Who is sampled at which frames.
         listed: Told how many agents there are, before their plans are read.
 
     Raises:
@@ -89,6 +96,7 @@ class SceneReader:
         reload: bool = False,
         crowd: Path | None = None,
         limits: Limits = DEFAULT_LIMITS,
+        sampling: SamplingOptions = ALL_FRAMES,
         listed: Callable[[int], None] = lambda agents: None,
     ) -> None:
         stage = open_stage(scene)
@@ -126,6 +134,8 @@ class SceneReader:
             most_frames=limits.frames,
         )
         self._codes = codes
+        self._sampling = SamplingReader(stage, sampling, self.info.units, codes)
+        self._numbers = {source.name: number for number, source in enumerate(self._everyone)}
 
     def read(self, *, names: Collection[str] | None = None) -> Scene:
         """The agents with these names and all they need.
@@ -145,10 +155,10 @@ class SceneReader:
             walk = self._walk_of(source)
             if isinstance(walk, RootTrajectory):
                 follower = casting.cast_follower(source, walk)
-                followers += [follower] if follower else []
+                followers += [self._sampled(follower, walk)] if follower else []
             elif isinstance(walk, FootstepPlan):
                 agent = casting.cast(source, walk, self._roots.get(source.name))
-                cast += [agent] if agent else []
+                cast += [self._sampled(agent, walk)] if agent else []
         problems = (
             *self._agent_problems,
             *self._walk_problems,
@@ -173,6 +183,13 @@ class SceneReader:
             frame_codes=self._codes,
             plan_frames={agent.name: self._frames[agent.name] for agent in cast if agent.name in self._frames},
         )
+
+    def _sampled(self, performer: Walking, walk: FootstepPlan | RootTrajectory) -> Walking:
+        """The performer with its frames; one below a transform that moves undoes that at all of them."""
+        if len(self._casting.characters[performer.character].skeleton_to_agent) > 1:
+            return performer
+        frames = self._sampling.frames_of(walk, self._numbers[performer.name])
+        return replace(performer, sampled=frames)
 
     def _plan_paths(self, stage: Usd.Stage, prims: StagePrims) -> dict[str, FootstepPlan | UsdfootError]:
         """Plans of all agents that follow a path, or why there is none, by agent name."""

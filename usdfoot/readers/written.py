@@ -16,7 +16,7 @@ from usdfoot.bridge.similarity import Similarity, similarity_of_matrices
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import SceneError
 from usdfoot.maths import quaternion
-from usdfoot.maths.types import FloatArray
+from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.skeleton import Skeleton
@@ -40,6 +40,9 @@ __all__ = [
     "read_written_crowd",
 ]
 
+ON_SAMPLE = 1e-6
+"""Time codes closer than this are the same."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class WrittenAgent:
@@ -60,7 +63,9 @@ class WrittenAgent:
     """Rest pose in the agent's space."""
     biped: Biped
     frame_codes: FloatArray
-    """Time codes of the animation's samples, shape (F,)."""
+    """Whole time codes from the animation's first sample to its last, shape (F,)."""
+    sampled: BoolArray
+    """Whether the animation has samples there that are no farther apart than frames, shape (F,)."""
     skeleton_prim: Usd.Prim
     """Instance proxy of the Skeleton."""
     query: UsdSkel.SkeletonQuery
@@ -177,6 +182,7 @@ def read_agent_prim(prim: Usd.Prim, units: StageUnits) -> WrittenAgent:
         skeleton=skeleton,
         biped=biped,
         frame_codes=codes,
+        sampled=_sampled(np.array(samples), codes),
         skeleton_prim=skeleton_prim,
         query=query,
     )
@@ -235,6 +241,15 @@ def _agent_matrix(prim: Usd.Prim, code: float) -> FloatArray:
     path = next(path for path in prim.GetPath().GetPrefixes() if path.GetParentPath() == agents)
     cache = UsdGeom.XformCache(Usd.TimeCode(float(code)))
     return np.array(cache.GetLocalToWorldTransform(prim.GetStage().GetPrimAtPath(path)))
+
+
+def _sampled(samples: FloatArray, codes: FloatArray) -> BoolArray:
+    """Which codes (F,) are on a sample, or between two that are a frame apart, as in a crowd that was retimed."""
+    if not len(codes):
+        return np.zeros(0, dtype=bool)
+    after = np.searchsorted(samples, codes - ON_SAMPLE)
+    gaps = samples[after] - samples[np.maximum(after - 1, 0)]
+    return (samples[after] - codes <= ON_SAMPLE) | (gaps <= 1.0 + ON_SAMPLE)
 
 
 def _flat_times(animation: Usd.Prim, plan: FootstepPlan, units: StageUnits) -> FloatArray:
