@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import warp as wp
 from hypothesis import given
 from numpy.testing import assert_allclose, assert_array_equal
 
@@ -11,10 +12,12 @@ from tests.engine.plans import crowd, moved, way
 from tests.engine.walkers import WALKS, library_of
 from tests.strategies import footstep_plans
 from usdfoot.engine.animate import animate_crowd, prepare_library
+from usdfoot.engine.clock_kernel import ClockArrays, phase_at
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.segments import cut_segments
 from usdfoot.errors import ClipError, UsdfootError
 from usdfoot.maths import planar
+from usdfoot.maths.monotone import pchip_slopes
 from usdfoot.maths.timeline import locate
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.contact_table import lay_contacts
@@ -53,6 +56,41 @@ def test_segments_partition_the_time_of_the_plan(plan):
     assert_allclose(segments.begins[1:], segments.ends[:-1])
     assert np.all(segments.ends > segments.begins)
     assert np.all(np.diff(segments.knot_times, axis=1) > 0.0)
+
+
+@wp.kernel(enable_backward=False)
+def phases_at(
+    clocks: ClockArrays,
+    segments: wp.array(dtype=wp.int32),
+    times: wp.array(dtype=wp.float64),
+    phases: wp.array(dtype=wp.float64),
+) -> None:
+    frame = wp.tid()
+    phases[frame] = phase_at(clocks, segments[frame], times[frame])
+
+
+@given(plan=footstep_plans(smallest=3))
+def test_phases_rise_from_strike_to_strike(plan):
+    segments = cut_segments(lay_contacts([plan]), EngineOptions())
+    clocks = ClockArrays()
+    clocks.knot_times = wp.array(segments.knot_times, dtype=wp.vec4d)
+    clocks.knot_shares = wp.array(segments.knot_shares, dtype=wp.vec4d)
+    clocks.knot_slopes = wp.array(pchip_slopes(segments.knot_times, segments.knot_shares), dtype=wp.vec4d)
+    rows = np.repeat(np.arange(len(segments)), 50)
+    shares = np.tile(np.linspace(0.0, 1.0, 50), len(segments))
+    times = segments.begins[rows] + shares * (segments.ends - segments.begins)[rows]
+    found = wp.zeros(len(rows), dtype=wp.float64)
+    wp.launch(
+        phases_at,
+        dim=len(rows),
+        inputs=[clocks, wp.array(rows.astype(np.int32), dtype=wp.int32), wp.array(times, dtype=wp.float64)],
+        outputs=[found],
+    )
+    phases = found.numpy().reshape(len(segments), 50)
+    assert np.all(np.diff(phases, axis=1) > 0.0)
+    assert_allclose(phases[~segments.stands, -1], 1.0, atol=1e-9)
+    whole = ~segments.stands & (segments.begins == segments.knot_times[:, 0])
+    assert_allclose(phases[whole, 0], 0.0, atol=1e-9)
 
 
 def test_agents_keep_their_own_contacts():

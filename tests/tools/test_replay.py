@@ -114,7 +114,7 @@ def test_json_of_real_clips(tools, shared_data, capsys):
     [("cmu/cmu_clips.usdc", "*02_0[12]", 0.03), ("bandai/bandai_clips.usdc", "*_walk_*", 0.035)],
     ids=["cmu", "bandai"],
 )
-def test_physics_walks_where_people_walked(tools, shared_data, capsys, clips, takes, centred):
+def test_physics_walks_where_people_walked_on_average(tools, shared_data, capsys, clips, takes, centred):
     from replay import main
 
     assert main([str(shared_data / clips), "--motion", "physics", "--clips", takes, "--json"]) == 0
@@ -128,6 +128,20 @@ def test_physics_walks_where_people_walked(tools, shared_data, capsys, clips, ta
         }
         assert mean["rms_centred"] < centred
         assert mean["rise"] == pytest.approx(mean["real_rise"], rel=0.25)
+
+
+def test_physics_walks_where_people_walked(tools, shared_data, capsys):
+    from replay import main
+
+    clips = str(shared_data / "cmu" / "cmu_clips.usdc")
+    assert main([clips, "--motion", "physics", "--clips", "*02_0[12]", "--json"]) == 0
+    replays = json.loads(capsys.readouterr().out)
+    assert len(replays) == 2
+    for replay in replays:
+        assert replay["rms"] < 0.04
+        assert replay["rms_centred"] < 0.035
+        assert abs(replay["rise"] / replay["real_rise"] - 1.0) < 0.25
+        assert abs(replay["lag"]) < 0.1
 
 
 def test_pelvis_errors_of_the_walker_itself(tools, library):

@@ -9,7 +9,7 @@ import warp as wp
 
 from usdfoot.model.examples import LIFTOFF_PHASES
 
-__all__ = ["ClockArrays", "read_clocks"]
+__all__ = ["ClockArrays", "phase_at", "read_clocks"]
 
 FIRST_PHASE = wp.constant(wp.float64(LIFTOFF_PHASES[0]))
 SECOND_PHASE = wp.constant(wp.float64(LIFTOFF_PHASES[1]))

@@ -1,10 +1,10 @@
-"""Problem: what could not be used, and why; collected instead of raised so that the crowd goes on."""
+"""Problems: what could not be used, and why; collected instead of raised so that the crowd goes on."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["Problem"]
+__all__ = ["Outcome", "Problem"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,3 +20,16 @@ class Problem:
 
     def __str__(self) -> str:
         return f"{self.severity}: {self.message}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """Outcome of a whole job, whatever else it tells."""
+
+    problems: tuple[Problem, ...]
+    """What was skipped (errors) and what was used all the same (warnings)."""
+
+    @property
+    def skipped(self) -> tuple[Problem, ...]:
+        """What could not be used."""
+        return tuple(problem for problem in self.problems if problem.severity == "error")

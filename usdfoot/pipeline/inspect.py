@@ -15,7 +15,7 @@ from usdfoot.bridge.scene import StageInfo
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.maths import quaternion
 from usdfoot.model.overlay import KINDS, Marks, Overlay, ShownAgent
-from usdfoot.model.report import Problem
+from usdfoot.model.report import Outcome, Problem
 from usdfoot.model.skeleton import forward_kinematics
 from usdfoot.pipeline.overlay_com import draw_com
 from usdfoot.pipeline.overlay_marks import mark_contacts, mark_errors, mark_footsteps, mark_timing, tabulate_steps
@@ -59,20 +59,13 @@ class InspectOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class InspectReport:
+class InspectReport(Outcome):
     """What was drawn."""
 
     file: Path
     """The layer written."""
     agents: tuple[str, ...]
     """Names of the agents drawn."""
-    problems: tuple[Problem, ...]
-    """Agents that could not be read (errors), and what could not be drawn of others (warnings)."""
-
-    @property
-    def skipped(self) -> tuple[Problem, ...]:
-        """Agents that could not be read."""
-        return tuple(problem for problem in self.problems if problem.severity == "error")
 
 
 def inspect(

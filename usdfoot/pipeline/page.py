@@ -15,7 +15,7 @@ import numpy as np
 
 from usdfoot.bridge.tokens import File
 from usdfoot.errors import SceneError
-from usdfoot.model.report import Problem
+from usdfoot.model.report import Outcome, Problem
 from usdfoot.pipeline.page_agents import SeenAgent, see_agents
 from usdfoot.pipeline.page_figures import ELSEWHERE, page_figures, whole_values
 from usdfoot.pipeline.validate import figures_of, read_sources
@@ -36,19 +36,12 @@ LEAST_RATE = 6.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class PageReport:
+class PageReport(Outcome):
     """What was written."""
 
     file: Path
     agents: tuple[str, ...]
     """Names of the agents shown."""
-    problems: tuple[Problem, ...]
-    """Agents that could not be read or measured."""
-
-    @property
-    def skipped(self) -> tuple[Problem, ...]:
-        """Agents that could not be read or measured."""
-        return tuple(problem for problem in self.problems if problem.severity == "error")
 
 
 def write_page(

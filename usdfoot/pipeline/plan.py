@@ -13,7 +13,7 @@ from usdfoot.bridge.scene import StageInfo
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
-from usdfoot.model.report import Problem
+from usdfoot.model.report import Outcome, Problem
 from usdfoot.model.terrain import Terrain
 from usdfoot.planning.lint import lint_plans
 from usdfoot.planning.path import PathOptions
@@ -28,20 +28,13 @@ __all__ = ["PlanReport", "plan_scene_paths", "save_plans"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlanReport:
+class PlanReport(Outcome):
     """Outcome of one run of a planner."""
 
     file: Path
     """The layer written."""
     plans: Mapping[str, FootstepPlan]
     """By the name of their prims."""
-    problems: tuple[Problem, ...]
-    """What was skipped (errors) and what was used all the same (warnings)."""
-
-    @property
-    def skipped(self) -> tuple[Problem, ...]:
-        """What could not be planned."""
-        return tuple(problem for problem in self.problems if problem.severity == "error")
 
 
 def plan_scene_paths(

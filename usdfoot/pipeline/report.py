@@ -14,7 +14,7 @@ from usdfoot.batch.records import ChunkRecord, problem_json
 from usdfoot.bridge.scene import Scene
 from usdfoot.bridge.versions import library_versions
 from usdfoot.model.motion import StepResults
-from usdfoot.model.report import Problem
+from usdfoot.model.report import Outcome, Problem
 from usdfoot.physics.motion_options import MotionOptions
 
 __all__ = ["CHUNK_SIZE", "AnimateReport", "CallRecord", "call_of", "options_of", "provenance_of", "report_json"]
@@ -26,24 +26,17 @@ Options = TypeVar("Options", bound=Any)
 
 
 @dataclass(frozen=True, kw_only=True)
-class AnimateReport:
+class AnimateReport(Outcome):
     """Outcome of one run of `animate`."""
 
     crowd_file: Path
     report_file: Path
     results: Mapping[str, StepResults]
     """Figures of every written agent's steps, by agent name."""
-    problems: tuple[Problem, ...]
-    """What was skipped (errors) and what was used all the same (warnings)."""
     chunks: int
     """Number of chunks of agents."""
     kept: int
     """How many of them were there from an earlier run, made from the same."""
-
-    @property
-    def skipped(self) -> tuple[Problem, ...]:
-        """Agents and clips that could not be used."""
-        return tuple(problem for problem in self.problems if problem.severity == "error")
 
 
 @dataclass(frozen=True, kw_only=True)

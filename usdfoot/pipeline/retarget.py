@@ -13,7 +13,7 @@ from usdfoot import __version__
 from usdfoot.bridge.names import unique_name
 from usdfoot.bridge.scene import Character, StageInfo
 from usdfoot.errors import ClipError, SceneError
-from usdfoot.model.report import Problem
+from usdfoot.model.report import Outcome, Problem
 from usdfoot.readers.characters import only_character, read_character
 from usdfoot.readers.libraries import read_libraries
 from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
@@ -26,20 +26,13 @@ __all__ = ["RetargetReport", "retarget"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class RetargetReport:
+class RetargetReport(Outcome):
     """Outcome of one run of `retarget`."""
 
     file: Path
     """The stage written."""
     clips: dict[str, RetargetedClip]
     """By the name of their prims."""
-    problems: tuple[Problem, ...]
-    """Clips that could not be retargeted (errors), parts of bodies that have no counterpart (warnings)."""
-
-    @property
-    def skipped(self) -> tuple[Problem, ...]:
-        """What could not be retargeted."""
-        return tuple(problem for problem in self.problems if problem.severity == "error")
 
 
 def retarget(
