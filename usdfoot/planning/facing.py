@@ -39,8 +39,8 @@ def face_tracks(
     shares = np.concatenate([np.zeros(stand), np.linspace(0.0, 1.0, turn, endpoint=False)])[:, None]
     turning = headings[0] + (1.0 - shares * shares * (3.0 - 2.0 * shares)) * turns
     facing = np.concatenate([turning, headings, np.repeat(headings[-1:], tail, axis=0)])
-    roots = np.concatenate([np.repeat(points[:1], stand + turn, axis=0), points, np.repeat(points[-1:], tail, axis=0)])
-    levels = np.concatenate([np.repeat(heights[:1], stand + turn, axis=0), heights, np.repeat(heights[-1:], tail, axis=0)])
+    roots = np.pad(points, ((stand + turn, tail), (0, 0), (0, 0)), mode="edge")
+    levels = np.pad(heights, ((stand + turn, tail), (0, 0)), mode="edge")
     times = time_step * np.arange(len(roots))
     return [
         RootTrajectory(

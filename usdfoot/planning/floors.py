@@ -1,4 +1,4 @@
-"""Floors: a JuPedSim simulation for each level, in lockstep; who is where two levels join is in both (extra `crowd`)."""
+"""Floors: a JuPedSim simulation for each level, in lockstep; who is where two join is in both (extra `crowd`)."""
 
 from __future__ import annotations
 
@@ -73,9 +73,11 @@ class Floors:
             own.model.desired_speed = paces[index] * self._seekers[index].speed
 
     def go_over(self, next_levels: IntArray) -> BoolArray:
-        """Take those who are where their next level (N,) begins over to it, -1 = they have none; gives back who went."""
-        heights = self._area.height_at(self.levels, self._points)
+        """Take those who are where their next level (N,) begins over to it, -1 = none; gives back who went."""
         over = np.zeros(len(next_levels), dtype=bool)
+        if not self._shadows and np.all(next_levels < 0):
+            return over
+        heights = self._area.height_at(self.levels, self._points)
         for index in np.flatnonzero(next_levels >= 0).tolist():
             level = int(next_levels[index])
             if self._has(level, index, heights[index]):
@@ -139,9 +141,9 @@ class _Floor:
             RuntimeError: If somebody stands there.
         """
         if seeker.radius not in self._rooms:
-            self._rooms[seeker.radius] = self._level.buffer(-seeker.radius - 1e-3)
+            self._rooms[seeker.radius] = self._level.buffer(-seeker.radius - 1e-4)
         room = self._rooms[seeker.radius]
-        if not shapely.contains_xy(self._level.buffer(-seeker.radius), *place) and not room.is_empty:
+        if not (shapely.contains_xy(room, *place) or room.is_empty):
             place = shapely.get_coordinates(shapely.shortest_line(room, shapely.Point(place)))[0]
         return self.simulation.add_agent(
             jupedsim.CollisionFreeSpeedModelV2AgentParameters(

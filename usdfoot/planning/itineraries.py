@@ -107,9 +107,8 @@ class Itineraries:
             everything = np.arange(len(spots.columns))
             x, z = spots.points.T
             levels = range(self._count)
-            self._free[radius] = np.any(
-                [self._on(one, everything) & shapely.contains_xy(self.room(one, radius), x, z) for one in levels], axis=0
-            )
+            rooms = [self._on(one, everything) & shapely.contains_xy(self.room(one, radius), x, z) for one in levels]
+            self._free[radius] = np.any(rooms, axis=0)
         rows = np.flatnonzero(self._free[radius])
         key = (float(goal[0]), float(goal[1]), goal_level, radius)
         if key not in self._routes:

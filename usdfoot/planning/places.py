@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.ground import Ground
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
 from usdfoot.planning.itineraries import Itineraries, Itinerary
@@ -24,10 +25,8 @@ FASTEST = 5.0
 """Who wants to go faster than people run is taken to go this fast [m/s]."""
 ROOM = 1.1
 """Distance between places at one goal over the body's diameter."""
-STEP_UP = 0.5
-"""Ground this far above a place [m] is still below it."""
-SAME = 0.05
-"""Levels as near above one another have this place in common [m]."""
+SAME = 0.3
+"""Ground this near above or below a level's [m] is that level's."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,7 +57,7 @@ class _Spot:
 def find_places(scenario: Scenario, terrain: Terrain) -> tuple[list[Party], tuple[Problem, ...]]:
     """Connected areas with the seekers who can walk in them, and why others cannot.
 
-    A place is on the highest level below it, or else the lowest above it. Goals too near a wall are moved away from it
+    A place is on the highest ground below it, or else the lowest above it. Goals too near a wall are moved away from it
     by as much as the body needs, and seekers with one goal get places around it: who is nearest at the start the
     nearest.
     """
@@ -67,6 +66,8 @@ def find_places(scenario: Scenario, terrain: Terrain) -> tuple[list[Party], tupl
     areas = walkable_areas(
         terrain, scenario.obstacles, bounds=scenario.bounds, places=places[:, [0, 2]], headroom=headroom
     )
+    if terrain.meshes:
+        places[:, 1] = Ground(terrain, fallback_height=np.nan).heights(places[:, [0, 2]], places[:, 1]).heights
     spots = iter(_levels_of(places, areas))
     placed = [[next(spots) for _ in range(1 + len(seeker.goals))] for seeker in scenario.seekers]
     ways = [Itineraries(area) for area in areas]
@@ -92,26 +93,22 @@ def find_places(scenario: Scenario, terrain: Terrain) -> tuple[list[Party], tupl
 
 
 def _levels_of(places: FloatArray, areas: Sequence[Area]) -> list[_Spot]:
-    """Where places (P, 3) are."""
+    """Where places (P, 3) on the ground are; where levels join, on the one whose edges are farther away."""
     points, count = places[:, [0, 2]], len(places)
     shapes = shapely.points(points)
-    best, heights, rooms = np.full(count, -np.inf), places[:, 1].copy(), np.zeros(count)
-    where = np.full((count, 2), -1)
+    rooms, where = np.full(count, -1.0), np.full((count, 2), -1)
     for number, area in enumerate(areas):
         for row, level in enumerate(area.levels):
             own = area.height_at(np.full(count, row), points)
-            own = np.where(np.isnan(own), places[:, 1], own)
-            score = np.where(own <= places[:, 1] + STEP_UP, own, -1e6 - own)
-            room = shapely.distance(level.boundary, shapes)
-            better = (score > best + SAME) | ((score > best - SAME) & (room > rooms))
-            better &= shapely.intersects_xy(level, points[:, 0], points[:, 1])
-            best, heights, rooms = (
-                np.where(better, new, old) for new, old in ((score, best), (own, heights), (room, rooms))
-            )
+            here = shapely.intersects_xy(level, points[:, 0], points[:, 1])
+            here &= (np.abs(own - places[:, 1]) <= SAME) | (area.spots is None)
+            room = np.where(here, shapely.distance(level.boundary, shapes), -1.0)
+            better = room > rooms
+            rooms = np.where(better, room, rooms)
             where[better] = number, row
     return [
         _Spot(area=int(area), level=int(level), height=float(height), room=float(room))
-        for (area, level), height, room in zip(where, heights, rooms, strict=True)
+        for (area, level), height, room in zip(where, places[:, 1], rooms, strict=True)
     ]
 
 
@@ -148,7 +145,7 @@ def _check_area(seeker: Seeker, start: _Spot, goals: Sequence[_Spot]) -> None:
             what = f"has its goal {where} in an obstacle or off the walkable ground"
             raise PlanError(seeker.name, what, "move the goal")
         if goal.area != start.area:
-            what = f"cannot get to its goal {where} on the level at {goal.height:.2f} m from that at {start.height:.2f} m"
+            what = f"cannot get to its goal {where}, height {goal.height:.2f} m, from height {start.height:.2f} m"
             raise PlanError(seeker.name, what, "there is no way on foot; open one, a ramp or stairs, or move the goal")
 
 

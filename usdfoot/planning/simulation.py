@@ -97,7 +97,7 @@ class _Legs:
     def __init__(self, itineraries: Sequence[Itinerary]) -> None:
         most = max(len(itinerary.stops) for itinerary in itineraries)
 
-        def padded(values: FloatArray) -> FloatArray:
+        def padded(values: np.ndarray) -> np.ndarray:
             return np.concatenate([values, np.repeat(values[-1:], most - len(values), axis=0)])
 
         self._points = np.array([padded(itinerary.points) for itinerary in itineraries])  # (N, K, 2)

@@ -128,9 +128,7 @@ def build_spots(
     links = _links(columns, heights, shape, cell, step)
     near = flat | (links @ flat.astype(float) > 0.0)
     beside_steep = links @ (~near).astype(float) > 0.0
-    spots = Spots(
-        corner=corner, cell=cell, shape=shape, columns=columns, heights=heights, links=links, ground=filled
-    )
+    spots = Spots(corner=corner, cell=cell, shape=shape, columns=columns, heights=heights, links=links, ground=filled)
     return spots.only(flat | (near & ~beside_steep))
 
 

@@ -202,9 +202,7 @@ def _liftoffs(
     return np.where(walks, np.maximum(np.minimum(liftoffs, same - swings), strikes + 0.05), other + shares * spans)
 
 
-def lay_plans(
-    names: Sequence[str], feet: FootTable, ground: Ground, *, on_ground: bool = False
-) -> list[FootstepPlan]:
+def lay_plans(names: Sequence[str], feet: FootTable, ground: Ground, *, on_ground: bool = False) -> list[FootstepPlan]:
     """Plans of the footsteps, on the ground of the level each person keeps to.
 
     Args:

@@ -24,7 +24,7 @@ SEAM = 1e-3
 AROUND = 10.0
 """Ground around everyone where there is no terrain [m]."""
 CELL, MOST_CELLS = 0.1, 250_000
-"""Width of the cells in which levels are told apart [m], and how many there are at most; larger terrain has wider ones."""
+"""Width of the cells in which levels are told apart [m]; more than so many are made wider."""
 LEAST = 0.2
 """Smaller levels are none [m2]."""
 WALL = 0.02
@@ -51,6 +51,8 @@ class Area:
             return found
         own = np.rint((points - self.spots.corner) / self.spots.cell).astype(np.intp)
         for offset in sorted(np.ndindex(3, 3), key=lambda index: abs(index[0] - 1) + abs(index[1] - 1)):
+            if not np.isnan(found).any():
+                break
             index = own + np.array(offset) - 1
             inside = np.all((index >= 0) & (index < self.spots.shape), axis=1) & np.isnan(found)
             column = np.where(inside, index[:, 0] * self.spots.shape[1] + index[:, 1], 0)

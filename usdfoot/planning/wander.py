@@ -228,8 +228,8 @@ def _routes(
         if must_reach and route.find(place) < 0:
             raise PlanError(
                 f"goal ({goal[0]:.2f}, {goal[2]:.2f}) m, height {goal[1]:.2f} m",
-                f"cannot be reached from ({place[0]:.2f}, {place[2]:.2f}) m, height {place[1]:.2f} m, on foot by a body "
-                f"{2 * options.radius:.2f} m wide",
+                f"cannot be reached from ({place[0]:.2f}, {place[2]:.2f}) m, height {place[1]:.2f} m, "
+                f"on foot by a body {2 * options.radius:.2f} m wide",
                 "open a way, join the levels by a ramp or stairs, or move the goal",
             )
         routes.append(route)
