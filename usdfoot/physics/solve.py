@@ -31,8 +31,8 @@ def optimise_unknowns(samples: Samples, knots: Knots, unknowns: FloatArray, opti
     values = wp.from_numpy(best, dtype=wp.vec3d, device="cpu")
     work = [
         wp.empty((count, 2), dtype=wp.vec3d, device="cpu"),
-        wp.empty((6 * count, 12), dtype=wp.float64, device="cpu"),
-        wp.empty(6 * count, dtype=wp.float64, device="cpu"),
+        wp.empty((2 * count, 4), dtype=wp.mat33d, device="cpu"),
+        wp.empty(2 * count, dtype=wp.vec3d, device="cpu"),
         wp.zeros(len(knots.starts), dtype=wp.int32, device="cpu"),
     ]
     segments = first_segments(knots)
@@ -51,6 +51,7 @@ def device_problem(samples: Samples, knots: Knots, options: PhysicsOptions) -> P
     """The problem's arrays for the kernels."""
     start_warp()
     problem = ProblemArrays()
+    problem.instants = samples.times.shape[1]
     problem.durations = _array(knots.durations, wp.float64)
     problem.standing = _array(samples.standing, wp.bool)
     problem.supports = _array(samples.supports, wp.vec3d)
