@@ -36,7 +36,6 @@ def minimise(
     trials: wp.array2d(dtype=wp.vec3d),
     blocks: wp.array2d(dtype=wp.mat33d),
     steps: wp.array(dtype=wp.vec3d),
-    counts: wp.array(dtype=wp.int32),
 ):
     """Lowers each agent's E until a step changes it by less than `tolerance`.
 
@@ -53,7 +52,6 @@ def minimise(
         trials: For the kernel's use, shape (K, 2).
         blocks: For the kernel's use, shape (2 K, 4).
         steps: For the kernel's use, shape (2 K,).
-        counts: Steps of each agent, added to, shape (A,).
     """
     agent = wp.tid()
     segment = segments[agent]
@@ -64,7 +62,6 @@ def minimise(
     going = bool(True)
     for _iteration in range(iterations):
         if going:
-            counts[agent] = counts[agent] + 1
             add_agent(problem, unknowns, blocks, steps, segment, count, knot, softness)
             for k in range(knot, knot + count + 1):
                 for c in range(2):
