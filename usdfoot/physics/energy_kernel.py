@@ -88,6 +88,54 @@ def agent_energy(
     return total
 
 
+@wp.struct
+class Bend:
+    """How one instant's part of E changes.
+
+    A control with the weights m in position and b in acceleration, and w = b + turn m, has the gradient
+    w slope + m drawn. Two of them have the second derivative w w' curve + m m' held.
+    """
+
+    turn: wp.float64  # [1/s^2]
+    slope: wp.vec3d
+    drawn: wp.vec3d
+    curve: wp.mat33d
+    held: wp.mat33d
+
+
+@wp.func
+def bend_instant(
+    problem: ProblemArrays, m: int, position: wp.vec3d, wanted: wp.vec3d, lasting: wp.float64, softness: wp.float64
+) -> Bend:
+    """Derivatives of E at an instant that stands for the time `lasting` [s].
+
+    The norm |r| becomes the square r.r / |r|, as in iteratively reweighted least squares.
+    """
+    force = leg_force(
+        problem.supports[m, 0],
+        problem.supports[m, 1],
+        problem.standing[m, 0],
+        problem.standing[m, 1],
+        position,
+        wanted,
+    )
+    pull = lasting / soft_norm(force.residual, softness)
+    bend = Bend()
+    bend.turn = force.turn
+    bend.slope = pull * force.residual
+    bend.drawn = wp.vec3d()
+    bend.curve = pull * force.projector
+    bend.held = (pull * force.tilt * force.tilt) * wp.outer(force.residual, force.residual)
+    for leg in range(2):
+        across = position - problem.anchors[m, leg]
+        distance = wp.max(wp.length(across), NEAREST)
+        direction = across / distance
+        share = wp.float64(2.0) * problem.comfort * problem.leg_shares[m, leg] * lasting
+        bend.held = bend.held + wp.outer(direction, direction * share)
+        bend.drawn = bend.drawn + direction * (share * (distance - problem.nominal_lengths[m, leg]))
+    return bend
+
+
 @wp.func
 def add_segment(
     problem: ProblemArrays,
@@ -98,12 +146,7 @@ def add_segment(
     knot: int,
     softness: wp.float64,
 ):
-    """Adds the Hessian and gradient of one segment's part of E, summed up before they are stored.
-
-    With m and b a control's weights in position and acceleration, w = b + turn m and n the softened norm of r, an
-    instant has the gradient (w / n) r, and for two controls the second derivative
-    (w w' Q + m m' tilt^2 r r') / n; comfort adds to both what belongs to position alone.
-    """
+    """Adds the Hessian and gradient of one segment's part of E, summed up before they are stored."""
     length = problem.durations[segment]
     lasting = length / wp.float64(problem.instants)
     matrix = wp.mat33d()
@@ -130,46 +173,26 @@ def add_segment(
         position = blend(moved, unknowns, knot)
         wanted = blend(bent, unknowns, knot)
         wanted[1] = wanted[1] + problem.gravity
-        force = leg_force(
-            problem.supports[m, 0],
-            problem.supports[m, 1],
-            problem.standing[m, 0],
-            problem.standing[m, 1],
-            position,
-            wanted,
-        )
-        norm = soft_norm(force.residual, softness)
-        along = wp.outer(force.residual, force.residual)
-        slope = force.residual * (lasting / norm)
-        curve = force.projector * (lasting / norm)
-        held = along * (force.tilt * force.tilt * lasting / norm)
-        drawn = vector
-        for leg in range(2):
-            across = position - problem.anchors[m, leg]
-            distance = wp.max(wp.length(across), NEAREST)
-            direction = across / distance
-            share = wp.float64(2.0) * problem.comfort * problem.leg_shares[m, leg] * lasting
-            held = held + wp.outer(direction, direction * share)
-            drawn = drawn + direction * (share * (distance - problem.nominal_lengths[m, leg]))
+        bend = bend_instant(problem, m, position, wanted, lasting, softness)
         for a in range(4):
             if problem.fixed[knot + a // 2, a % 2]:
                 moved[a] = wp.float64(0.0)
                 bent[a] = wp.float64(0.0)
-        w = bent + moved * force.turn
-        g0 = g0 + w[0] * slope + moved[0] * drawn
-        g1 = g1 + w[1] * slope + moved[1] * drawn
-        g2 = g2 + w[2] * slope + moved[2] * drawn
-        g3 = g3 + w[3] * slope + moved[3] * drawn
-        h00 = h00 + (w[0] * w[0]) * curve + (moved[0] * moved[0]) * held
-        h10 = h10 + (w[1] * w[0]) * curve + (moved[1] * moved[0]) * held
-        h11 = h11 + (w[1] * w[1]) * curve + (moved[1] * moved[1]) * held
-        h20 = h20 + (w[2] * w[0]) * curve + (moved[2] * moved[0]) * held
-        h21 = h21 + (w[2] * w[1]) * curve + (moved[2] * moved[1]) * held
-        h22 = h22 + (w[2] * w[2]) * curve + (moved[2] * moved[2]) * held
-        h30 = h30 + (w[3] * w[0]) * curve + (moved[3] * moved[0]) * held
-        h31 = h31 + (w[3] * w[1]) * curve + (moved[3] * moved[1]) * held
-        h32 = h32 + (w[3] * w[2]) * curve + (moved[3] * moved[2]) * held
-        h33 = h33 + (w[3] * w[3]) * curve + (moved[3] * moved[3]) * held
+        w = bent + moved * bend.turn
+        g0 = g0 + w[0] * bend.slope + moved[0] * bend.drawn
+        g1 = g1 + w[1] * bend.slope + moved[1] * bend.drawn
+        g2 = g2 + w[2] * bend.slope + moved[2] * bend.drawn
+        g3 = g3 + w[3] * bend.slope + moved[3] * bend.drawn
+        h00 = h00 + (w[0] * w[0]) * bend.curve + (moved[0] * moved[0]) * bend.held
+        h10 = h10 + (w[1] * w[0]) * bend.curve + (moved[1] * moved[0]) * bend.held
+        h11 = h11 + (w[1] * w[1]) * bend.curve + (moved[1] * moved[1]) * bend.held
+        h20 = h20 + (w[2] * w[0]) * bend.curve + (moved[2] * moved[0]) * bend.held
+        h21 = h21 + (w[2] * w[1]) * bend.curve + (moved[2] * moved[1]) * bend.held
+        h22 = h22 + (w[2] * w[2]) * bend.curve + (moved[2] * moved[2]) * bend.held
+        h30 = h30 + (w[3] * w[0]) * bend.curve + (moved[3] * moved[0]) * bend.held
+        h31 = h31 + (w[3] * w[1]) * bend.curve + (moved[3] * moved[1]) * bend.held
+        h32 = h32 + (w[3] * w[2]) * bend.curve + (moved[3] * moved[2]) * bend.held
+        h33 = h33 + (w[3] * w[3]) * bend.curve + (moved[3] * moved[3]) * bend.held
     row = 2 * knot
     blocks[row, 0] = blocks[row, 0] + h00
     blocks[row, 1] = blocks[row, 1] + h10
