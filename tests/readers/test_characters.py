@@ -4,7 +4,7 @@ import logging
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from tests.references import canonical_points, usdskel_positions
@@ -45,7 +45,9 @@ def test_the_rest_pose_stands_in_canonical_space(units):
     assert character.agent_scale == 1.0
     assert character.skeleton_path == "Skeleton"
     assert character.has_skel_root
-    assert_allclose(character.joint_radii, np.sqrt(3.0) * BALL_HEIGHT, rtol=1e-6)
+    (bound,) = character.bounds
+    assert_allclose(bound.padding, units.points(np.full(3, BALL_HEIGHT)).max(), rtol=1e-5)
+    assert_array_equal(bound.sources, np.arange(len(JOINTS)))
 
 
 def test_where_the_prim_stands_does_not_matter_but_its_scale_and_tilt_do():
