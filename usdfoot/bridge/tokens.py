@@ -235,6 +235,7 @@ class Record:
     """Keys of what a chunk's layers say about their making, below `PROVENANCE`."""
 
     CONTENT_HASH: Final = "contentHash"
+    AGENT_HASHES: Final = "agentHashes"
     REPORT: Final = "report"
 
 

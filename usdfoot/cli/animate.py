@@ -192,8 +192,9 @@ def run(arguments: argparse.Namespace) -> int:
     print_problems(report.problems, quiet=arguments.quiet)
     console = results_console()
     console.print(step_table(report.results))
-    if report.kept:
-        console.print(f"kept {report.kept} of {report.chunks} chunks, in which nothing changed")
+    if report.kept_agents:
+        agents = f"{report.kept_agents} of {len(report.results)} agents, which did not change"
+        console.print(f"kept {agents}, with {report.kept} of {report.chunks} chunks as they were", soft_wrap=True)
     console.print(f"wrote {report.crowd_file}", soft_wrap=True)
     return 1 if report.skipped else 0
 

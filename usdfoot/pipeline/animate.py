@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from usdfoot.batch.executors import open_scene_early
+from usdfoot.batch.kept import most_kept
 from usdfoot.batch.records import ChunkRecord, parse_record
 from usdfoot.batch.running import run_chunks
-from usdfoot.batch.tasks import ChunkTask, cut_chunks
+from usdfoot.batch.tasks import ChunkTask, cut_chunks, with_earlier
 from usdfoot.batch.workshop import Workshop
 from usdfoot.bridge.scene import Scene
 from usdfoot.errors import OutputError, SceneError
@@ -19,7 +20,7 @@ from usdfoot.model.limits import DEFAULT_LIMITS, Limits
 from usdfoot.model.report import Problem
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.report import CHUNK_SIZE, AnimateReport, CallRecord, provenance_of, report_json
-from usdfoot.readers.chunks import read_record
+from usdfoot.readers.chunks import find_agents, read_record
 from usdfoot.readers.scene import SceneReader
 from usdfoot.writers.characters import PlacedCharacter, place_characters
 from usdfoot.writers.crowd import check_output, crowd_format, write_crowd
@@ -46,7 +47,7 @@ def animate(
     """Read a scene, animate its agents, write the crowd (design.md sections 2 and 3).
 
     An agent that cannot be animated is reported and skipped; the crowd goes on. Chunks of agents that an earlier run
-    made from the same scene, clips, characters and options are kept.
+    made from the same scene, clips, characters and options are kept, and of the other chunks the agents that were.
 
     Args:
         scene_file: The USD scene; never changed.
@@ -71,7 +72,7 @@ def animate(
     shot = _open_shot(
         scene_file, folder, agents, frames, options or MotionOptions(), collect, chunk_size, limits, executor
     )
-    records = _make_chunks(shot, executor, progress)
+    records, kept_agents = _make_chunks(shot, executor, progress)
     problems = _distinct((*shot.scene.crowd.problems, *(problem for record in records for problem in record.problems)))
     _require_agents(scene_file, records, problems)
     progress("write", 0, 0)
@@ -96,6 +97,7 @@ def animate(
         problems=problems,
         chunks=len(records),
         kept=sum(record.is_kept for record in records),
+        kept_agents=kept_agents,
     )
 
 
@@ -136,7 +138,10 @@ def animate_chunk(
     if task is None:
         return ChunkRecord(agents=(), problems=(), is_kept=False)
     kept = read_record(shot.folder, task.files, task.content_hash)
-    return parse_record(kept or Workshop(shot.reader, shot.options).make(task), is_kept=kept is not None)
+    if kept is not None:
+        return parse_record(kept, is_kept=True)
+    task = with_earlier(task, find_agents(shot.folder))
+    return parse_record(Workshop(shot.reader, shot.options).make(task), is_kept=False)
 
 
 def count_chunks(
@@ -208,18 +213,22 @@ def _open_shot(
 
 def _make_chunks(
     shot: _Shot, executor: Executor | None, progress: Callable[[str, int, int], None]
-) -> tuple[ChunkRecord, ...]:
-    """Records of all chunks, kept or made."""
+) -> tuple[tuple[ChunkRecord, ...], int]:
+    """Records of all chunks, kept or made, and how many agents of theirs are kept."""
     tasks = shot.tasks
     kept = [read_record(shot.folder, task.files, task.content_hash) for task in tasks]
     records = [None if text is None else parse_record(text, is_kept=True) for text in kept]
     pending = [index for index, record in enumerate(records) if record is None]
+    made = find_agents(shot.folder) if pending else {}
+    tasks = [with_earlier(task, made) for task in tasks]
     workers = executor if executor and len(pending) > 1 else Workshop(shot.reader, shot.options)
     progress("animate", 0, len(pending))
     for done, (index, text) in enumerate(run_chunks([tasks[index] for index in pending], workers)):
         records[pending[index]] = parse_record(text, is_kept=False)
         progress("animate", done + 1, len(pending))
-    return tuple(record for record in records if record is not None)
+    whole = tuple(record for record in records if record is not None)
+    kept_whole = sum(len(record.agents) for record in whole if record.is_kept)
+    return whole, kept_whole + sum(most_kept(tasks[index])[1] for index in pending)
 
 
 def _distinct(problems: Iterable[Problem]) -> tuple[Problem, ...]:

@@ -37,6 +37,8 @@ class AnimateReport(Outcome):
     """Number of chunks of agents."""
     kept: int
     """How many of them were there from an earlier run, made from the same."""
+    kept_agents: int
+    """How many agents were, those of these chunks and of chunks in which others changed."""
 
 
 @dataclass(frozen=True, kw_only=True)
