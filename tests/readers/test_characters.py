@@ -9,7 +9,6 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from tests.references import canonical_points, usdskel_positions
 from tests.scenes import BALL_HEIGHT, JOINTS, OFFSETS, Units, add_character, add_ground, add_mesh, add_plan, new_stage
-from usdfoot.bridge.schema import apply_api
 from usdfoot.bridge.similarity import unfold_from_joints
 from usdfoot.bridge.tokens import Biped as Token
 from usdfoot.bridge.tokens import Schema
@@ -150,7 +149,7 @@ class TestAuthoredBiped:
         names = ["/".join(f"bone{JOINTS.index('/'.join(parts[: i + 1]))}" for i in range(len(parts)))
                  for parts in (joint.split("/") for joint in JOINTS)]  # fmt: skip
         skeleton = add_character(stage, "/World/Hero", units, joints=names).GetPrim()
-        apply_api(skeleton, Schema.BIPED)
+        skeleton.AddAppliedSchema(Schema.BIPED)
         values = {Token.PELVIS: "bone0"}
         for side, start in ((0, 3), (1, 7)):
             for i, role in enumerate((Token.HIP, Token.KNEE, Token.ANKLE, Token.BALL)):
@@ -218,7 +217,7 @@ class TestAsset:
     def test_a_placed_asset_is_the_asset(self, tmp_path):
         stage, prim, asset = self.stage(tmp_path)
         UsdGeom.Xformable(prim).AddTranslateOp().Set(Gf.Vec3d(1, 2, 3))
-        apply_api(prim, Schema.AGENT)
+        prim.AddAppliedSchema(Schema.AGENT)
         assert asset_of(prim) == (asset, "/World/Hero")
         inner = stage.DefinePrim("/World/B")
         inner.GetReferences().AddInternalReference("/World/A")

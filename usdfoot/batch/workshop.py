@@ -120,6 +120,7 @@ def _workshop(
         _stage(scene),
         frames=frames,
         motion=options.motion,
+        tuning=options.tuning,
         reload=True,
         crowd=Path(folder),
         limits=limits,
