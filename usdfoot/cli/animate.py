@@ -13,6 +13,7 @@ from usdfoot.cli.physics_flags import add_physics_flags, body_tuning, physics_op
 from usdfoot.cli.tables import step_table
 
 if TYPE_CHECKING:
+    from usdfoot.model.levels import DetailLevels
     from usdfoot.physics.motion_options import MotionOptions
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
@@ -29,6 +30,7 @@ example:
   usdfoot animate city.usd -o build/city --max-root-weight-within 0.02
   usdfoot animate tracks.usd -o build/tracks --motion physics --crouch 0.1
   usdfoot animate city.usd -o build/city --every 2 --near 15 --camera /World/Camera
+  usdfoot animate city.usd -o build/city --lod full:15:mid:40:low
   usdfoot animate city.usd -o build/city --scheduler tcp://farm:8786
 
 exit codes: 0 all written, 1 some agents or clips skipped (listed), 2 nothing written
@@ -114,8 +116,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="agents that come this near to the camera are not far (default: without --camera, all agents are far)",
     )
     parser.add_argument("--camera", metavar="PRIM", default="", help="path of the camera that --near counts from")
+    parser.add_argument(
+        "--lod",
+        metavar="LEVELS",
+        type=detail_levels,
+        help="variants of the characters from near to far with the distances in metres between them, like "
+        "full:15:low, as levels of detail (UsdLod); other programs show the first",
+    )
     parser.add_argument("--collect", action="store_true", help="copy the characters' files into DIR")
     add_batch_flags(parser)
+
+
+def detail_levels(text: str) -> DetailLevels:
+    """Levels of detail as given."""
+    from usdfoot.errors import UsdfootError
+    from usdfoot.model.levels import DetailLevels
+
+    try:
+        return DetailLevels.parse(text)
+    except UsdfootError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
 
 
 def frame_range(text: str) -> tuple[int, int]:
@@ -184,6 +204,7 @@ def run(arguments: argparse.Namespace) -> int:
             frames=arguments.frames,
             options=_options(arguments),
             collect=arguments.collect,
+            levels=arguments.lod,
             chunk_size=arguments.chunk_size,
             limits=limits_of(arguments),
             executor=executor,
@@ -211,6 +232,7 @@ def _run_chunk(arguments: argparse.Namespace) -> int:
         frames=arguments.frames,
         options=_options(arguments),
         collect=arguments.collect,
+        levels=arguments.lod,
         chunk_size=arguments.chunk_size,
         limits=limits_of(arguments),
     )

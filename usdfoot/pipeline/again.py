@@ -54,6 +54,7 @@ def remake(crowd: WrittenCrowd) -> AnimateReport:
         frames=call.frames,
         options=options_of(crowd.provenance),
         collect=call.collect,
+        levels=call.levels,
         chunk_size=call.chunk_size,
     )
 
@@ -85,7 +86,15 @@ def make_take(
     try:
         if (crowd.folder / File.OVERRIDES).is_file():
             shutil.copyfile(crowd.folder / File.OVERRIDES, folder / File.OVERRIDES)
-        report = animate(scene, folder, agents=tuple(names), frames=call.frames, options=options, collect=call.collect)
+        report = animate(
+            scene,
+            folder,
+            agents=tuple(names),
+            frames=call.frames,
+            options=options,
+            collect=call.collect,
+            levels=call.levels,
+        )
     except BaseException:
         shutil.rmtree(folder)
         raise

@@ -16,14 +16,15 @@ from usdfoot.batch.tasks import ChunkTask, cut_chunks, with_earlier
 from usdfoot.batch.workshop import Workshop
 from usdfoot.bridge.scene import Scene
 from usdfoot.errors import OutputError, SceneError
+from usdfoot.model.levels import DetailLevels
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits
 from usdfoot.model.report import Problem
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.report import CHUNK_SIZE, AnimateReport, CallRecord, provenance_of, report_json
 from usdfoot.readers.chunks import find_agents, read_record
 from usdfoot.readers.scene import SceneReader
-from usdfoot.writers.characters import PlacedCharacter, place_characters
 from usdfoot.writers.crowd import check_output, crowd_format, write_crowd
+from usdfoot.writers.placing import PlacedCharacter, place_characters
 
 __all__ = ["animate", "animate_chunk", "count_chunks"]
 
@@ -39,6 +40,7 @@ def animate(
     frames: tuple[int, int] | None = None,
     options: MotionOptions | None = None,
     collect: bool = False,
+    levels: DetailLevels | None = None,
     chunk_size: int = CHUNK_SIZE,
     limits: Limits = DEFAULT_LIMITS,
     executor: Executor | None = None,
@@ -56,6 +58,7 @@ def animate(
         frames: First and last time code to write; None = all of the plans.
         options: Of the sources of motion.
         collect: Copy the characters' files into the folder.
+        levels: Of detail (UsdLod), for characters that have such variants.
         chunk_size: Agents a chunk; a worker has no more than one chunk in memory.
         limits: How much of a scene is read before it is refused.
         executor: Whose workers make the chunks, if there are several to make; None = this process does.
@@ -70,7 +73,7 @@ def animate(
     """
     progress("read", 0, 0)
     shot = _open_shot(
-        scene_file, folder, agents, frames, options or MotionOptions(), collect, chunk_size, limits, executor
+        scene_file, folder, agents, frames, options or MotionOptions(), collect, chunk_size, limits, executor, levels
     )
     records, kept_agents = _make_chunks(shot, executor, progress)
     problems = _distinct((*shot.scene.crowd.problems, *(problem for record in records for problem in record.problems)))
@@ -86,7 +89,7 @@ def animate(
             shot.scene,
             shot.options,
             shot.folder,
-            call=CallRecord(agents=agents, frames=frames, chunk_size=chunk_size, collect=collect),
+            call=CallRecord(agents=agents, frames=frames, chunk_size=chunk_size, collect=collect, levels=levels),
         ),
         report=report_json(shot.scene, records, options=shot.options, problems=problems, folder=shot.folder),
     )
@@ -110,6 +113,7 @@ def animate_chunk(
     frames: tuple[int, int] | None = None,
     options: MotionOptions | None = None,
     collect: bool = False,
+    levels: DetailLevels | None = None,
     chunk_size: int = CHUNK_SIZE,
     limits: Limits = DEFAULT_LIMITS,
 ) -> ChunkRecord:
@@ -123,6 +127,7 @@ def animate_chunk(
         frames: As of `animate`.
         options: As of `animate`.
         collect: As of `animate`.
+        levels: As of `animate`.
         chunk_size: As of `animate`.
         limits: As of `animate`.
 
@@ -130,7 +135,8 @@ def animate_chunk(
         SceneError: If the scene cannot be opened, no agent can be used, or there is no such chunk.
         OutputError: If the folder cannot be written to or the output would replace the input.
     """
-    shot = _open_shot(scene_file, folder, agents, frames, options or MotionOptions(), collect, chunk_size, limits)
+    options = options or MotionOptions()
+    shot = _open_shot(scene_file, folder, agents, frames, options, collect, chunk_size, limits, levels=levels)
     count = len(range(0, len(shot.reader.names), chunk_size))
     if not 0 <= index < count:
         raise SceneError(scene_file, f"has no chunk {index}", f"give one of 0 to {count - 1}")
@@ -184,6 +190,7 @@ def _open_shot(
     chunk_size: int,
     limits: Limits,
     executor: Executor | None = None,
+    levels: DetailLevels | None = None,
 ) -> _Shot:
     target = Path(os.path.realpath(folder))
 
@@ -204,7 +211,9 @@ def _open_shot(
     )
     scene = reader.read()
     check_output(scene, target)
-    characters = place_characters(scene.characters, target, layer_format=crowd_format(scene), collect=collect)
+    characters = place_characters(
+        scene.characters, target, layer_format=crowd_format(scene), collect=collect, levels=levels
+    )
     references = [(placed.reference.assetPath, str(placed.reference.primPath)) for placed in characters]
     tasks = cut_chunks(
         scene, references, names=reader.names, folder=target, options=options, limits=limits, size=chunk_size
