@@ -101,6 +101,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="window in which trajectories that agents follow are smoothed (default: %(default)s)",
     )
     add_physics_flags(parser)
+    _add_far_flags(parser)
+    parser.add_argument("--collect", action="store_true", help="copy the characters' files into DIR")
+    add_batch_flags(parser)
+
+
+def _add_far_flags(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments on agents that are far away."""
     parser.add_argument(
         "--every",
         metavar="K",
@@ -123,8 +130,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="variants of the characters from near to far with the distances in metres between them, like "
         "full:15:low, as levels of detail (UsdLod); other programs show the first",
     )
-    parser.add_argument("--collect", action="store_true", help="copy the characters' files into DIR")
-    add_batch_flags(parser)
 
 
 def detail_levels(text: str) -> DetailLevels:
