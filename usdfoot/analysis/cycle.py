@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from usdfoot.analysis.motion import joint_kinematics, moved
 from usdfoot.maths import planar, quaternion
+from usdfoot.maths.splines import spline_shares
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.clip import Clip
@@ -105,8 +105,9 @@ def repeated(clip: Clip, skeleton: Skeleton, biped: Biped, period: float) -> Cli
         places = (np.arange(3)[:, None] * samples + np.arange(count)).ravel()
         before = int(samples)
         grid = samples + np.arange(-before, int(places[-1] - samples) + 1)
-        translations = CubicSpline(places, translations)(grid)
-        rotations = quaternion.normalised(CubicSpline(places, rotations)(grid))
+        shares = spline_shares(places, grid)
+        translations = np.tensordot(shares, translations, axes=1)
+        rotations = quaternion.normalised(np.tensordot(shares, rotations, axes=1))
     return replace(
         clip, start_time=clip.start_time - before / clip.rate, translations=translations, rotations=rotations
     )

@@ -10,10 +10,12 @@ from typing import Any
 from usdfoot.batch.records import record_of
 from usdfoot.batch.sources import SourceFigures
 from usdfoot.batch.tasks import ChunkTask
-from usdfoot.engine.animate import PreparedLibraries
+from usdfoot.engine.animate import PreparedLibraries, animate_crowd
+from usdfoot.model.agent import Crowd
 from usdfoot.model.device import start_warp
 from usdfoot.model.limits import Limits
-from usdfoot.physics.animate import animate_all
+from usdfoot.model.motion import Motion
+from usdfoot.model.report import Problem
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.planning.followers import plan_followers
 from usdfoot.readers.scene import SceneReader
@@ -49,7 +51,7 @@ class Workshop:
         scene = self._reader.read(names=task.agents)
         crowd, followings, lost = plan_followers(scene.crowd, options=self._options, libraries=self._libraries)
         scene = replace(scene, crowd=crowd)
-        motions, problems = animate_all(crowd, options=self._options, libraries=self._libraries)
+        motions, problems = self._animate(crowd)
         record = record_of(
             crowd.agents, motions, [*lost, *problems], self._sources.of(crowd, motions), followings=followings
         )
@@ -65,6 +67,14 @@ class Workshop:
                 record=record,
             )
         return record
+
+    def _animate(self, crowd: Crowd) -> tuple[list[Motion], list[Problem]]:
+        """Motions and problems of a crowd; without agents that physics moves, its kernels are not even loaded."""
+        if all(agent.motion == "clips" for agent in crowd.agents):
+            return animate_crowd(crowd, options=self._options, libraries=self._libraries)
+        from usdfoot.physics.animate import animate_all
+
+        return animate_all(crowd, options=self._options, libraries=self._libraries)
 
 
 def make_chunk(task: ChunkTask) -> str:
