@@ -94,6 +94,7 @@ def _workshop(
         _stage(scene),
         frames=frames,
         motion=options.motion,
+        tuning=options.tuning,
         reload=True,
         crowd=Path(folder),
         limits=limits,

@@ -131,6 +131,13 @@ class Agent:
     ROOT_WEIGHT: Final = "usdfoot:agent:rootWeight"
     REPLACE_DISTANCE: Final = "usdfoot:agent:replaceDistance"
     IK_REACH: Final = "usdfoot:agent:ikReach"
+    HIP_SPACING: Final = "usdfoot:agent:hipSpacing"
+    CROUCH: Final = "usdfoot:agent:crouch"
+    COM_SHIFT: Final = "usdfoot:agent:comShift"
+    PITCH: Final = "usdfoot:agent:pitch"
+    SWAY: Final = "usdfoot:agent:sway"
+    GRAVITY: Final = "usdfoot:agent:gravity"
+    COMFORT: Final = "usdfoot:agent:comfort"
 
 
 class Motion:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from usdfoot.cli.batch_flags import add_batch_flags, count, limits_of
 from usdfoot.cli.console import print_problems, results_console, shown_progress
-from usdfoot.cli.physics_flags import add_physics_flags, body_style, physics_options
+from usdfoot.cli.physics_flags import add_physics_flags, body_tuning, physics_options
 from usdfoot.cli.tables import step_table
 
 if TYPE_CHECKING:
@@ -229,7 +229,7 @@ def _options(arguments: argparse.Namespace) -> MotionOptions:
     return MotionOptions(
         motion=arguments.motion,
         physics=physics_options(arguments),
-        body=body_style(arguments),
+        tuning=body_tuning(arguments),
         correction=arguments.correction,
         seam=arguments.seam,
         space=arguments.space,

@@ -12,8 +12,9 @@ from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
+from usdfoot.model.tuning import BodyTuning
 
-__all__ = ["HUMAN_LEG", "PhysicsBiped", "adjust_biped", "measure_biped"]
+__all__ = ["HUMAN_LEG", "PhysicsBiped", "measure_biped", "tune_biped"]
 
 HUMAN_LEG = 0.86
 """Leg for which weights and times are given [m]; bodies of other sizes move alike."""
@@ -96,24 +97,13 @@ def measure_biped(skeleton: Skeleton, biped: Biped) -> PhysicsBiped:
     )
 
 
-def adjust_biped(
-    biped: PhysicsBiped, *, hip_spacing: float = 1.0, crouch: float = 0.0, com_shift: FloatArray | None = None
-) -> PhysicsBiped:
-    """The biped with the parameters an animator turns ([P] 3).
-
-    Args:
-        biped: As measured.
-        hip_spacing: Factor on the distance between the hips.
-        crouch: Part of the nominal leg length the legs stay bent by, below 1; negative stretches them, up to the
-            maximal length.
-        com_shift: Shift of the centre of mass against the body [m], body's frame, shape (3,).
-    """
-    shift = np.zeros(3) if com_shift is None else np.asarray(com_shift, dtype=float)
-    middle = biped.hips.mean(axis=0)
-    hips = middle + (biped.hips - middle) * np.array([hip_spacing, 1.0, 1.0])
+def tune_biped(biped: PhysicsBiped, tuning: BodyTuning) -> PhysicsBiped:
+    """The biped with crouch and centre of mass as tuned ([P] 3); legs stretch up to their maximal length."""
+    given = tuning.given
+    shift = np.array([given.get(name, 0.0) for name in ("com_left", "com_up", "com_ahead")])
     return replace(
         biped,
-        hips=hips - shift,
+        hips=biped.hips - shift,
         pelvis=biped.pelvis - shift,
-        nominal_length=min(biped.nominal_length * (1.0 - crouch), biped.maximal_length),
+        nominal_length=min(biped.nominal_length * (1.0 - given.get("crouch", 0.0)), biped.maximal_length),
     )

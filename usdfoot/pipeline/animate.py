@@ -195,6 +195,7 @@ def _open_shot(
         agents=agents,
         frames=frames,
         motion=options.motion,
+        tuning=options.tuning,
         crowd=target,
         limits=limits,
         sampling=options.sampling,

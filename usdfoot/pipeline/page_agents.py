@@ -14,7 +14,7 @@ from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.report import Problem
 from usdfoot.pipeline.measures import AgentMeasures, flat_times, measure_agent
-from usdfoot.pipeline.page_figures import step_values
+from usdfoot.pipeline.page_figures import frame_values, step_values
 from usdfoot.readers.executed import read_root_positions, read_step_results
 from usdfoot.readers.written import (
     JointTracks,
@@ -98,6 +98,10 @@ def _picture_agent(agent: WrittenAgent, crowd: WrittenCrowd, measures: AgentMeas
     tracks = read_joint_tracks(agent, crowd.units, agent.frame_codes)
     results = read_step_results(agent, crowd.units)
     stick = stick_figure(agent.skeleton, agent.biped)
+    roots = read_root_positions(agent, crowd.units, agent.frame_codes)
+    soles = measures.sole_heights.min(axis=2)
+    pelvis = tracks.positions[:, agent.biped.pelvis, 1] - roots[:, 1]
+    steps = step_values(measures, results) | frame_values(agent.plan, tracks.times, pelvis, soles)
     return AgentPicture(
         name=agent.name,
         source="",
@@ -105,13 +109,13 @@ def _picture_agent(agent: WrittenAgent, crowd: WrittenCrowd, measures: AgentMeas
         flat_times=flat_times(agent),
         stick_figure=stick,
         times=tracks.times,
-        roots=read_root_positions(agent, crowd.units, agent.frame_codes),
+        roots=roots,
         joints=tracks.positions[:, list(stick.joints)],
-        sole_heights=measures.sole_heights.min(axis=2),
+        sole_heights=soles,
         stood=_stood(agent, tracks),
         promised=measures.promised,
         results=results,
-        steps=step_values(measures, results),
+        steps=steps,
         whole={},
     )
 
