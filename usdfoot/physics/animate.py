@@ -32,7 +32,6 @@ from usdfoot.physics.heading import OrientationScript
 from usdfoot.physics.hybrid import carry_pelvis
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.physics.optimise import ComMotion, optimise_contacts
-from usdfoot.physics.rhythm import lay_foot_rows
 from usdfoot.physics.upper_body import UpperBody, build_upper_body
 
 __all__ = ["PreparedBody", "animate_all", "animate_bodies", "plan_bodies", "prepare_body"]
@@ -142,7 +141,6 @@ def plan_bodies(
     source = BodyPoses(
         layout=layout,
         com=com,
-        rows=lay_foot_rows(contacts),
         upper=body.upper,
         gait=device_gait(layout, body.source.biped, options.body),
         style=options.body,

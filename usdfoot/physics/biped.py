@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from usdfoot.analysis.body import find_body
 from usdfoot.analysis.feet import heels_ahead
 from usdfoot.errors import BipedError
 from usdfoot.maths import planar, quaternion
@@ -51,6 +52,8 @@ class PhysicsBiped:
     """Rear end of the sole along the print's +Z, negative [m]."""
     toe: float
     """Front end of the sole along the print's +Z [m]."""
+    humanlike: bool = False
+    """Whether its trunk stands and has arms and a neck, so that its masses are distributed as people's."""
 
     def __post_init__(self) -> None:
         finite = all(np.isfinite(values).all() for values in (self.hips, self.pelvis, self.ankles))
@@ -94,7 +97,17 @@ def measure_biped(skeleton: Skeleton, biped: Biped) -> PhysicsBiped:
         ankles=soles,
         heel=float(np.mean(heels_ahead(ahead, -feet[:, 1], biped.ball_heights) - ahead)),
         toe=TOE_REACH * float(lengths.mean()),
+        humanlike=_is_humanlike(skeleton, biped, quaternion.rotate(to_body, places)),
     )
+
+
+def _is_humanlike(skeleton: Skeleton, biped: Biped, places: FloatArray) -> bool:
+    """Whether a body has two arms, a neck and a trunk that stands; places (J, 3) in the body's frame [m]."""
+    body = find_body(skeleton, biped, places)
+    if None in body.arms or not body.neck or not body.trunk:
+        return False
+    across = places[body.trunk[-1]] - places[biped.pelvis]
+    return bool(across[1] > abs(across[2]))
 
 
 def tune_biped(biped: PhysicsBiped, tuning: BodyTuning) -> PhysicsBiped:

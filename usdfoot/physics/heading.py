@@ -12,7 +12,7 @@ from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable
 
-__all__ = ["FootHeadings", "OrientationScript", "body_orientations", "lay_headings"]
+__all__ = ["FootHeadings", "OrientationScript", "body_orientations", "heading_of", "lay_headings"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,6 +119,11 @@ def body_orientations(
             own = agents == agent
             rotations[own] = _scripted(script, times[own])
     return rotations
+
+
+def heading_of(orientations: FloatArray) -> FloatArray:
+    """Yaw of body frames (F, 4) [rad]."""
+    return planar.yaw_of(quaternion.rotate(orientations, np.array([0.0, 0.0, 1.0]))[:, [0, 2]])
 
 
 def _scripted(script: OrientationScript, times: FloatArray) -> FloatArray:
