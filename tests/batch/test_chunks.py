@@ -61,8 +61,17 @@ def test_one_chunk_has_the_agents_of_many(crowd, crowd_scene, tmp_path):
 
 def test_processes_make_the_same_bytes(crowd, crowd_scene, tmp_path, monkeypatch):
     monkeypatch.setattr("usdfoot.pipeline.animate.EARLY_CHUNKS", 2)
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as executor:
-        animate(crowd_scene, tmp_path / "out", chunk_size=1, executor=executor)
+    monkeypatch.setattr("usdfoot.pipeline.animate.FEW_CHUNKS", 1)
+    done = []
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
+        animate(
+            *(crowd_scene, tmp_path / "out"),
+            chunk_size=1,
+            executor=executor,
+            beside=True,
+            progress=lambda part, count, total: done.append(count) if part == "animate" else None,
+        )
+    assert done == list(range(AGENTS + 1))
     assert digests(tmp_path / "out") == digests(crowd.crowd_file.parent)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -138,7 +139,7 @@ def _forces_json(forces: ForceResults | None) -> dict[str, list[float | None]]:
 
 def _numbers(values: FloatArray) -> list[float | None]:
     """Seven significant digits; None for what is not finite, which JSON does not know."""
-    return [float(f"{value:.7g}") if np.isfinite(value) else None for value in np.asarray(values).tolist()]
+    return [float(f"{value:.7g}") if isfinite(value) else None for value in np.asarray(values).tolist()]
 
 
 def _step_results(steps: Mapping[str, Any]) -> StepResults:

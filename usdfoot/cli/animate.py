@@ -199,7 +199,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.chunk is not None:
         return _run_chunk(arguments)
     with (
-        open_executor(workers=arguments.workers, scheduler=arguments.scheduler) as executor,
+        open_executor(workers=arguments.workers, scheduler=arguments.scheduler, beside=True) as executor,
         shown_progress(quiet=arguments.quiet) as progress,
     ):
         report = animate(
@@ -213,6 +213,7 @@ def run(arguments: argparse.Namespace) -> int:
             chunk_size=arguments.chunk_size,
             limits=limits_of(arguments),
             executor=executor,
+            beside=arguments.scheduler is None,
             progress=progress,
         )
     print_problems(report.problems, quiet=arguments.quiet)

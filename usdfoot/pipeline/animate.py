@@ -30,6 +30,8 @@ __all__ = ["animate", "animate_chunk", "count_chunks"]
 
 EARLY_CHUNKS = 10
 """With as many chunks, workers open the scene while this process reads it."""
+FEW_CHUNKS = 3
+"""So many chunks this process makes as quickly as a worker starts."""
 
 
 def animate(
@@ -44,6 +46,7 @@ def animate(
     chunk_size: int = CHUNK_SIZE,
     limits: Limits = DEFAULT_LIMITS,
     executor: Executor | None = None,
+    beside: bool = False,
     progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
 ) -> AnimateReport:
     """Read a scene, animate its agents, write the crowd (design.md sections 2 and 3).
@@ -62,6 +65,7 @@ def animate(
         chunk_size: Agents a chunk; a worker has no more than one chunk in memory.
         limits: How much of a scene is read before it is refused.
         executor: Whose workers make the chunks, if there are several to make; None = this process does.
+        beside: Whether this process makes chunks beside the executor's workers, and a few without them.
         progress: Told what begins or goes on, how much of it is done, and of how much: "read", "animate", "write".
 
     Returns:
@@ -75,7 +79,7 @@ def animate(
     shot = _open_shot(
         scene_file, folder, agents, frames, options or MotionOptions(), collect, chunk_size, limits, executor, levels
     )
-    records, kept_agents = _make_chunks(shot, executor, progress)
+    records, kept_agents = _make_chunks(shot, executor, beside, progress)
     problems = _distinct((*shot.scene.crowd.problems, *(problem for record in records for problem in record.problems)))
     _require_agents(scene_file, records, problems)
     progress("write", 0, 0)
@@ -222,18 +226,23 @@ def _open_shot(
 
 
 def _make_chunks(
-    shot: _Shot, executor: Executor | None, progress: Callable[[str, int, int], None]
+    shot: _Shot, executor: Executor | None, beside: bool, progress: Callable[[str, int, int], None]
 ) -> tuple[tuple[ChunkRecord, ...], int]:
     """Records of all chunks, kept or made, and how many agents of theirs are kept."""
     tasks = shot.tasks
     kept = [read_record(shot.folder, task.files, task.content_hash) for task in tasks]
     records = [None if text is None else parse_record(text, is_kept=True) for text in kept]
     pending = [index for index, record in enumerate(records) if record is None]
-    made = find_agents(shot.folder) if pending else {}
-    tasks = [with_earlier(task, made) for task in tasks]
-    workers = executor if executor and len(pending) > 1 else Workshop(shot.reader, shot.options)
+    earlier = find_agents(shot.folder) if pending else {}
+    tasks = [with_earlier(task, earlier) for task in tasks]
+    made = run_chunks(
+        [tasks[index] for index in pending],
+        Workshop(shot.reader, shot.options),
+        executor=executor if len(pending) > (FEW_CHUNKS if beside else 1) else None,
+        beside=beside,
+    )
     progress("animate", 0, len(pending))
-    for done, (index, text) in enumerate(run_chunks([tasks[index] for index in pending], workers)):
+    for done, (index, text) in enumerate(made):
         records[pending[index]] = parse_record(text, is_kept=False)
         progress("animate", done + 1, len(pending))
     whole = tuple(record for record in records if record is not None)
