@@ -12,23 +12,13 @@ from usdfoot.batch.kept import keep_agents
 from usdfoot.batch.records import record_of
 from usdfoot.batch.sources import SourceFigures
 from usdfoot.batch.tasks import ChunkTask
-<<<<<<< HEAD
 from usdfoot.bridge.chunks import ChunkNotes
-from usdfoot.bridge.tokens import Motion
-from usdfoot.engine.animate import PreparedLibraries
-from usdfoot.model.agent import Crowd
-from usdfoot.model.device import start_warp
-from usdfoot.model.limits import Limits
-from usdfoot.model.report import Problem
-from usdfoot.physics.animate import animate_all
-=======
 from usdfoot.engine.animate import PreparedLibraries, animate_crowd
 from usdfoot.model.agent import Crowd
 from usdfoot.model.device import start_warp
 from usdfoot.model.limits import Limits
 from usdfoot.model.motion import Motion
 from usdfoot.model.report import Problem
->>>>>>> main
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.planning.followers import plan_followers
 from usdfoot.readers.scene import SceneReader
@@ -36,6 +26,9 @@ from usdfoot.readers.stage import open_stage
 from usdfoot.writers.chunks import write_chunk
 
 __all__ = ["Workshop", "make_chunk", "open_early"]
+
+PHYSICS = "physics"
+"""The source of motion that needs no clips."""
 
 
 class Workshop:
@@ -62,19 +55,12 @@ class Workshop:
             SceneError: If none of the agents can be read.
             OutputError: If the folder cannot be written to.
         """
-<<<<<<< HEAD
         scene, kept = self._reader.read(names=task.agents), keep_agents(task)
         clip_problems = self._clip_problems(scene.crowd, kept.entries)
         crowd, followings, lost = plan_followers(
             _without(scene.crowd, kept.entries), options=self._options, libraries=self._libraries
         )
-        motions, problems = animate_all(crowd, options=self._options, libraries=self._libraries)
-=======
-        scene = self._reader.read(names=task.agents)
-        crowd, followings, lost = plan_followers(scene.crowd, options=self._options, libraries=self._libraries)
-        scene = replace(scene, crowd=crowd)
         motions, problems = self._animate(crowd)
->>>>>>> main
         record = record_of(
             crowd.agents,
             motions,
@@ -104,10 +90,17 @@ class Workshop:
             )
         return record
 
-<<<<<<< HEAD
+    def _animate(self, crowd: Crowd) -> tuple[list[Motion], list[Problem]]:
+        """Motions and problems of a crowd; without agents that physics moves, its kernels are not even loaded."""
+        if all(agent.motion == "clips" for agent in crowd.agents):
+            return animate_crowd(crowd, options=self._options, libraries=self._libraries)
+        from usdfoot.physics.animate import animate_all
+
+        return animate_all(crowd, options=self._options, libraries=self._libraries)
+
     def _clip_problems(self, crowd: Crowd, kept: Collection[str]) -> list[Problem]:
         """What is wrong with the clips of agents that are kept, as their making would tell."""
-        libraries = {agent.library for agent in crowd.everyone if agent.name in kept and agent.motion != Motion.PHYSICS}
+        libraries = {agent.library for agent in crowd.everyone if agent.name in kept and agent.motion != PHYSICS}
         return [problem for index in sorted(libraries) for problem in self._libraries.prepared(crowd, index).problems]
 
 
@@ -118,15 +111,6 @@ def _without(crowd: Crowd, names: Collection[str]) -> Crowd:
         agents=tuple(agent for agent in crowd.agents if agent.name not in names),
         followers=tuple(follower for follower in crowd.followers if follower.name not in names),
     )
-=======
-    def _animate(self, crowd: Crowd) -> tuple[list[Motion], list[Problem]]:
-        """Motions and problems of a crowd; without agents that physics moves, its kernels are not even loaded."""
-        if all(agent.motion == "clips" for agent in crowd.agents):
-            return animate_crowd(crowd, options=self._options, libraries=self._libraries)
-        from usdfoot.physics.animate import animate_all
-
-        return animate_all(crowd, options=self._options, libraries=self._libraries)
->>>>>>> main
 
 
 def make_chunk(task: ChunkTask) -> str:
