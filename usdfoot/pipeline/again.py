@@ -59,6 +59,7 @@ def remake(crowd: WrittenCrowd, *, options: MotionOptions | None = None) -> Anim
         frames=call.frames,
         options=options or options_of(crowd.provenance),
         collect=call.collect,
+        levels=call.levels,
         chunk_size=call.chunk_size,
     )
 
@@ -90,7 +91,15 @@ def make_take(
     try:
         if (crowd.folder / File.OVERRIDES).is_file():
             shutil.copyfile(crowd.folder / File.OVERRIDES, folder / File.OVERRIDES)
-        report = animate(scene, folder, agents=tuple(names), frames=call.frames, options=options, collect=call.collect)
+        report = animate(
+            scene,
+            folder,
+            agents=tuple(names),
+            frames=call.frames,
+            options=options,
+            collect=call.collect,
+            levels=call.levels,
+        )
     except BaseException:
         shutil.rmtree(folder)
         raise
