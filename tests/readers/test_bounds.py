@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from tests.scenes import BALL_HEIGHT, JOINTS, Units, add_character, new_stage
+from tests.scenes import BALL_HEIGHT, JOINTS, OFFSETS, Units, add_character, new_stage
 from usdfoot.readers.bounds import read_bounds
 
 
@@ -19,6 +19,14 @@ def test_skin_without_an_extent_pads_by_its_points():
     body.RemoveProperty("extent")
     (bound,) = bounds_of(stage)
     assert bound.padding == pytest.approx(BALL_HEIGHT, rel=1e-6)
+
+
+def test_without_a_rest_pose_the_bind_pose_pads():
+    stage = new_stage()
+    add_character(stage, "/World/Hero", Units(), with_body=True, with_rest=False)
+    (bound,) = bounds_of(stage)
+    assert bound.padding == pytest.approx(BALL_HEIGHT, rel=1e-6)
+    assert_allclose(bound.rest_matrices[:, 3, :3], OFFSETS, atol=1e-6)
 
 
 def test_without_skin_the_joints_count():

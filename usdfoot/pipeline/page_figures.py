@@ -127,7 +127,7 @@ FIGURES = (
         title="pelvis excursion",
         unit="mm",
         digits=1,
-        meaning="Range of the pelvis' height over the agent's ground from one strike to the next; people's: 30 to 50 mm.",
+        meaning="Range of the pelvis' height over the agent's ground from strike to strike; people's: 30 to 50 mm.",
     ),
     PageFigure(
         key="imbalance",

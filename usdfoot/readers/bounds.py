@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from pxr import Usd, UsdGeom, UsdSkel, Vt
+from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
 
 from usdfoot.bridge.scene import SkinBound
 from usdfoot.maths.types import FloatArray
@@ -29,6 +29,7 @@ def read_bounds(asset: str, asset_prim: str, skeleton_path: str, joints: Sequenc
     root = UsdSkel.Root.Define(stage, "/Agent")
     UsdSkel.BindingAPI.Apply(root.GetPrim())
     root.GetPrim().GetReferences().AddReference(asset, asset_prim)
+    _complete(root.GetPrim())
     cache = UsdSkel.Cache()
     cache.Populate(root, Usd.TraverseInstanceProxies())
     bound = []
@@ -41,6 +42,18 @@ def read_bounds(asset: str, asset_prim: str, skeleton_path: str, joints: Sequenc
     if not bound and skeleton_path:
         bound.append(_bound(UsdSkel.Skeleton(root.GetPrim().GetPrimAtPath(skeleton_path)), root, joints, 0.0))
     return tuple(bound)
+
+
+def _complete(root: Usd.Prim) -> None:
+    """Give Skeletons without a rest pose their bind pose: USD would warn and know no rest."""
+    for prim in Usd.PrimRange(root):
+        skeleton = UsdSkel.Skeleton(prim)
+        if not skeleton:
+            continue
+        topology = UsdSkel.Topology(skeleton.GetJointsAttr().Get() or [])
+        bind = skeleton.GetBindTransformsAttr().Get() or []
+        if len(skeleton.GetRestTransformsAttr().Get() or []) != len(topology) == len(bind):
+            skeleton.CreateRestTransformsAttr(UsdSkel.ComputeJointLocalTransforms(topology, bind, Gf.Matrix4d(1.0)))
 
 
 def _bound(skeleton: UsdSkel.Skeleton, root: UsdSkel.Root, joints: Sequence[str], padding: float) -> SkinBound:
