@@ -7,6 +7,7 @@ import warp as wp
 
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.device import start_warp
+from usdfoot.physics.comfort import comfortable_unknowns
 from usdfoot.physics.energy_kernel import ProblemArrays
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.samples import Samples
@@ -23,11 +24,16 @@ ITERATIONS = 60
 """Most steps for each softness."""
 
 
-def optimise_unknowns(samples: Samples, knots: Knots, unknowns: FloatArray, options: PhysicsOptions) -> FloatArray:
-    """Unknowns (K, 6) that minimise E, from `unknowns`; agents are independent of each other."""
+def optimise_unknowns(samples: Samples, knots: Knots, start: FloatArray, options: PhysicsOptions) -> FloatArray:
+    """Unknowns (K, 6) that minimise E; agents are independent of each other.
+
+    Only what is fixed is taken from the start (K, 6): E has several minima, a few percent apart, and from far off the
+    one that is found may be of a body upside down. So all else begins where the legs are comfortable, and E is the same
+    from any start.
+    """
     problem = device_problem(samples, knots, options)
     count = len(knots.times)
-    best = np.array(unknowns, dtype=float).reshape(count, 2, 3)
+    best = comfortable_unknowns(samples, knots, start).reshape(count, 2, 3)
     values = _array(best, wp.vec3d)
     work = [
         wp.empty((count, 2), dtype=wp.vec3d, device="cpu"),
