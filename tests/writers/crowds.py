@@ -23,9 +23,9 @@ from usdfoot.model.terrain import Terrain
 from usdfoot.readers.bounds import read_bounds
 from usdfoot.readers.skeleton import matrices_of, read_skeleton, skeleton_in
 from usdfoot.writers import crowd as crowd_writer
-from usdfoot.writers.characters import place_characters
 from usdfoot.writers.chunks import write_chunk
 from usdfoot.writers.crowd import check_output, crowd_format
+from usdfoot.writers.placing import place_characters
 
 JOINTS = ["root"] + [
     f"root/pelvis{rest}"

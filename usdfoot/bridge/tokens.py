@@ -238,10 +238,22 @@ PROVENANCE: Final = "usdfoot"
 """Key of the provenance in a written layer's `customLayerData`."""
 
 
+class Lod:
+    """Schemas and properties of USD's own UsdLod (from 26.08 on)."""
+
+    ROOT: Final = "LODRootAPI"
+    DISTANCE: Final = "LODDistanceHeuristic"
+    HEURISTICS: Final = "lod:heuristics"
+    DEFAULT_INDEX: Final = "lod:default:index"
+    DOMAIN: Final = "lod:domain"
+    THRESHOLDS: Final = "thresholds"
+
+
 class Record:
     """Keys of what a chunk's layers say about their making, below `PROVENANCE`."""
 
     CONTENT_HASH: Final = "contentHash"
+    AGENT_HASHES: Final = "agentHashes"
     REPORT: Final = "report"
 
 

@@ -9,9 +9,10 @@ from typing import TypeVar
 import numpy as np
 
 from usdfoot.engine.corrections import correct_steps
-from usdfoot.engine.landings import GROUND_AXES, beyond_reach, blend_landings, blend_twists, with_steps
+from usdfoot.engine.landings import GROUND_AXES, blend_landings, blend_twists, with_steps
 from usdfoot.engine.poses import Setup, StepBlend
 from usdfoot.engine.queries import StepQueries, step_queries
+from usdfoot.engine.reach import beyond_reach
 from usdfoot.engine.root_goals import RootGoals
 from usdfoot.engine.styles import continue_styles
 from usdfoot.maths import planar

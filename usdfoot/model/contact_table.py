@@ -198,11 +198,11 @@ def with_headings(contacts: ContactTable) -> ContactTable:
     headings[starts] = headings[starts + 1]
     if contacts.given_headings is not None:
         headings = np.where(np.isnan(contacts.given_headings), headings, contacts.given_headings)
-    jumps = planar.wrap_angle(np.diff(headings, prepend=0.0))
-    jumps[starts] = headings[starts]
-    total = np.cumsum(jumps)
-    offsets = total[starts] - jumps[starts]
-    return replace(contacts, headings=total - np.repeat(offsets, np.diff(contacts.first)))
+    jumps = np.diff(headings, prepend=0.0)
+    jumps[starts] = 0.0
+    windings = np.cumsum(np.rint((planar.wrap_angle(jumps) - jumps) / (2.0 * np.pi)))  # whole: sums are exact
+    windings -= np.repeat(windings[starts], np.diff(contacts.first))
+    return replace(contacts, headings=headings + 2.0 * np.pi * windings)
 
 
 def lay_on_ground(contacts: ContactTable, ground: Ground, *, planned: FloatArray) -> ContactTable:

@@ -9,6 +9,7 @@ import warp as wp
 
 from usdfoot.engine.poses import ClipPoses, Poses
 from usdfoot.maths import quaternion
+from usdfoot.maths.runs import sums_within
 from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.physics.optimise import ComMotion
@@ -84,7 +85,9 @@ def carry_pelvis(clips: ClipPoses, com: ComMotion) -> HybridPoses:
     blended = clips.pose(rows, times, joints=setup.rig.leg_joints).pelvis_positions.numpy() + setup.origins[agents]
     turns = com.evaluate(agents, times).orientations
     apart = quaternion.rotate(quaternion.inverse(turns), blended - hung_pelvises(com, agents, times, np.zeros(3)))
-    areas = 0.5 * steps[1:, None] * (apart[1:] + apart[:-1])
-    integrals = np.concatenate([np.zeros((1, 3)), np.cumsum(areas, axis=0)])
+    areas = np.zeros_like(apart)
+    areas[1:] = 0.5 * steps[1:, None] * (apart[1:] + apart[:-1])
+    areas[first[:-1]] = 0.0
+    integrals = sums_within(areas, first)
     posture = Posture(first=first, starts=contacts.starts, ends=contacts.ends, integrals=integrals)
     return HybridPoses(clips=clips, com=com, posture=posture)

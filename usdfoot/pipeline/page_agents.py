@@ -12,6 +12,7 @@ import numpy as np
 from usdfoot.analysis.figures import frames_between
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.maths.types import FloatArray
+from usdfoot.model.ground import Ground
 from usdfoot.model.report import Problem
 from usdfoot.pipeline.measures import AgentMeasures, flat_times, measure_agent
 from usdfoot.pipeline.page_figures import frame_values, step_values
@@ -63,9 +64,10 @@ def see_agents(
         UsdfootError: If a worker vanished.
     """
     if executor is None or len(names) <= SHARE:
+        ground = _ground(crowd)
         for number, name in enumerate(names):
             progress("measure", number, len(names))
-            yield _see_agent(crowd, name)
+            yield _see_agent(crowd, name, ground)
         return
     shares = [names[first : first + SHARE] for first in range(0, len(names), SHARE)]
     futures = [executor.submit(_see_share, os.fspath(crowd_file), share) for share in shares]
@@ -80,15 +82,21 @@ def see_agents(
 def _see_share(crowd_file: str, names: Sequence[str]) -> list[SeenAgent | Problem]:
     """What a worker does."""
     crowd = read_written_crowd(crowd_file)
-    return [_see_agent(crowd, name) for name in names]
+    ground = _ground(crowd)
+    return [_see_agent(crowd, name, ground) for name in names]
 
 
-def _see_agent(crowd: WrittenCrowd, name: str) -> SeenAgent | Problem:
+def _ground(crowd: WrittenCrowd) -> Ground | None:
+    """What the agents walk on, None if the scene is not known."""
+    return None if crowd.terrain is None else Ground(crowd.terrain)
+
+
+def _see_agent(crowd: WrittenCrowd, name: str, ground: Ground | None) -> SeenAgent | Problem:
     try:
         agent = read_agent(crowd, name)
         if not len(agent.frame_codes):
             raise SceneError(name, "has an animation without samples", "animate it again")
-        measures = measure_agent(agent, crowd.units, crowd.terrain)
+        measures = measure_agent(agent, crowd.units, ground)
     except UsdfootError as error:
         return Problem(severity="error", where=error.where, message=str(error))
     return SeenAgent(picture=_picture_agent(agent, crowd, measures), measures=measures)

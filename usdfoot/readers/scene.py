@@ -142,7 +142,6 @@ class SceneReader:
         )
         self._codes = codes
         self._sampling = SamplingReader(stage, sampling, self.info.units, codes)
-        self._numbers = {source.name: number for number, source in enumerate(self._everyone)}
 
     def read(self, *, names: Collection[str] | None = None) -> Scene:
         """The agents with these names and all they need.
@@ -195,7 +194,7 @@ class SceneReader:
         """The performer with its frames; one below a transform that moves undoes that at all of them."""
         if len(self._casting.characters[performer.character].skeleton_to_agent) > 1:
             return performer
-        frames = self._sampling.frames_of(walk, self._numbers[performer.name])
+        frames = self._sampling.frames_of(walk, performer.name)
         return replace(performer, sampled=frames)
 
     def _plan_paths(self, stage: Usd.Stage, prims: StagePrims) -> dict[str, FootstepPlan | UsdfootError]:
