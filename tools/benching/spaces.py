@@ -11,7 +11,7 @@ from usdfoot.engine.options import EngineOptions
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.spaces.features import example_features
-from usdfoot.spaces.library import SideSpace, has_flight, left_landings
+from usdfoot.spaces.library import SideSpace, end_landings, has_flight, left_landings
 from usdfoot.spaces.roots import find_roots
 from usdfoot.spaces.tetrahedra import solve_tetrahedra
 
@@ -68,7 +68,7 @@ def _roughness(library: PreparedLibrary, *, solid: bool) -> float:
         weights = (
             _solid_weights(space, landings, velocities)
             if solid
-            else _band_weights(library, space.examples[start], landings, velocities)
+            else _band_weights(library, space.examples[start], velocities)
         )
         largest = max(largest, float(np.abs(np.diff(weights, axis=0)).max()))
     return largest
@@ -81,14 +81,14 @@ def _solid_weights(space: SideSpace, landings: FloatArray, velocities: FloatArra
     return weights
 
 
-def _band_weights(library: PreparedLibrary, start: int, landings: FloatArray, velocities: FloatArray) -> FloatArray:
+def _band_weights(library: PreparedLibrary, start: int, velocities: FloatArray) -> FloatArray:
     """Weights of the library's examples (N, E) for velocities wanted of steps that are otherwise like one of them."""
     examples, rows = library.examples, np.full(len(velocities), start)
     sides = examples.swing_sides[rows]
     found = find_roots(
         library.spaces,
         left_landings(velocities, sides),
-        left_landings(landings, sides),
+        end_landings(examples)[rows],
         features=example_features(examples)[rows],
         swing_sides=sides,
         flights=has_flight(examples.durations, examples.support_liftoffs)[rows],
