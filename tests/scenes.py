@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
-from usdfoot.bridge.schema import apply_api
 from usdfoot.bridge.tokens import Agent, Plan, Schema
 
 LEG = ("UpLeg", "Leg", "Foot", "ToeBase")
@@ -194,14 +193,14 @@ def add_plan(
         attribute = prim.CreateAttribute(name, Sdf.ValueTypeNames.TimeCodeArray, False, Sdf.VariabilityUniform)
         attribute.Set(Sdf.TimeCodeArray([Sdf.TimeCode(float(time) * units.rate) for time in times]))
     if with_api:
-        apply_api(prim, Schema.PLAN)
+        prim.AddAppliedSchema(Schema.PLAN)
     return instancer
 
 
 def add_agent(stage: Usd.Stage, prim_path: str, /, **targets: str) -> Usd.Prim:
     """An agent prim with relationships by their last word: plan, path, trajectory, character, clips."""
     prim = stage.GetPrimAtPath(prim_path) or UsdGeom.Xform.Define(stage, prim_path).GetPrim()
-    apply_api(prim, Schema.AGENT)
+    prim.AddAppliedSchema(Schema.AGENT)
     relationships = (Agent.PLAN, Agent.PATH, Agent.TRAJECTORY, Agent.CHARACTER, Agent.CLIPS)
     names = {name.rsplit(":", 1)[-1]: name for name in relationships}
     for word, target in targets.items():
@@ -217,7 +216,7 @@ def add_mesh(stage: Usd.Stage, path: str, points, faces, units: Units, *, terrai
     mesh.CreateFaceVertexCountsAttr(Vt.IntArray([len(face) for face in faces]))
     mesh.CreateFaceVertexIndicesAttr(Vt.IntArray([int(i) for face in faces for i in face]))
     if terrain:
-        apply_api(mesh.GetPrim(), Schema.TERRAIN)
+        mesh.GetPrim().AddAppliedSchema(Schema.TERRAIN)
     return mesh
 
 

@@ -10,12 +10,16 @@ add by themselves.
 With --fill a column says what the same clips make of the footsteps when the holes they leave are filled with steps of
 physics (`usdfoot analyze --fill`). --without kind leaves out all clips that show the same kind of movement.
 
+With --motion hybrid the pelvis of what is blended from all others is on the optimised centre of mass. The columns
+*world, pelvis* are root mean squares, to be held against those of --motion physics.
+
 With --motion physics the pelvis that physics puts over the same footsteps, without any clip, is compared with the
 take's: distances, rise and sway, and how late it rises.
 
 Examples:
   python tools/replay.py clips.usdc --set correction=false --json
   python tools/replay.py clips.usdc --motion physics
+  python tools/replay.py clips.usdc --motion hybrid
   python tools/replay.py clips.usdc --fill --without kind
 """
 
@@ -60,6 +64,8 @@ class Setting:
     """Gap of the holes to be filled [m]; None = fill none."""
     kind_apart: bool = False
     """Leave out all clips of a take's kind, not only its own."""
+    hybrid: bool = False
+    """Blend with the pelvis on the optimised centre of mass; single clips keep theirs."""
 
 
 def replay_library(library: ClipLibrary, setting: Setting, *, kinds: dict[str, str]) -> list[Replay]:
@@ -130,8 +136,8 @@ def _replay_rate(
                 clip=take.name.rsplit("/", 1)[-1],
                 kind=kind,
                 steps=len(take.plan),
-                blended=replay_takes(left, [take], options)[0],
-                filled=None if filled is None else replay_takes(filled, [take], options)[0],
+                blended=replay_takes(left, [take], options, hybrid=setting.hybrid)[0],
+                filled=None if filled is None else replay_takes(filled, [take], options, hybrid=setting.hybrid)[0],
                 nearest=single[nearest][row],
                 best={name: min(getattr(errors, name) for errors in candidates) for name in MEASURES},
                 own=single[take.index][row] if take.index in single else None,
@@ -184,7 +190,9 @@ def main(argv: list[str] | None = None) -> int:
     )
     parser.add_argument("--whole", action="store_true", help="all footsteps of each take")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="an option of the engine")
-    parser.add_argument("--motion", choices=("clips", "physics"), default="clips", help="what walks the footsteps")
+    parser.add_argument(
+        "--motion", choices=("clips", "hybrid", "physics"), default="clips", help="what walks the plans"
+    )
     parser.add_argument("--fill", action="store_true", help="also with steps of physics for the holes that are left")
     parser.add_argument("--fill-gap", type=float, default=HoleOptions().gap, metavar="METRES", help="size of a hole")
     parser.add_argument("--without", choices=("clip", "kind"), default="clip", help="what is left out of the library")
@@ -198,6 +206,7 @@ def main(argv: list[str] | None = None) -> int:
         only=arguments.clips,
         gap=arguments.fill_gap if arguments.fill else None,
         kind_apart=arguments.without == "kind",
+        hybrid=arguments.motion == "hybrid",
     )
     replays: list[Replay] = []
     for library in read_libraries(arguments.library).libraries:

@@ -275,3 +275,20 @@ def test_heading_is_the_mean_of_both_feet() -> None:
     examples, _ = build_examples(walker.library)
     middle = planar.circular_mean(np.stack([examples.support_yaws, examples.departure_yaws], axis=1))
     assert_allclose(middle, 0.0, atol=1e-9)
+
+
+def test_clip_that_only_stands_is_no_fault_but_one_that_ends_in_a_swing_is() -> None:
+    walker = build_walker(rate=60.0)
+    both = int(60.0 * walker.contacts.left.strike_times[2]) + 4  # after this strike the other foot stands for a while
+    still = replace(
+        walker.clip,
+        name="still",
+        translations=np.repeat(walker.clip.translations[both : both + 1], 60, axis=0),
+        rotations=np.repeat(walker.clip.rotations[both : both + 1], 60, axis=0),
+    )
+    cut = replace(
+        walker.clip, name="cut", translations=walker.clip.translations[:40], rotations=walker.clip.rotations[:40]
+    )
+    library = replace(walker.library, clips=(walker.clip, still, cut))
+    _, problems = build_examples(library)
+    assert [problem.where for problem in problems if "no usable step" in problem.message] == ["cut"]

@@ -2,9 +2,9 @@
 
 import argparse
 
-from usdfoot.cli.physics_flags import add_physics_flags, body_style, physics_options
+from usdfoot.cli.physics_flags import add_physics_flags, body_tuning, physics_options
+from usdfoot.model.tuning import BodyTuning
 from usdfoot.physics.options import PhysicsOptions
-from usdfoot.physics.style import BodyStyle
 
 
 def test_defaults_are_the_librarys():
@@ -12,4 +12,19 @@ def test_defaults_are_the_librarys():
     add_physics_flags(parser)
     arguments = parser.parse_args([])
     assert physics_options(arguments) == PhysicsOptions()
-    assert body_style(arguments) == BodyStyle()
+    assert body_tuning(arguments) == BodyTuning()
+
+
+def test_what_is_given_is_the_tuning_of_all_agents():
+    parser = argparse.ArgumentParser()
+    add_physics_flags(parser)
+    flags = ["--crouch=0.1", "--hip-spacing=1.2", "--com-shift", "0", "0.1", "-0.05", "--gravity=1.62"]
+    arguments = parser.parse_args(flags)
+    assert body_tuning(arguments).given == {
+        "crouch": 0.1,
+        "hip_spacing": 1.2,
+        "com_left": 0.0,
+        "com_up": 0.1,
+        "com_ahead": -0.05,
+        "gravity": 1.62,
+    }

@@ -6,9 +6,6 @@ from pxr import Usd, UsdGeom, UsdSkel
 
 nvidia = pytest.importorskip("usd_validation_nvidia", reason="no NVIDIA validation: pip install usd-validation-nvidia")
 
-EXTENTS = "ExtentsChecker"
-"""Wants, to the last bit, the extent USD falls back on where none is authored. Ours bounds the skin of each joint."""
-
 
 @pytest.mark.parametrize("name", ["crowd.usd", "crowd.expanded.usda"])
 def test_no_rule_fails(stones, name):
@@ -16,12 +13,10 @@ def test_no_rule_fails(stones, name):
     failures = [
         (issue.rule.__name__, issue.message) for issue in issues if issue.severity != nvidia.IssueSeverity.WARNING
     ]
-    assert [failure for failure in failures if failure[0] != EXTENTS] == []
-    agents = [message for rule, message in failures if rule == EXTENTS]
-    assert len(agents) <= 1  # the agent's own; every other extent is right
+    assert failures == []
 
 
-def test_the_skinned_agent_stays_within_its_extent(stones):
+def test_the_skin_stays_within_the_extent_but_for_half_a_percent(stones):
     stage = Usd.Stage.Open(str(stones.crowd_file))
     root = UsdSkel.Root(stage.GetPrimAtPath("/Crowd/Agents/Walker"))
     cache = UsdSkel.Cache()
@@ -39,4 +34,5 @@ def test_the_skinned_agent_stays_within_its_extent(stones):
             points = UsdGeom.PointBased(target.GetPrim()).GetPointsAttr().Get()
             assert target.ComputeSkinnedPoints(matrices, points, code)
             corners = np.array([to_agent.Transform(point) for point in points])
-            assert (corners >= low - 1e-4).all() and (corners <= high + 1e-4).all(), target.GetPrim().GetPath()
+            room = 0.005 * (high[1] - low[1])
+            assert (corners >= low - room).all() and (corners <= high + room).all(), target.GetPrim().GetPath()

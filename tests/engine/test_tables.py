@@ -40,6 +40,8 @@ def test_contacts_are_the_footsteps_and_what_is_before_and_after(plan):
     assert np.all(np.diff(contacts.sides) != 0)
     assert np.all(np.diff(contacts.strikes) > 0.0)
     assert np.all(contacts.liftoffs > contacts.strikes)
+    overlaps = contacts.liftoffs[:2] - contacts.strikes[1:3]
+    assert overlaps[0] == pytest.approx(min(overlaps[1], 0.5 * (contacts.strikes[2] - contacts.strikes[1])))
     headings = contacts.headings[1:]
     assert np.abs(np.diff(headings)).max() < np.pi
     middle = planar.circular_mean(np.stack([contacts.yaws[1:], contacts.yaws[:-1]]), axis=0)

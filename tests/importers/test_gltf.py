@@ -173,6 +173,10 @@ def test_files_that_are_none_and_hostile_sizes(tmp_path):
         (tmp_path / name).write_bytes(data)
         with pytest.raises(ClipError, match=f"{name}: is no glTF file"):
             import_gltf(tmp_path / name)
+    for name, data in (("e.gltf", b'{"nodes": {"node_1": {}}}'), ("f.glb", b"glTF\x01\0\0\0")):
+        (tmp_path / name).write_bytes(data)
+        with pytest.raises(ClipError, match=f"{name}: is glTF 1.0, which is another format. convert it to glTF 2.0"):
+            import_gltf(tmp_path / name)
     with pytest.raises(ClipError, match="cannot be read"):
         import_gltf(tmp_path / "none.glb")
     builder = pair(tmp_path)

@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 from scipy.interpolate import CubicSpline
 
 from usdfoot.maths.runs import Runs
-from usdfoot.maths.splines import Splines, build_splines
+from usdfoot.maths.splines import Splines, build_splines, spline_shares
 
 LENGTHS = np.array([2, 7, 3, 40, 4, 5])
 
@@ -38,3 +38,9 @@ def test_columns_are_those_of_the_whole() -> None:
     times = splines.starts[runs] + 0.01
     columns = np.array([2, 0])
     assert_allclose(splines.at(runs, times, columns), splines.at(runs, times)[:, columns], atol=1e-15)
+
+
+@pytest.mark.parametrize("knots", [np.array([0, 1, 2, 4, 8, 9]), np.array([-1.0, 0.5, 0.6, 3.0])])
+def test_shares_of_uneven_knots_are_the_not_a_knot_spline(knots: np.ndarray) -> None:
+    places = np.linspace(knots[0], knots[-1], 41)
+    assert_allclose(spline_shares(knots, places), CubicSpline(knots, np.eye(len(knots)))(places), atol=1e-13)

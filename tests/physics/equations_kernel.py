@@ -14,10 +14,10 @@ def normal_equations(
     segments: wp.array(dtype=wp.int32),
     softness: wp.float64,
     unknowns: wp.array2d(dtype=wp.vec3d),
-    bands: wp.array2d(dtype=wp.float64),
-    gradients: wp.array(dtype=wp.float64),
+    blocks: wp.array2d(dtype=wp.mat33d),
+    gradients: wp.array(dtype=wp.vec3d),
 ):
-    """Hessian (6 K, 12) and gradient (6 K,) of E at the unknowns; agent a has segments[a] to segments[a + 1]."""
+    """Hessian (2 K, 4) and gradient (2 K,) of E at the unknowns; agent a has segments[a] to segments[a + 1]."""
     agent = wp.tid()
     first = segments[agent]
-    add_agent(problem, unknowns, bands, gradients, first, segments[agent + 1] - first, first + agent, softness)
+    add_agent(problem, unknowns, blocks, gradients, first, segments[agent + 1] - first, first + agent, softness)

@@ -72,6 +72,14 @@ def test_the_body_faces_where_its_root_trajectory_does():
     assert np.abs(np.mean(planar.yaw_of(facing[:, [0, 2]])) - 0.7) < 0.05
 
 
+def test_runs_begin_in_mid_gait_at_the_height_they_go_on_at():
+    scene = crowd(library_of(WALKS), [way(8, length=0.9, step_time=0.4, duty=0.35)])
+    (motion,), _ = animate_all(replace(scene, agents=(replace(scene.agents[0], motion="physics"),)))
+    heights = motion.root_positions[:, 1] + motion.pelvis_positions[:, 1]
+    first, third = (heights[(motion.times >= begin) & (motion.times <= begin + 0.4)] for begin in (0.0, 0.8))
+    assert abs(first.min() - third.min()) < 0.02
+
+
 def test_plans_that_physics_cannot_make_are_told_per_step():
     source = library_of(WALKS)
     for plan in (way(6, length=3.0), way(6, length=0.0), way(8, step_time=0.05)):

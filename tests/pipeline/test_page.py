@@ -37,6 +37,7 @@ def test_figures_are_those_of_validate(stones, parts):
     for key, name in (("placement", "placement worst"), ("slide", "slide"), ("heelSlide", "heel slide")):
         assert np.nanmax(arrays[f"step:{key}"][promised]) == pytest.approx(measured[name], rel=1e-5)
     assert np.nanmin(arrays["step:clearance"][promised]) == pytest.approx(measured["clearance"], rel=1e-5)
+    assert measured["lowest sole"] - 1e-3 <= np.nanmin(arrays["step:penetration"]) < 1.0
     assert arrays["agent:jerk"][0] == pytest.approx(measured["joint jerk / clips"], rel=1e-5)
 
 
@@ -54,6 +55,9 @@ def test_joints_and_footsteps_are_those_of_the_stage(stones, parts):
     stood = arrays["stood"].reshape(-1, 3) + header["origin"]
     errors = np.hypot(*(stood - agent.plan.positions)[:, [0, 2]].T)
     assert_allclose(errors, 0.001 * arrays["step:placement"], atol=1e-5)
+    walked = (tracks.times >= agent.plan.strike_times[2]) & (tracks.times <= agent.plan.strike_times[3])
+    heights = shown[walked, 0, 1] - roots[walked, 1]
+    assert arrays["step:excursion"][2] == pytest.approx(1e3 * np.ptp(heights), abs=2.1)
     assert len(arrays["groundTriangles"]) > 0 and header["facts"]["stage"].startswith("1 m a unit")
 
 

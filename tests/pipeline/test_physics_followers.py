@@ -8,7 +8,6 @@ from numpy.testing import assert_allclose
 from pxr import Gf, Sdf, UsdGeom
 
 from tests.scenes import Units, add_character, new_stage
-from usdfoot.bridge.schema import apply_api
 from usdfoot.bridge.tokens import Agent, Motion, Schema
 from usdfoot.pipeline.animate import animate
 from usdfoot.pipeline.validate import validate
@@ -25,7 +24,7 @@ def scene_with_ways(file, ways):
         for code, point in zip(codes.tolist(), units.points(way(codes / 24.0)).tolist(), strict=True):
             op.Set(Gf.Vec3d(*point), code)
         agent = UsdGeom.Xform.Define(stage, f"/World/{name}").GetPrim()
-        apply_api(agent, Schema.AGENT)
+        agent.AddAppliedSchema(Schema.AGENT)
         agent.CreateRelationship(Agent.TRAJECTORY, custom=False).SetTargets([f"/World/Way_{name}"])
         agent.CreateRelationship(Agent.CHARACTER, custom=False).SetTargets(["/World/Person"])
         agent.CreateAttribute(Agent.MOTION, Sdf.ValueTypeNames.Token, custom=False).Set(Motion.PHYSICS)

@@ -6,8 +6,11 @@ import json
 
 import numpy as np
 import pytest
+from pxr import Sdf, Usd
 
+from usdfoot.bridge.tokens import Agent as Token
 from usdfoot.maths import quaternion
+from usdfoot.model.tuning import BodyTuning
 from usdfoot.physics.animate import plan_bodies, prepare_body
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.animate import animate
@@ -32,9 +35,10 @@ class Body:
 
     def __init__(self, stages, name, options=None):
         options = options or MotionOptions()
-        crowd = read_scene(stages / f"physics_{name}.usda").crowd
-        self.plan = crowd.agents[0].plan
-        body = prepare_body(crowd.libraries[0], options)
+        crowd = read_scene(stages / f"physics_{name}.usda", tuning=options.tuning).crowd
+        self.plan, tuning = crowd.agents[0].plan, crowd.agents[0].tuning
+        options = options.tuned(tuning)
+        body = prepare_body(crowd.libraries[0], options, tuning)
         self.planting, self.com = plan_bodies(body, crowd.agents, crowd, options=options)
         self.times = np.arange(self.plan.strike_times[0], self.plan.liftoff_times.max(), 1.0 / RATE)
 
@@ -133,9 +137,34 @@ def test_timing_alone_gives_two_small_leaps(stages, written):
     assert lengths[leaps].min() > 1.5 * lengths[~leaps].max()
 
 
+def test_agents_are_tuned_in_the_scene(stages, written, tmp_path):
+    layer = Sdf.Layer.CreateNew(str(tmp_path / "tuned.usda"))
+    layer.subLayerPaths = [str(stages / "physics_bird_walk.usda")]
+    stage = Usd.Stage.Open(layer)
+    for copy in ("metersPerUnit", "upAxis", "timeCodesPerSecond"):
+        stage.SetMetadata(copy, Sdf.Layer.FindOrOpen(layer.subLayerPaths[0]).pseudoRoot.GetInfo(copy))
+    prim = stage.OverridePrim("/World/Walker")
+    for name, value in ((Token.HIP_SPACING, 1.6), (Token.CROUCH, 0.12)):
+        prim.CreateAttribute(name, Sdf.ValueTypeNames.Float, False).Set(value)
+    layer.Save()
+    report = animate(layer.realPath, tmp_path / "run")
+    assert not report.skipped and report.results["Walker"].placement_error.max() < 1e-3
+    apart, heights = [], []
+    for crowd_file in (written / "bird_walk" / "crowd.usd", tmp_path / "run" / "crowd.usd"):
+        crowd = read_written_crowd(crowd_file)
+        agent = read_agent(crowd, "Walker")
+        places = read_joint_tracks(agent, crowd.units, agent.frame_codes).positions
+        hips = places[:, list(agent.biped.hips)]
+        apart.append(np.linalg.norm(hips[:, 0] - hips[:, 1], axis=1))
+        heights.append(hips[..., 1].mean())
+    np.testing.assert_allclose(apart[1], 1.6 * apart[0][0], rtol=1e-4)
+    assert heights[0] - heights[1] > 0.04
+    assert validate(tmp_path / "run" / "crowd.usd").passed
+
+
 def test_less_gravity_a_crouch_and_wider_hips_show(stages):
     usual = Body(stages, "bird_walk")
     height = usual.sample(usual.times).positions[:, 1].mean()
-    crouched = MotionOptions(body=type(MotionOptions().body)(crouch=0.12))
+    crouched = MotionOptions(tuning=BodyTuning(crouch=0.12))
     low = Body(stages, "bird_walk", crouched)
     assert height - low.sample(low.times).positions[:, 1].mean() > 0.04

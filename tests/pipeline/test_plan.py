@@ -8,7 +8,6 @@ from numpy.testing import assert_allclose
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdUtils
 
 from tests.scenes import Units, add_character, new_stage
-from usdfoot.bridge.schema import apply_api
 from usdfoot.bridge.tokens import Agent, Schema
 from usdfoot.bridge.tokens import Path as PathToken
 from usdfoot.cli.main import main
@@ -26,7 +25,7 @@ def add_curve(stage, path, units, points=CURVE, **numbers):
     prim = UsdGeom.BasisCurves.Define(stage, path)
     prim.CreatePointsAttr([Gf.Vec3f(*point) for point in units.points(points).tolist()])
     prim.CreateCurveVertexCountsAttr([len(points)])
-    apply_api(prim.GetPrim(), Schema.PATH)
+    prim.GetPrim().AddAppliedSchema(Schema.PATH)
     for name, value in numbers.items():
         prim.GetPrim().CreateAttribute(f"usdfoot:path:{name}", Sdf.ValueTypeNames.Float, custom=False).Set(value)
     return prim.GetPrim()
@@ -39,7 +38,7 @@ def scene_with_path(file, units=None, *, agent=True, **numbers):
     curve = add_curve(stage, "/World/Way", units, **numbers)
     if agent:
         prim = UsdGeom.Xform.Define(stage, "/World/Walker").GetPrim()
-        apply_api(prim, Schema.AGENT)
+        prim.AddAppliedSchema(Schema.AGENT)
         prim.CreateRelationship(Agent.PATH, custom=False).SetTargets([curve.GetPath()])
         prim.CreateRelationship(Agent.CHARACTER, custom=False).SetTargets(["/World/Person"])
     stage.GetRootLayer().Save()

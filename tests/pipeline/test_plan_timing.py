@@ -7,7 +7,6 @@ from pxr import Sdf, UsdGeom
 
 from tests.scenes import Units, add_character, new_stage
 from usdfoot.analysis.timing import TimingRule, time_steps
-from usdfoot.bridge.schema import apply_api
 from usdfoot.bridge.tokens import Agent, Schema
 from usdfoot.cli.main import main
 from usdfoot.errors import OutputError, SceneError
@@ -33,7 +32,7 @@ def scene_with_prints(file, units=None, *, lengths=LENGTHS, is_walked=True):
     )
     if is_walked:
         agent = UsdGeom.Xform.Define(stage, "/World/Walker").GetPrim()
-        apply_api(agent, Schema.AGENT)
+        agent.AddAppliedSchema(Schema.AGENT)
         agent.CreateRelationship(Agent.PLAN, custom=False).SetTargets(["/World/Prints"])
         agent.CreateRelationship(Agent.CHARACTER, custom=False).SetTargets(["/World/Person"])
     stage.GetRootLayer().Save()

@@ -3,7 +3,6 @@
 import pytest
 from pxr import Gf, Usd, UsdGeom
 
-from usdfoot.bridge.schema import apply_api
 from usdfoot.bridge.tokens import Agent, Schema
 from usdfoot.pipeline.animate import animate
 from usdfoot.pipeline.lint import lint_scene
@@ -28,7 +27,7 @@ def scene(stages, tmp_path):
         curve.CreatePointsAttr([Gf.Vec3f(x + side, y, z) for x, y, z in points])
         curve.CreateCurveVertexCountsAttr([len(points)])
         agent = UsdGeom.Xform.Define(stage, f"/World/{name}").GetPrim()
-        apply_api(agent, Schema.AGENT)
+        agent.AddAppliedSchema(Schema.AGENT)
         for relation, target in (
             (Agent.PATH, curve.GetPath()),
             (Agent.CHARACTER, "/World/Character"),

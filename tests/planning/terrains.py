@@ -59,3 +59,19 @@ def spiral(*, turns: float = 2.5, radius: float = 1.5, rise: float = 0.18, steps
         ring = [(inner, a), (outer, a), (outer, b), (inner, b)]
         treads.append(np.array([(r * np.sin(angle), rise * i, r * np.cos(angle)) for r, angle in ring]))
     return terrain_of(treads)
+
+
+def storeys() -> Terrain:
+    """Two floors of 8 m by 6 m, 2.7 m above one another, and stairs of 15 treads that join them along x = 9 m."""
+    rise, run = 2.7 / 15, 0.3
+    treads = [slab((8.0, 10.0), (i * run, (i + 1) * run), ((i + 1) * rise,) * 2) for i in range(15)]
+    end = 15 * run
+    return terrain_of(
+        [
+            slab((0.0, 8.0), (-1.0, 6.0), (0.0, 0.0)),
+            slab((8.0, 10.0), (-1.0, 0.0), (0.0, 0.0)),
+            *treads,
+            slab((8.0, 10.0), (end, 6.0), (2.7, 2.7)),
+            slab((0.0, 8.0), (-1.0, 6.0), (2.7, 2.7)),
+        ]
+    )

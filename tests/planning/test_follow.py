@@ -13,18 +13,26 @@ from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import PlanError
 from usdfoot.maths import planar
 from usdfoot.model.ground import Ground
-from usdfoot.model.trajectory import RootTrajectory, sample_trajectory, trajectory_of_velocities
+from usdfoot.model.trajectory import RootTrajectory, sample_trajectory
 from usdfoot.planning.follow import Following, follow_trajectories
 
 TIMES = np.arange(0.0, 9.01, 0.1)
 ORIGIN = np.array([2.0, 0.0, -3.0])
 
 
+def at_velocities(times, velocities, *, name="velocities", yaws=None):
+    """The trajectory that velocities (x, z), in the heading if there are yaws, lead along from the origin."""
+    world = velocities if yaws is None else planar.rotate(yaws, velocities)
+    moved = np.cumsum(0.5 * (world[1:] + world[:-1]) * np.diff(times)[:, None], axis=0)
+    positions = ORIGIN + np.insert(np.concatenate([np.zeros((1, 2)), moved]), 1, 0.0, axis=1)
+    return RootTrajectory(name=name, times=times, positions=positions, yaws=yaws, rest_yaw=0.0)
+
+
 def forward(speeds, *, name="forward", times=TIMES, yaws=None):
     """A trajectory at speeds (K,) along +Z, or along its headings."""
     speeds = np.broadcast_to(np.asarray(speeds, dtype=float), times.shape)
     velocities = np.stack([np.zeros_like(speeds), speeds], axis=1)
-    return trajectory_of_velocities(times, velocities, start=ORIGIN, name=name, yaws=yaws)
+    return at_velocities(times, velocities, name=name, yaws=yaws)
 
 
 def follow(walkers, trajectories, *, terrain=None, options=None):
@@ -56,9 +64,7 @@ TRUTHS = {
     "start": forward(np.interp(TIMES, [1.5, 2.5], [0.0, 1.4])),
     "turn on the spot": forward(0.0, yaws=np.interp(TIMES, [2.0, 5.0], [0.0, np.pi])),
     "backward": forward(-0.6, yaws=np.zeros_like(TIMES)),
-    "sideways": trajectory_of_velocities(
-        TIMES, np.tile([0.2, 0.0], (len(TIMES), 1)), start=ORIGIN, yaws=np.zeros_like(TIMES)
-    ),
+    "sideways": at_velocities(TIMES, np.tile([0.2, 0.0], (len(TIMES), 1)), yaws=np.zeros_like(TIMES)),
 }
 
 

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from tests.planning.terrains import slab, terrain_of
+from tests.planning.terrains import bridge, slab, spiral, storeys, terrain_of
 from usdfoot.errors import PlanError
 from usdfoot.model.ground import Ground
+from usdfoot.planning.lint import lint_plans
+from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.routes import find_route
 from usdfoot.planning.wander import WanderOptions, join_footsteps, plan_wander, wander
 from usdfoot.planning.world import Obstacle, World, box_outline, clearances
@@ -34,12 +36,13 @@ def test_distances_from_a_concave_outline_are_known():
 
 def test_the_way_around_a_wall_is_as_long_as_geometry_says():
     world = World(bounds=SQUARE, obstacles=(WALL,))
-    start, goal = np.array([2.0, -1.0]), np.array([2.0, 3.0])
-    route = find_route(world, start, goal, radius=0.3, step=0.4)
-    length = route.distances.flat[route.cells_of(start[None])[0]]
+    start, goal = np.array([2.0, 0.0, -1.0]), np.array([2.0, 0.0, 3.0])
+    route = find_route(world, start, goal, radius=0.3, step=0.4, headroom=1.8)
+    length = route.distances[route.find(start)]
     corners = np.array([(-4.4, 1.0), (-4.4, 1.4)])  # radius and margin off the end of the wall
-    shortest = sum(np.linalg.norm(b - a) for a, b in zip([start, *corners], [*corners, goal], strict=True))
-    assert shortest - 0.3 < length < 1.083 * shortest + 4.0 * route.cell, "on a grid"
+    points = [start[[0, 2]], *corners, goal[[0, 2]]]
+    shortest = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
+    assert shortest - 0.3 < length < 1.083 * shortest + 4.0 * route.spots.cell, "on a grid"
 
 
 def test_wandering_keeps_clear_of_everything_for_long():
@@ -101,6 +104,43 @@ def test_it_stays_on_walkable_ground_and_its_heights():
     plan = walk(world=World(ground=Ground(terrain)), steps=80)
     assert np.abs(plan.positions[:, [0, 2]]).max() < 3.0
     assert_allclose(plan.positions[:, 1], 0.1 * (plan.positions[:, 2] + 3.0), atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("terrain", "start", "goal"),
+    [
+        (bridge(), (5.0, 0.0, 5.0), (0.0, 2.0, 6.0)),
+        (bridge(), (5.0, 0.0, 6.0), (-5.0, 0.0, 6.0)),
+        (storeys(), (2.0, 0.0, 2.0), (2.0, 2.7, 3.0)),
+        (spiral(), (0.4, 0.0, 1.4), (0.4, 4.32, 1.4)),
+    ],
+    ids=["onto the bridge", "below it", "upstairs", "up the spiral"],
+)
+def test_the_way_leads_over_ramps_and_stairs_to_the_level_of_the_goal(terrain, start, goal):
+    ground, generator = Ground(terrain), np.random.default_rng(1)
+    goals = [np.array(goal)]
+    plan = plan_wander(World(ground=ground), np.array(start), 0.0, generator=generator, goals=goals, steps=80)
+    assert plan.ends_standing
+    assert_allclose(plan.positions[-2:].mean(axis=0), goal, atol=0.35)
+    assert lint_plans([plan], ground, bodies=[Proportions()]) == [], "on the ground, off the edges, no leaps"
+
+
+def test_an_obstacle_below_or_above_is_in_nobodys_way():
+    ground = Ground(bridge())
+    box = Obstacle(name="/Car", outline=box_outline((-3.0, 5.0), (3.0, 7.0)), heights=(0.0, 1.5))
+    goal, generator = np.array([0.0, 2.0, 7.5]), np.random.default_rng(1)
+    world = World(ground=ground, obstacles=(box,))
+    plan = plan_wander(world, np.array([0.0, 2.0, 4.5]), 0.0, generator=generator, goals=[goal], steps=20)
+    assert plan.ends_standing, "over the car on the bridge"
+    below = [np.array([4.0, 0.0, 6.0])]
+    around = plan_wander(world, np.array([-4.0, 0.0, 6.0]), 0.0, generator=generator, goals=below, steps=80)
+    assert clearances(world, around.positions[:, [0, 2]]).min() > RADIUS - 0.1, "around it on the ground"
+
+
+def test_a_goal_on_a_level_nothing_leads_to_is_named():
+    attic = terrain_of([slab((-5.0, 5.0), (-5.0, 5.0), (0.0, 0.0)), slab((-5.0, 5.0), (-5.0, 5.0), (3.0, 3.0))])
+    with pytest.raises(PlanError, match=r"goal \(3\.00, 1\.00\) m, height 3\.00 m: cannot be .* a ramp or stairs"):
+        walk(world=World(ground=Ground(attic)), goals=[np.array([3.0, 3.0, 1.0])])
 
 
 def test_what_cannot_be_is_said():

@@ -4,12 +4,11 @@ import logging
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from tests.references import canonical_points, usdskel_positions
 from tests.scenes import BALL_HEIGHT, JOINTS, OFFSETS, Units, add_character, add_ground, add_mesh, add_plan, new_stage
-from usdfoot.bridge.schema import apply_api
 from usdfoot.bridge.similarity import unfold_from_joints
 from usdfoot.bridge.tokens import Biped as Token
 from usdfoot.bridge.tokens import Schema
@@ -45,7 +44,9 @@ def test_the_rest_pose_stands_in_canonical_space(units):
     assert character.agent_scale == 1.0
     assert character.skeleton_path == "Skeleton"
     assert character.has_skel_root
-    assert_allclose(character.joint_radii, np.sqrt(3.0) * BALL_HEIGHT, rtol=1e-6)
+    (bound,) = character.bounds
+    assert_allclose(bound.padding, units.points(np.full(3, BALL_HEIGHT)).max(), rtol=1e-5)
+    assert_array_equal(bound.sources, np.arange(len(JOINTS)))
 
 
 def test_where_the_prim_stands_does_not_matter_but_its_scale_and_tilt_do():
@@ -148,7 +149,7 @@ class TestAuthoredBiped:
         names = ["/".join(f"bone{JOINTS.index('/'.join(parts[: i + 1]))}" for i in range(len(parts)))
                  for parts in (joint.split("/") for joint in JOINTS)]  # fmt: skip
         skeleton = add_character(stage, "/World/Hero", units, joints=names).GetPrim()
-        apply_api(skeleton, Schema.BIPED)
+        skeleton.AddAppliedSchema(Schema.BIPED)
         values = {Token.PELVIS: "bone0"}
         for side, start in ((0, 3), (1, 7)):
             for i, role in enumerate((Token.HIP, Token.KNEE, Token.ANKLE, Token.BALL)):
@@ -216,7 +217,7 @@ class TestAsset:
     def test_a_placed_asset_is_the_asset(self, tmp_path):
         stage, prim, asset = self.stage(tmp_path)
         UsdGeom.Xformable(prim).AddTranslateOp().Set(Gf.Vec3d(1, 2, 3))
-        apply_api(prim, Schema.AGENT)
+        prim.AddAppliedSchema(Schema.AGENT)
         assert asset_of(prim) == (asset, "/World/Hero")
         inner = stage.DefinePrim("/World/B")
         inner.GetReferences().AddInternalReference("/World/A")

@@ -6,7 +6,6 @@ from numpy.testing import assert_allclose
 from pxr import Gf, Usd, UsdGeom, Vt
 
 from tests.scenes import Units, new_stage
-from usdfoot.bridge.schema import apply_api
 from usdfoot.bridge.tokens import Agent, Obstacle, Schema
 from usdfoot.errors import SceneError
 from usdfoot.planning.proportions import Proportions
@@ -48,7 +47,7 @@ def test_an_agent_stands_and_faces_as_its_prim_and_goes_to_its_goals(units):
     goals = [(1.0, 0.5, 4.0), (-3.0, 0.0, 2.0)]
     paths = [put(stage, f"/World/Goal_{i}", units, goal).GetPath() for i, goal in enumerate(goals)]
     prim = put(stage, "/World/A", units, (2.0, 0.5, -1.0), yaw=0.5)
-    apply_api(prim, Schema.AGENT)
+    prim.AddAppliedSchema(Schema.AGENT)
     prim.CreateRelationship(Agent.GOAL, custom=False).SetTargets(paths)
     author(prim, Agent.SPEED, 0.9 / units.meters)
     (seeker,), problems = seekers(stage)
@@ -61,7 +60,7 @@ def test_an_agent_stands_and_faces_as_its_prim_and_goes_to_its_goals(units):
 def test_agents_without_goals_are_left_out_and_bad_ones_named():
     stage = new_stage()
     for name in ("Idle", "Lost", "Slow"):
-        apply_api(put(stage, f"/World/{name}", Units(), (0.0, 0.0, 0.0)), Schema.AGENT)
+        put(stage, f"/World/{name}", Units(), (0.0, 0.0, 0.0)).AddAppliedSchema(Schema.AGENT)
     lost, slow = (stage.GetPrimAtPath(f"/World/{name}") for name in ("Lost", "Slow"))
     lost.CreateRelationship(Agent.GOAL, custom=False).SetTargets(["/World/Nowhere"])
     slow.CreateRelationship(Agent.GOAL, custom=False).SetTargets(["/World/Idle"])
@@ -94,7 +93,7 @@ def test_outlines_of_solids_and_meshes_are_exact(units):
     mesh.CreateFaceVertexCountsAttr([8, 8])
     mesh.CreateFaceVertexIndicesAttr([*range(7, -1, -1), *range(8, 16)])
     for prim in (cylinder.GetPrim(), mesh.GetPrim()):
-        apply_api(prim, Schema.OBSTACLE)
+        prim.AddAppliedSchema(Schema.OBSTACLE)
         author(prim, Obstacle.MARGIN, 0.1 / units.meters)
     distances = clear(stage, (5.0, 3.0), (1.5, 2.5), (1.5, 0.5), (4.0, 6.0), (-1.0, 2.0))
     assert distances[0] == pytest.approx(2.0 - 0.1, abs=0.01)
@@ -105,7 +104,7 @@ def test_outlines_of_solids_and_meshes_are_exact(units):
 def test_a_wall_without_thickness_and_everything_below_a_marked_prim_count():
     stage = new_stage()
     group = UsdGeom.Xform.Define(stage, "/World/Walls").GetPrim()
-    apply_api(group, Schema.OBSTACLE)
+    group.AddAppliedSchema(Schema.OBSTACLE)
     author(group, Obstacle.MARGIN, 0.25)
     wall = UsdGeom.Mesh.Define(stage, "/World/Walls/Wall")
     wall.CreatePointsAttr([(0, 0, 0), (4, 0, 0), (4, 2, 0), (0, 2, 0)])
@@ -120,7 +119,7 @@ def test_an_obstacle_that_cannot_be_read_is_named():
     mesh.CreatePointsAttr([(0, 0, 0), (1, 0, 0), (1, 0, 1)])
     mesh.CreateFaceVertexCountsAttr([4])
     mesh.CreateFaceVertexIndicesAttr([0, 1, 2])
-    apply_api(mesh.GetPrim(), Schema.OBSTACLE)
+    mesh.GetPrim().AddAppliedSchema(Schema.OBSTACLE)
     _, problems = read_obstacles(stage, collect_prims(stage), read_stage_info(stage).units)
     assert "/World/Broken: is an obstacle whose faces do not match its points" in problems[0].message
 

@@ -120,6 +120,18 @@ def test_without_orientations_the_feet_face_along_the_path_with_a_warning():
     assert "/World/Plan: has no orientations, the footsteps face along their path" in problems[0].message
 
 
+def test_deactivated_prints_stay_footsteps_with_a_warning():
+    stage = new_stage()
+    instancer = add_plan(stage, "/World/Plan", Units(), yaws=np.zeros(6))
+    instancer.CreateIdsAttr(list(range(10, 16)))
+    instancer.DeactivateId(12)
+    plan, problems = read(stage)
+    assert len(plan) == 6
+    assert [problem.message for problem in problems] == [
+        "/World/Plan: 1 of its prints are inactive, but stay footsteps. delete their entries from every array"
+    ]
+
+
 def test_path_orientations_turn_with_the_path(generator):
     sides, positions, _, _ = straight_steps(8)
     for yaw in generator.uniform(-np.pi, np.pi, 5):

@@ -24,6 +24,8 @@ from tests.scenes import (
 from usdfoot.bridge.tokens import Agent as Token
 from usdfoot.bridge.tokens import Plan
 from usdfoot.errors import SceneError
+from usdfoot.model.skeleton import forward_kinematics
+from usdfoot.model.tuning import BodyTuning
 from usdfoot.readers.scene import read_scene
 
 TIMES = np.arange(0.0, 1.0, 1.0 / 30.0)
@@ -64,6 +66,27 @@ def test_frames_are_whole_codes_around_all_plans():
     assert_array_equal(read_scene(stage, frames=(20, 22)).frame_codes, [20, 21, 22])
     with pytest.raises(SceneError, match="frames: 9:3 is empty"):
         read_scene(stage, frames=(9, 3))
+
+
+def test_tuning_is_read_in_the_scenes_units_and_what_is_given_goes_over_it():
+    stage = simple_scene(units=Units(0.01))
+    prim = stage.GetPrimAtPath("/World/Hero")
+    for name, value in ((Token.CROUCH, 0.1), (Token.GRAVITY, 162.0), (Token.HIP_SPACING, 1.5), (Token.PITCH, 2.0)):
+        prim.CreateAttribute(name, Sdf.ValueTypeNames.Float, False).Set(value)
+    prim.CreateAttribute(Token.COM_SHIFT, Sdf.ValueTypeNames.Float3, False).Set((0.0, 5.0, -2.0))
+    scene = read_scene(stage, tuning=BodyTuning(crouch=0.3, comfort=500.0))
+    (agent,) = scene.crowd.agents
+    expected = {"hip_spacing": 1.5, "crouch": 0.3, "pitch": 2.0, "gravity": 1.62, "comfort": 500.0}
+    expected |= {"com_left": 0.0, "com_up": 0.05, "com_ahead": -0.02}
+    assert agent.tuning.given == pytest.approx(expected)
+    (usual,) = read_scene(simple_scene(units=Units(0.01))).characters
+    assert_allclose(hip_distance(scene.characters[0]), 1.5 * hip_distance(usual))
+
+
+def hip_distance(character):
+    skeleton = character.skeleton
+    places, _ = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
+    return np.linalg.norm(places[character.biped.hips[0]] - places[character.biped.hips[1]])
 
 
 def test_options_of_an_agent_are_read_in_its_units():
@@ -227,6 +250,8 @@ _TOKEN, _FLOAT = Sdf.ValueTypeNames.Token, Sdf.ValueTypeNames.Float
         (authored(Token.MOTION, _TOKEN, "fly"), "agent:motion is fly. author one of clips, physics, hybrid"),
         (authored(Token.IK_REACH, _FLOAT, -1.0), "agent:ikReach is -1. author a number of at least 0"),
         (authored(Token.ROOT_WEIGHT, _FLOAT, 2.0), "agent:rootWeight is 2. author a number between 0 and 1"),
+        (authored(Token.CROUCH, _FLOAT, 0.75), "/World/Hero: usdfoot:agent:crouch is 0.75. -0.2 to 0.6 is possible"),
+        (authored(Token.GRAVITY, _FLOAT, 0.0), "usdfoot:agent:gravity is 0. a positive number is possible"),
         (pointed(Token.PLAN, "/Nowhere"), "agent:plan points at what does not exist: /Nowhere"),
         (pointed(Token.PLAN, "/World/Clips"), "/World/Clips: is an untyped prim. a footstep plan is a PointInstancer"),
         (pointed(Token.CLIPS, "/World/Plans"), "/World/Plans: has no clips"),

@@ -6,7 +6,6 @@ import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdUtils
 
 from tests.scenes import Units, add_character, add_plan, new_stage, simple_scene
-from usdfoot.bridge.schema import apply_api
 from usdfoot.bridge.tokens import Schema
 from usdfoot.errors import SceneError
 from usdfoot.readers.stage import authored, collect_prims, open_stage, read_stage_info
@@ -78,7 +77,7 @@ def test_instances_are_looked_into(tmp_path):
     source = new_stage()
     add_character(source, "/World/Hero", Units())
     add_plan(source, "/World/Plan", Units())
-    apply_api(source.GetPrimAtPath("/World/Hero"), Schema.AGENT)
+    source.GetPrimAtPath("/World/Hero").AddAppliedSchema(Schema.AGENT)
     source.GetRootLayer().Export(str(tmp_path / "asset.usda"))
     stage = new_stage()
     prim = stage.DefinePrim("/World/A")

@@ -6,7 +6,6 @@ from numpy.testing import assert_allclose, assert_array_equal
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel
 
 from tests.scenes import Units, add_character, add_ground, add_mesh, add_plan, new_stage
-from usdfoot.bridge.schema import apply_api
 from usdfoot.bridge.tokens import Schema
 from usdfoot.bridge.tokens import Terrain as Token
 from usdfoot.readers.stage import collect_prims, read_stage_info
@@ -45,8 +44,8 @@ def test_a_marked_prim_covers_the_meshes_below_it_and_the_nearest_walkable_wins(
     stage = new_stage()
     for name in ("A", "B", "C"):
         add_mesh(stage, f"/World/Set/{name}/Mesh", SQUARE, [(0, 1, 2, 3)], Units())
-    apply_api(stage.GetPrimAtPath("/World/Set"), Schema.TERRAIN)
-    apply_api(stage.GetPrimAtPath("/World/Set/B"), Schema.TERRAIN)
+    stage.GetPrimAtPath("/World/Set").AddAppliedSchema(Schema.TERRAIN)
+    stage.GetPrimAtPath("/World/Set/B").AddAppliedSchema(Schema.TERRAIN)
     stage.GetPrimAtPath("/World/Set").CreateAttribute(Token.WALKABLE, Sdf.ValueTypeNames.Bool, False).Set(False)
     stage.GetPrimAtPath("/World/Set/B").CreateAttribute(Token.WALKABLE, Sdf.ValueTypeNames.Bool, False).Set(True)
     add_ground(stage, "/World/Ground", Units(), terrain=False)
@@ -82,7 +81,7 @@ def test_characters_and_prints_are_no_terrain():
     add_plan(stage, "/World/GroundPlan", Units())
     add_mesh(stage, "/World/GroundPlan/Prints/Ground", SQUARE, [(0, 1, 2, 3)], Units())
     add_mesh(stage, "/World/GroundKeeper/Shovel", SQUARE, [(0, 1, 2, 3)], Units())
-    apply_api(stage.GetPrimAtPath("/World"), Schema.TERRAIN)
+    stage.GetPrimAtPath("/World").AddAppliedSchema(Schema.TERRAIN)
     terrain, _ = read(stage)
     assert terrain.meshes == ()
 
@@ -163,7 +162,7 @@ def test_a_bad_mesh_becomes_a_problem_and_the_rest_goes_on(points, faces, messag
 
 def test_the_schema_without_a_mesh_is_a_problem():
     stage = new_stage()
-    apply_api(UsdGeom.Cube.Define(stage, "/World/Box").GetPrim(), Schema.TERRAIN)
+    UsdGeom.Cube.Define(stage, "/World/Box").GetPrim().AddAppliedSchema(Schema.TERRAIN)
     _, problems = read(stage)
     assert "/World/Box: has UsdfootTerrainAPI but no mesh at or below it" in problems[0].message
 

@@ -145,6 +145,11 @@ def test_fallbacks_are_those_of_the_contract(committed):
         tokens.Agent.SPEED: 0.0,
         tokens.Agent.MOTION: "clips",
         tokens.Agent.ROOT_WEIGHT: 0.0,
+        tokens.Agent.HIP_SPACING: 1.0,
+        tokens.Agent.CROUCH: 0.0,
+        tokens.Agent.COM_SHIFT: (0.0, 0.0, 0.0),
+        tokens.Agent.PITCH: 1.0,
+        tokens.Agent.SWAY: 1.0,
     }
 
 

@@ -8,7 +8,6 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, UsdValidation, Vt
 
 import usdfoot.validators
 from usdfoot.bridge import tokens
-from usdfoot.bridge.schema import apply_api
 from usdfoot.pipeline.animate import animate
 from usdfoot.pipeline.validate import validate
 
@@ -103,7 +102,7 @@ def test_what_is_not_of_usdfoot_is_no_business_of_these():
     animation.CreateRotationsAttr(Vt.QuatfArray([Gf.Quatf(3.0)]))
     UsdGeom.PointInstancer.Define(stage, "/Trees").CreateProtoIndicesAttr([7, 7])
     assert not told(errors_of(stage))
-    apply_api(animation.GetPrim(), tokens.Schema.CLIP)
+    animation.GetPrim().AddAppliedSchema(tokens.Schema.CLIP)
     assert set(told(errors_of(stage))) == {"MissingAttribute", "DuplicateJoints", "JointArrayLength"}
 
 

@@ -20,11 +20,12 @@ from usdfoot.model.motion import Motion, StepResults
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.skeleton import forward_kinematics
 from usdfoot.model.terrain import Terrain
+from usdfoot.readers.bounds import read_bounds
 from usdfoot.readers.skeleton import matrices_of, read_skeleton, skeleton_in
 from usdfoot.writers import crowd as crowd_writer
-from usdfoot.writers.characters import place_characters
 from usdfoot.writers.chunks import write_chunk
 from usdfoot.writers.crowd import check_output, crowd_format
+from usdfoot.writers.placing import place_characters
 
 JOINTS = ["root"] + [
     f"root/pelvis{rest}"
@@ -90,7 +91,8 @@ def write_character(path: Path, rig: Rig) -> Path:
     mesh = UsdGeom.Mesh.Define(stage, "/Hero/Group/Body")
     points = np.array([matrix.ExtractTranslation() for matrix in bind], dtype=np.float32)
     mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(points))
-    mesh.CreateExtentAttr(Vt.Vec3fArray.FromNumpy(np.stack([points.min(axis=0), points.max(axis=0)])))
+    corners = np.stack([points.min(axis=0), points.max(axis=0)]) + np.array([[-0.01], [0.01]]) * per_unit
+    mesh.CreateExtentAttr(Vt.Vec3fArray.FromNumpy(corners.astype(np.float32)))
     mesh.CreateFaceVertexCountsAttr([3, 3])
     mesh.CreateFaceVertexIndicesAttr([2, 3, 4, 6, 7, 8])
     mesh.CreateSubdivisionSchemeAttr("none")
@@ -159,7 +161,7 @@ def character_of(path: Path, *, tilt: float = 0.0, size: float = 1.0, codes: Seq
         biped=biped,
         rest_scales=raw.scales,
         inherited_scales=raw.inherited_scales,
-        joint_radii=np.full(len(JOINTS), 0.01),
+        bounds=read_bounds(str(path), "/Hero", "Group/Skeleton", raw.joints),
         still_extent=None,
     )
 

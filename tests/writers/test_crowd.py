@@ -96,7 +96,7 @@ def test_a_character_that_lies_down_in_its_file_is_stood_up_and_scaled(tmp_path,
     matrix = np.array(UsdGeom.XformCache(2.0).GetLocalToWorldTransform(agent))
     low, high = np.array(agent.GetAttribute("extent").Get(2.0), dtype=float)
     local = (units.points_to_stage(read[2]) - matrix[3, :3]) @ np.linalg.inv(matrix[:3, :3])
-    margin = 0.01 / (units.meters_per_unit * 0.3)
+    margin = 0.01 / units.meters_per_unit
     np.testing.assert_allclose([low, high], [local.min(axis=0) - margin, local.max(axis=0) + margin], atol=1e-2)
 
 

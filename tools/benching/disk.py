@@ -109,6 +109,7 @@ def author_samples(samples: Samples, path: Path) -> None:
             prim = Sdf.CreatePrimInLayer(layer, prim_path)
             prim.specifier = Sdf.SpecifierDef
             attribute = Sdf.AttributeSpec(prim, name, kind)
+            attribute_path = attribute.path
             for code, value in zip(codes, values, strict=True):
-                layer.SetTimeSample(attribute.path, code, value)
+                layer.SetTimeSample(attribute_path, code, value)
     layer.Save()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,8 @@ from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.examples import Examples
 from usdfoot.model.motion import Motion
 from usdfoot.model.terrain import Terrain
+from usdfoot.physics.animate import animate_hybrids
+from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.spaces.library import build_spaces, end_landings, has_flight
 
 __all__ = ["ReplayErrors", "nearest_clips", "replay_takes", "with_clips", "with_examples"]
@@ -39,6 +41,8 @@ class ReplayErrors:
     pelvis: float
     """All joints, each from its own pelvis; the heading stays."""
     pelvis_legs: float
+    pelvis_alone: float
+    """The pelvis in the world, root mean square."""
     outside: int = 0
     """Footsteps outside the hull of the space, or out of reach."""
 
@@ -79,8 +83,17 @@ def _selected(examples: Examples, rows: IntArray) -> Examples:
     return replace(examples, styles=tuple(examples.styles[row] for row in rows), **values)
 
 
-def replay_takes(library: PreparedLibrary, takes: Sequence[Take], options: EngineOptions) -> list[ReplayErrors]:
-    """Errors of the takes (all of one rate) as synthesised from a library on their footsteps."""
+def replay_takes(
+    library: PreparedLibrary, takes: Sequence[Take], options: EngineOptions, *, hybrid: bool = False
+) -> list[ReplayErrors]:
+    """Errors of the takes (all of one rate) as synthesised from a library on their footsteps.
+
+    Args:
+        library: What is left of the clips.
+        takes: The truth.
+        options: The engine's.
+        hybrid: Put the blended clips' pelvis on the optimised centre of mass.
+    """
     frames = max(len(take.positions) for take in takes)
     nothing = np.zeros((0, 3))
     none = np.zeros(0, dtype=int)
@@ -97,7 +110,10 @@ def replay_takes(library: PreparedLibrary, takes: Sequence[Take], options: Engin
         frame_times=np.arange(frames) / takes[0].rate,
         frame_rate=takes[0].rate,
     )
-    motions = animate_agents(library, agents, crowd, options=options)
+    if hybrid:
+        motions = animate_hybrids(library, agents, crowd, options=MotionOptions(**asdict(options)))
+    else:
+        motions = animate_agents(library, agents, crowd, options=options)
     return [_errors(library.source, take, motion) for take, motion in zip(takes, motions, strict=True)]
 
 
@@ -117,6 +133,7 @@ def _errors(library: ClipLibrary, take: Take, motion: Motion) -> ReplayErrors:
         world_legs=_mean(apart[:, legs]),
         pelvis=_mean(others),
         pelvis_legs=_mean(relative[:, legs]),
+        pelvis_alone=float(np.sqrt(np.mean(np.sum(apart[:, pelvis] ** 2, axis=-1)))),
         outside=sum(status in ("outsideHull", "unreachable", "ikLimited") for status in motion.results.status),
     )
 

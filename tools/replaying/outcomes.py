@@ -11,7 +11,7 @@ from replaying.leave_out import ReplayErrors
 
 __all__ = ["MEASURES", "Replay", "replay_json", "replay_table"]
 
-MEASURES = ("pelvis_legs", "pelvis", "world_legs", "world")
+MEASURES = ("pelvis_legs", "pelvis", "world_legs", "world", "pelvis_alone")
 COLUMNS = ("blended", "filled", "nearest", "best", "own")
 
 Middle = Callable[[Sequence[float]], float]
@@ -41,7 +41,7 @@ def replay_table(replays: Sequence[Replay]) -> str:
     """Errors in centimetres by clip, by kind and in all."""
     columns = [name for name in COLUMNS if name != "filled" or any(replay.filled for replay in replays)]
     header, titles = f"{'[cm]':<42} {'steps':>5} {'out':>4}", "".join(f"{name:>8}" for name in columns)
-    for title in ("from pelvis, legs", "from pelvis, all", "world, legs", "world, all"):
+    for title in ("from pelvis, legs", "from pelvis, all", "world, legs", "world, all", "world, pelvis"):
         header += f" | {title:^{len(titles)}}"
     lines = [header, " " * 53 + f" | {titles}" * len(MEASURES)]
 

@@ -10,12 +10,13 @@ import numpy as np
 
 from replaying.takes import Take
 from usdfoot.analysis.smoothness import body_joints
-from usdfoot.maths import planar, quaternion
+from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.physics.biped import measure_biped
 from usdfoot.physics.optimise import ComMotion, optimise_com
 from usdfoot.physics.options import PhysicsOptions
+from usdfoot.physics.pelvis import hung_pelvises
 
 __all__ = ["PelvisErrors", "pelvis_json", "pelvis_table", "replay_pelvises"]
 
@@ -65,8 +66,7 @@ def _errors(motion: ComMotion, agent: int, take: Take, real: FloatArray) -> Pelv
     inside = (times >= strikes[0]) & (times <= strikes[-1])
     times, real = times[inside], real[inside]
     agents = np.full(len(times), agent)
-    sample = motion.evaluate(agents, times)
-    made = sample.positions + quaternion.rotate(sample.orientations, motion.biped.pelvis)
+    made = hung_pelvises(motion, agents, times, np.zeros(3))
     yaws = motion.headings.moving_means(agents, times, window=motion.options.heading_window)
     apart = _in_heading(made - real, yaws)
     centred = apart - apart.mean(axis=0)

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from usdfoot.analysis.motion import joint_kinematics, moved
 from usdfoot.maths import planar, quaternion
+from usdfoot.maths.splines import spline_shares
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.clip import Clip
@@ -88,15 +88,27 @@ def _rms(vectors: FloatArray) -> float:
     return float(np.sqrt(np.mean(np.sum(vectors**2, axis=-1))))
 
 
-def repeated(clip: Clip, skeleton: Skeleton, biped: Biped, period: float) -> Clip:
-    """Three cycles of a loop, one before and one after its own, each continuing where the last one arrived.
+def repeated(clips: Sequence[Clip], skeleton: Skeleton, biped: Biped, periods: Sequence[float | None]) -> list[Clip]:
+    """Clips with three cycles of each loop, those without a period [s] as they are.
 
-    Samples fall on the clip's own sample times, before and after them at the same rate.
+    One cycle comes before and one after a loop's own, each continuing where the last one arrived. Samples fall on the
+    clip's own sample times, before and after them at the same rate.
     """
+    ends = [clip.translations[ENDS] for clip in clips], [clip.rotations[ENDS] for clip in clips]
+    positions, rotations = joint_kinematics(skeleton, *ends, np.array([biped.pelvis]))
+    return [
+        clip if period is None else _three_cycles(clip, skeleton, period, *_advance(clip, period, *pelvis))
+        for clip, period, *pelvis in zip(
+            clips, periods, positions.reshape(-1, len(ENDS), 3), rotations.reshape(-1, len(ENDS), 4), strict=True
+        )
+    ]
+
+
+def _three_cycles(clip: Clip, skeleton: Skeleton, period: float, turn: FloatArray, shift: FloatArray) -> Clip:
+    """The loop with what it was before and will be after, as `_advance` carries it on."""
     samples = period * clip.rate
     count = len(clip.rotations) - (1 if samples < len(clip.rotations) - 0.7 else 0)
     cycle = replace(clip, translations=clip.translations[:count], rotations=clip.rotations[:count])
-    turn, shift = _advance(clip, skeleton, biped, samples)
     parts = [moved(cycle, skeleton, planar.rotate(-turn, -shift), -turn), cycle, moved(cycle, skeleton, shift, turn)]
     translations = np.concatenate([part.translations for part in parts])
     rotations = quaternion.continuous(np.concatenate([part.rotations for part in parts]))
@@ -105,18 +117,24 @@ def repeated(clip: Clip, skeleton: Skeleton, biped: Biped, period: float) -> Cli
         places = (np.arange(3)[:, None] * samples + np.arange(count)).ravel()
         before = int(samples)
         grid = samples + np.arange(-before, int(places[-1] - samples) + 1)
-        translations = CubicSpline(places, translations)(grid)
-        rotations = quaternion.normalised(CubicSpline(places, rotations)(grid))
+        shares = spline_shares(places, grid)
+        translations = np.tensordot(shares, translations, axes=1)
+        rotations = quaternion.normalised(np.tensordot(shares, rotations, axes=1))
     return replace(
         clip, start_time=clip.start_time - before / clip.rate, translations=translations, rotations=rotations
     )
 
 
-def _advance(clip: Clip, skeleton: Skeleton, biped: Biped, samples: float) -> tuple[FloatArray, FloatArray]:
-    """Turn [rad] and shift (x, z) [m] that carry the first cycle onto the next, from the pelvis."""
-    poses = [clip.translations[ENDS]], [clip.rotations[ENDS]]
-    positions, rotations = joint_kinematics(skeleton, *poses, np.array([biped.pelvis]))
-    ground, pelvis = positions[:, 0][:, [0, 2]], rotations[:, 0]
+def _advance(clip: Clip, period: float, positions: FloatArray, pelvis: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Turn [rad] and shift (x, z) [m] that carry the first cycle onto the next.
+
+    Args:
+        clip: A loop.
+        period: Of its cycle [s].
+        positions: Pelvis in the world at its ENDS [m], shape (4, 3).
+        pelvis: Its rotations there, shape (4, 4).
+    """
+    samples, ground = period * clip.rate, positions[:, [0, 2]]
     # Where the cycle ends after the last sample, the pelvis goes on at the mean velocity of both ends.
     part = samples - (len(clip.rotations) - 1)
     turn = _turns(pelvis[0], pelvis[-1])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import Any
 
@@ -73,19 +73,23 @@ def build_examples(
             motion = replace(motion, mirror=mirror_map(library.skeleton, library.biped))
             images, _ = _examples_of(motion, table.mirrored(reflected), samples, limits)
             examples = _in_order(examples, replace(images, mirrored=np.ones(len(images), dtype=bool)))
-    return examples, _problems_of(library, examples, faults, problems)
+    standing = [index for index, world in worlds.items() if world.contacts.only_stand]
+    return examples, _problems_of(library, {*examples.clip_indices.tolist(), *standing}, faults, problems)
 
 
 def _problems_of(
-    library: ClipLibrary, examples: Examples, faults: Mapping[int, Sequence[str]], problems: Mapping[int, Problem]
+    library: ClipLibrary, of_use: Collection[int], faults: Mapping[int, Sequence[str]], problems: Mapping[int, Problem]
 ) -> list[Problem]:
-    """A warning for each fault of each clip, by clip, with those that cannot be used at all."""
+    """A warning for each fault of each clip, by clip, with those that cannot be used at all.
+
+    Clips of use have a step, or stand all the time as people do who wait.
+    """
     listed = []
     for index, clip in enumerate(library.clips):
         if index in problems:
             listed.append(problems[index])
             continue
-        unused = () if index in examples.clip_indices else (f"no usable step in its range: {REMEDY}",)
+        unused = () if index in of_use else (f"no usable step in its range: {REMEDY}",)
         listed += [
             Problem(severity="warning", where=clip.name, message=f"{clip.name}: {fault}")
             for fault in (*faults[index], *unused)

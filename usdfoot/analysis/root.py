@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
 from usdfoot.analysis.motion import FootMotion
@@ -189,8 +188,11 @@ def restored_path(
         Shifts (x, z) [m] (T, 2) and turns [rad] (T,), as `moved` takes them.
     """
     grid = fine_times(motion.times[0], len(motion.times), clip.rate, 240.0)
-    points = CubicSpline(motion.times, np.concatenate([motion.balls, motion.heels], axis=1))
-    positions, velocities = points(grid), points(grid, 1)  # (N, 4, 3)
+    points = np.concatenate([motion.balls, motion.heels], axis=1)  # (T, 4, 3)
+    run = np.array([0, len(points)])
+    splines = build_splines(points.reshape(len(points), 12), run, motion.times[:1], np.array([clip.rate]))
+    only = np.zeros(len(grid), dtype=np.intp)
+    positions, velocities = (found(only, grid).reshape(-1, 4, 3) for found in (splines.at, splines.rates_at))
     ground, slips = positions[..., [0, 2]], velocities[..., [0, 2]]
     slips = slips + root_motion.yaw_rate * np.stack([ground[..., 1], -ground[..., 0]], axis=-1)
     clearance = positions[..., 1] - np.quantile(positions[..., 1], 0.02, axis=0)

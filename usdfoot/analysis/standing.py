@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import minimum_filter1d
 
 from usdfoot.analysis.mirror import MirrorMap, mirror_map, mirrored_rotations
-from usdfoot.analysis.motion import partial_kinematics
+from usdfoot.analysis.motion import joint_kinematics
 from usdfoot.analysis.sampling import ROUNDING
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.clip import Clip, ClipLibrary
 from usdfoot.model.examples import Examples
-from usdfoot.model.skeleton import Skeleton, forward_kinematics
+from usdfoot.model.skeleton import forward_kinematics
 
 __all__ = ["StandLimits", "StandingPose", "find_standing_pose"]
 
@@ -64,11 +65,12 @@ def find_standing_pose(library: ClipLibrary, examples: Examples, *, limits: Stan
         limits: What standing is.
     """
     limits = limits or StandLimits()
-    stands = [_calmest(clip, library, limits) for clip in library.clips]
+    feet = list(_body_points(library))
+    stands = [_calmest(clip, own, library.biped, limits) for clip, (own, _) in zip(library.clips, feet, strict=True)]
     costs = np.array([cost for cost, _ in stands])
     if costs.size and np.isfinite(costs.min()):
         index = int(np.argmin(costs))
-        rotations = _pose_at(library.clips[index], library.skeleton, library.biped, stands[index][1])
+        rotations = _pose_at(library.clips[index], *feet[index], library.biped.pelvis, stands[index][1])
     elif len(examples):
         rotations, index = _composed(library, examples)
     else:
@@ -77,10 +79,9 @@ def find_standing_pose(library: ClipLibrary, examples: Examples, *, limits: Stan
     return _grounded(library, _symmetric(rotations, mirror, library.biped), index)
 
 
-def _calmest(clip: Clip, library: ClipLibrary, limits: StandLimits) -> tuple[float, int]:
-    """Cost and sample of a clip's calmest stand, infinite if it never stands."""
-    scale = library.biped.maximal_leg_length / 0.8
-    points, _ = _body_points(clip, library.skeleton, library.biped)
+def _calmest(clip: Clip, points: FloatArray, biped: Biped, limits: StandLimits) -> tuple[float, int]:
+    """Cost and sample of a clip's calmest stand, infinite if it never stands; points as from `_body_points`."""
+    scale = biped.maximal_leg_length / 0.8
     speeds = np.linalg.norm(np.gradient(points, 1.0 / clip.rate, axis=0), axis=-1)
     balls, pelvis = speeds[:, 3:].max(axis=1), speeds[:, 0]
     stands = (balls < scale * limits.ball_speed) & (pelvis < scale * limits.pelvis_speed)
@@ -96,9 +97,15 @@ def _calmest(clip: Clip, library: ClipLibrary, limits: StandLimits) -> tuple[flo
     return float(cost[sample]), sample
 
 
-def _body_points(clip: Clip, skeleton: Skeleton, biped: Biped) -> tuple[FloatArray, FloatArray]:
-    """Pelvis, both ankles and both balls in the world [m], shape (T, 5, 3), and their rotations, (T, 5, 4)."""
-    return partial_kinematics(skeleton, clip, np.array([biped.pelvis, *biped.ankles, *biped.balls]))
+def _body_points(library: ClipLibrary) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Pelvis, both ankles and both balls in the world [m] (T, 5, 3) and their rotations (T, 5, 4), of each clip."""
+    biped, clips = library.biped, library.clips
+    parts = [clip.translations for clip in clips], [clip.rotations for clip in clips]
+    joints = np.array([biped.pelvis, *biped.ankles, *biped.balls])
+    if clips:
+        ends = np.cumsum([len(clip.rotations) for clip in clips])[:-1]
+        found = joint_kinematics(library.skeleton, *parts, joints)
+        yield from zip(*(np.split(values, ends) for values in found), strict=True)
 
 
 def _headings(points: FloatArray) -> FloatArray:
@@ -106,12 +113,11 @@ def _headings(points: FloatArray) -> FloatArray:
     return planar.circular_mean(planar.yaw_of((points[:, 3:] - points[:, 1:3])[..., [0, 2]]))
 
 
-def _pose_at(clip: Clip, skeleton: Skeleton, biped: Biped, sample: int) -> FloatArray:
-    """Joint-local rotations (J, 4) at a sample, the pelvis's relative to the heading."""
+def _pose_at(clip: Clip, points: FloatArray, turns: FloatArray, pelvis: int, sample: int) -> FloatArray:
+    """Joint-local rotations (J, 4) at a sample, the pelvis's relative to the heading; feet as from `_body_points`."""
     rotations = clip.rotations[sample].copy()
-    points, world = _body_points(clip, skeleton, biped)
     heading = _headings(points)[sample]
-    rotations[biped.pelvis] = quaternion.compose(quaternion.yaw_quaternion(-heading), world[sample, 0])
+    rotations[pelvis] = quaternion.compose(quaternion.yaw_quaternion(-heading), turns[sample, 0])
     return rotations
 
 

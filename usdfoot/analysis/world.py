@@ -89,10 +89,7 @@ def world_clips(
     options = options or ContactOptions()
     leg_lengths = clip_leg_lengths(clips, skeleton, biped)
     periods = detect_periods(clips, skeleton, biped)
-    travelling = [
-        clip if period is None else repeated(clip, skeleton, biped, period)
-        for clip, period in zip(clips, periods, strict=True)
-    ]
+    travelling = repeated(clips, skeleton, biped, periods)
     motions = foot_motions(travelling, skeleton, biped, leg_lengths=leg_lengths)
     heights = leg_lengths[:, None] / rest_leg_length(skeleton, biped) * biped.ball_heights  # (C, 2)
     root_motions = detect_root_motions(motions, [clip.root_motion for clip in clips], biped)

@@ -18,7 +18,9 @@ SCHEDULER_TIMEOUT = 30.0
 
 
 @contextmanager
-def open_executor(*, workers: int | None = None, scheduler: str | None = None) -> Iterator[Executor | None]:
+def open_executor(
+    *, workers: int | None = None, scheduler: str | None = None, beside: bool = False
+) -> Iterator[Executor | None]:
     """An executor for as long as the block runs; None if one process is enough.
 
     Processes are started when there is work for them.
@@ -26,6 +28,7 @@ def open_executor(*, workers: int | None = None, scheduler: str | None = None) -
     Args:
         workers: Number of processes; None = one a core.
         scheduler: Address of a Dask scheduler, whose workers are used instead.
+        beside: Whether this process, which works too, counts as one of them.
 
     Raises:
         UsdfootError: If Dask is not installed or the scheduler does not answer.
@@ -39,7 +42,7 @@ def open_executor(*, workers: int | None = None, scheduler: str | None = None) -
         yield None
         return
     # A fork would copy USD's and Warp's threads half alive.
-    with ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn")) as executor:
+    with ProcessPoolExecutor(count - beside, mp_context=multiprocessing.get_context("spawn")) as executor:
         yield executor
 
 

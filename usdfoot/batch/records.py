@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -42,23 +43,34 @@ def record_of(
     problems: Sequence[Problem],
     sources: Mapping[str, Mapping[str, float]],
     *,
+    names: Sequence[str],
     followings: Mapping[str, Following],
+    kept: Mapping[str, Mapping[str, Any]],
 ) -> str:
-    """A chunk's record as JSON.
+    """A chunk's record as JSON, the same whether its agents were made or kept.
 
     Args:
         agents: Those of the motions, and perhaps others.
         motions: As written.
-        problems: Of the chunk.
+        problems: Of the chunk, in any order and as often as they come.
         sources: Figures of the source clips by agent.
+        names: Of all agents in the order of the report, and perhaps of some that could not be animated.
         followings: How those that follow a trajectory were planned, by agent.
+        kept: Entries of agents that were made before, by name.
     """
     by_name = {agent.name: agent for agent in agents}
-    entries = [
-        _agent_json(by_name[motion.name], motion, sources.get(motion.name, {}), followings.get(motion.name))
+    made = {
+        motion.name: _agent_json(
+            by_name[motion.name], motion, sources.get(motion.name, {}), followings.get(motion.name)
+        )
         for motion in motions
-    ]
-    record = {"agents": entries, "problems": [problem_json(problem) for problem in problems]}
+    }
+    entries = {**kept, **made}
+    told = sorted(set(problems), key=lambda problem: (problem.where, problem.severity, problem.message))
+    record = {
+        "agents": [entries[name] for name in names if name in entries],
+        "problems": [problem_json(problem) for problem in told],
+    }
     return json.dumps(record, sort_keys=True, allow_nan=False)
 
 
@@ -127,7 +139,7 @@ def _forces_json(forces: ForceResults | None) -> dict[str, list[float | None]]:
 
 def _numbers(values: FloatArray) -> list[float | None]:
     """Seven significant digits; None for what is not finite, which JSON does not know."""
-    return [float(f"{value:.7g}") if np.isfinite(value) else None for value in np.asarray(values).tolist()]
+    return [float(f"{value:.7g}") if isfinite(value) else None for value in np.asarray(values).tolist()]
 
 
 def _step_results(steps: Mapping[str, Any]) -> StepResults:

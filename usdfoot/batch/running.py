@@ -1,9 +1,10 @@
-"""Running: chunks made here, or by any executor, in whatever order."""
+"""Running: chunks made here, by any executor, or by both, in whatever order."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from concurrent.futures import BrokenExecutor, Executor, as_completed
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from functools import partial
 
 from usdfoot.batch.tasks import ChunkTask
 from usdfoot.batch.workshop import Workshop, make_chunk
@@ -12,30 +13,34 @@ from usdfoot.errors import OutputError, UsdfootError
 __all__ = ["run_chunks"]
 
 
-def run_chunks(tasks: Sequence[ChunkTask], workers: Workshop | Executor) -> Iterator[tuple[int, str]]:
+def run_chunks(
+    tasks: Sequence[ChunkTask], workshop: Workshop, *, executor: Executor | None = None, beside: bool = False
+) -> Iterator[tuple[int, str]]:
     """Index and record of every chunk, as they are done.
 
     Args:
         tasks: What to make.
-        workers: The workshop of this process, or an executor whose processes make the chunks.
+        workshop: Of this process.
+        executor: Whose processes make the chunks, from the first on; None = this process does.
+        beside: Whether this process makes chunks too, from the last on.
 
     Raises:
         OutputError: After all others are done, if chunks could not be made: their worker vanished or could not write.
     """
-    if isinstance(workers, Workshop):
+    if executor is None:
         for index, task in enumerate(tasks):
-            yield index, workers.make(task)
+            yield index, workshop.make(task)
         return
-    futures = {workers.submit(make_chunk, task): index for index, task in enumerate(tasks)}
+    futures = {executor.submit(make_chunk, task): index for index, task in enumerate(tasks)}
     failed: dict[str, str] = {}
-    for future in as_completed(futures):
-        index = futures[future]
-        try:
-            yield index, future.result()
-        except BrokenExecutor:
-            failed[tasks[index].files.anims] = "its worker vanished"
-        except (UsdfootError, OSError, MemoryError) as error:
-            failed[tasks[index].files.anims] = str(error) or type(error).__name__
+    while futures:
+        for index, result in _outcomes(tasks, futures, workshop if beside else None):
+            try:
+                yield index, result()
+            except BrokenExecutor:
+                failed[tasks[index].files.anims] = "its worker vanished"
+            except (UsdfootError, OSError, MemoryError) as error:
+                failed[tasks[index].files.anims] = str(error) or type(error).__name__
     if failed:
         raise OutputError(
             tasks[0].folder,
@@ -43,3 +48,19 @@ def run_chunks(tasks: Sequence[ChunkTask], workers: Workshop | Executor) -> Iter
             "run again: what is done is kept",
             [f"{name} ({reason})" for name, reason in sorted(failed.items())],
         )
+
+
+def _outcomes(
+    tasks: Sequence[ChunkTask], futures: dict[Future[str], int], workshop: Workshop | None
+) -> list[tuple[int, Callable[[], str]]]:
+    """Index and result of chunks that are done, and of one that is made here when asked; `futures` keeps the others.
+
+    Waits for a worker only if there is no chunk left to make here.
+    """
+    outcomes: list[tuple[int, Callable[[], str]]] = []
+    own = next((future for future in reversed(futures) if future.cancel()), None) if workshop else None
+    if workshop and own:
+        index = futures.pop(own)
+        outcomes.append((index, partial(workshop.make, tasks[index])))
+    done, _ = wait(futures, timeout=0.0 if own else None, return_when=FIRST_COMPLETED)
+    return [(futures.pop(future), future.result) for future in done] + outcomes

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,7 @@ from usdfoot.model.agent import Agent, Follower
 from usdfoot.model.limits import Limits
 from usdfoot.physics.motion_options import MotionOptions
 
-__all__ = ["ChunkTask", "cut_chunks"]
+__all__ = ["ChunkTask", "cut_chunks", "with_earlier"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,8 +40,12 @@ class ChunkTask:
     agents: tuple[str, ...]
     references: tuple[tuple[str, str], ...]
     """Asset and prim path of each agent's character, as the layers refer to it."""
+    hashes: tuple[str, ...]
+    """Of everything each agent is made from."""
     content_hash: str
     """Of everything the chunk is made from."""
+    earlier: tuple[ChunkFiles | None, ...] = ()
+    """Files, relative to the folder, that have each agent made from the same; None or nothing at all = none have."""
 
 
 def cut_chunks(
@@ -86,15 +90,22 @@ def cut_chunks(
             files=chunk_files(index, len(parts)),
             agents=tuple(agent.name for agent in part),
             references=tuple(references[agent.character] for agent in part),
-            content_hash=hashes.of(part),
+            hashes=hashed,
+            content_hash=content_hash(hashed),
         )
         for index, part in enumerate(parts)
         if part
+        for hashed in [tuple(hashes.of(agent) for agent in part)]
     )
 
 
+def with_earlier(task: ChunkTask, made: Mapping[tuple[str, str], ChunkFiles]) -> ChunkTask:
+    """The task with what there is of its agents, `made` by name and hash."""
+    return replace(task, earlier=tuple(made.get(key) for key in zip(task.agents, task.hashes, strict=True)))
+
+
 class _Hashes:
-    """Content hashes of chunks; what agents share is hashed once."""
+    """Content hashes of agents; what they share is hashed once."""
 
     def __init__(self, scene: Scene, references: Sequence[tuple[str, str]], options: MotionOptions) -> None:
         stage, crowd = scene.stage, scene.crowd
@@ -110,18 +121,15 @@ class _Hashes:
             for character, reference in zip(scene.characters, references, strict=True)
         ]
 
-    def of(self, agents: Sequence[Agent | Follower]) -> str:
-        """The hash of a chunk with these agents."""
-        return content_hash(self._common, [self._agent(agent) for agent in agents])
-
-    def _agent(self, agent: Agent | Follower) -> str:
-        """Frames count only as far as they lie within the agent's own interval: outside it has none."""
+    def of(self, agent: Agent | Follower) -> str:
+        """The agent's hash. Frames count only as far as they lie within its own interval: outside it has none."""
         (start, stop), last = agent.interval, len(self._times) - 1
         begin = np.searchsorted(self._times, start, side="right") - 1
         end = np.searchsorted(self._times, stop)
         frames = self._times[np.clip([begin, end], 0, last)]
         frame = self._frames.get(agent.name)
-        return content_hash(agent, frame, frames, self._libraries[agent.library], self._characters[agent.character])
+        shared = self._common, self._libraries[agent.library], self._characters[agent.character]
+        return content_hash(agent, frame, frames, *shared)
 
 
 def _inputs(layers: Sequence[str]) -> str:

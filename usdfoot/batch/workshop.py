@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from usdfoot.batch.kept import keep_agents
 from usdfoot.batch.records import record_of
 from usdfoot.batch.sources import SourceFigures
 from usdfoot.batch.tasks import ChunkTask
-from usdfoot.engine.animate import PreparedLibraries
+from usdfoot.bridge.chunks import ChunkNotes
+from usdfoot.engine.animate import PreparedLibraries, animate_crowd
+from usdfoot.model.agent import Crowd
 from usdfoot.model.device import start_warp
 from usdfoot.model.limits import Limits
-from usdfoot.physics.animate import animate_all
+from usdfoot.model.motion import Motion
+from usdfoot.model.report import Problem
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.planning.followers import plan_followers
 from usdfoot.readers.scene import SceneReader
@@ -21,6 +26,9 @@ from usdfoot.readers.stage import open_stage
 from usdfoot.writers.chunks import write_chunk
 
 __all__ = ["Workshop", "make_chunk", "open_early"]
+
+PHYSICS = "physics"
+"""The source of motion that needs no clips."""
 
 
 class Workshop:
@@ -40,31 +48,69 @@ class Workshop:
     def make(self, task: ChunkTask) -> str:
         """Animates and writes a chunk; gives back its record: what the report says of it, as JSON.
 
-        Without any agent that can be animated, nothing is written.
+        Agents that an earlier chunk has as they are to be are taken from there. Without any agent that can be animated,
+        nothing is written.
 
         Raises:
             SceneError: If none of the agents can be read.
             OutputError: If the folder cannot be written to.
         """
-        scene = self._reader.read(names=task.agents)
-        crowd, followings, lost = plan_followers(scene.crowd, options=self._options, libraries=self._libraries)
-        scene = replace(scene, crowd=crowd)
-        motions, problems = animate_all(crowd, options=self._options, libraries=self._libraries)
-        record = record_of(
-            crowd.agents, motions, [*lost, *problems], self._sources.of(crowd, motions), followings=followings
+        scene, kept = self._reader.read(names=task.agents), keep_agents(task)
+        clip_problems = self._clip_problems(scene.crowd, kept.entries)
+        crowd, followings, lost = plan_followers(
+            _without(scene.crowd, kept.entries), options=self._options, libraries=self._libraries
         )
-        if motions:
+        motions, problems = self._animate(crowd)
+        record = record_of(
+            crowd.agents,
+            motions,
+            [*kept.problems, *clip_problems, *lost, *problems],
+            self._sources.of(crowd, motions),
+            names=task.agents,
+            followings=followings,
+            kept=kept.entries,
+        )
+        written = {*kept.entries, *(motion.name for motion in motions)}
+        if written:
             references = dict(zip(task.agents, task.references, strict=True))
+            hashes = dict(zip(task.agents, task.hashes, strict=True))
             write_chunk(
-                scene,
+                replace(scene, crowd=crowd),
                 motions,
                 task.folder,
                 files=task.files,
                 references=[references[motion.name] for motion in motions],
-                content_hash=task.content_hash,
-                record=record,
+                names=[name for name in task.agents if name in written],
+                base=kept.layers,
+                notes=ChunkNotes(
+                    content_hash=task.content_hash,
+                    agent_hashes={name: hashed for name, hashed in hashes.items() if name in written},
+                    record=record,
+                ),
             )
         return record
+
+    def _animate(self, crowd: Crowd) -> tuple[list[Motion], list[Problem]]:
+        """Motions and problems of a crowd; without agents that physics moves, its kernels are not even loaded."""
+        if all(agent.motion == "clips" for agent in crowd.agents):
+            return animate_crowd(crowd, options=self._options, libraries=self._libraries)
+        from usdfoot.physics.animate import animate_all
+
+        return animate_all(crowd, options=self._options, libraries=self._libraries)
+
+    def _clip_problems(self, crowd: Crowd, kept: Collection[str]) -> list[Problem]:
+        """What is wrong with the clips of agents that are kept, as their making would tell."""
+        libraries = {agent.library for agent in crowd.everyone if agent.name in kept and agent.motion != PHYSICS}
+        return [problem for index in sorted(libraries) for problem in self._libraries.prepared(crowd, index).problems]
+
+
+def _without(crowd: Crowd, names: Collection[str]) -> Crowd:
+    """The crowd without some of its agents."""
+    return replace(
+        crowd,
+        agents=tuple(agent for agent in crowd.agents if agent.name not in names),
+        followers=tuple(follower for follower in crowd.followers if follower.name not in names),
+    )
 
 
 def make_chunk(task: ChunkTask) -> str:
@@ -84,6 +130,7 @@ def _workshop(
         _stage(scene),
         frames=frames,
         motion=options.motion,
+        tuning=options.tuning,
         reload=True,
         crowd=Path(folder),
         limits=limits,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from usdfoot.bridge.similarity import Similarity
 from usdfoot.bridge.units import StageUnits
-from usdfoot.maths.types import FloatArray
+from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.agent import Crowd
 from usdfoot.model.biped import Biped
 from usdfoot.model.skeleton import Pose, Skeleton
@@ -46,6 +46,22 @@ class BlendShapes:
 
 
 @dataclass(frozen=True, kw_only=True)
+class SkinBound:
+    """A Skeleton of a character and how far its skin reaches beyond its joints, in USD's spaces and units."""
+
+    parents: IntArray
+    """Index of each joint's parent, -1 for roots, shape (K,)."""
+    sources: IntArray
+    """Joint of the character's animation that moves each joint, -1 for those that rest, shape (K,)."""
+    rest_matrices: FloatArray
+    """Joint-local rest transforms, row vectors, shape (K, 4, 4)."""
+    to_prim: FloatArray
+    """From the Skeleton to the character prim, row vectors, shape (4, 4)."""
+    padding: float
+    """Beyond the box of the joints on all sides [units of the character prim]."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Character:
     """An asset that agents reference, with its skeleton in the agent's space.
 
@@ -78,8 +94,8 @@ class Character:
     """Joint-local scales of the rest pose, what `scales` of a written animation must hold, shape (J, 3)."""
     inherited_scales: FloatArray
     """Product of the uniform scales of all joints above each: USD translation = canonical / it, shape (J,)."""
-    joint_radii: FloatArray
-    """Largest distance from each joint to a point of the skin it moves [m], 0 if none, shape (J,)."""
+    bounds: tuple[SkinBound, ...]
+    """What USD bounds the character by."""
     still_extent: FloatArray | None
     """Lowest and highest corner of the geometry that is not skinned, in the agent's space [m], shape (2, 3)."""
     bind_pose: Pose | None = None

@@ -1,4 +1,4 @@
-"""Registers usdfoot's API schemas with USD and applies or looks for them whether or not they are registered."""
+"""Registers usdfoot's API schemas with USD and looks for them on prims whether or not they are registered."""
 
 import logging
 from pathlib import Path
@@ -35,16 +35,6 @@ def register_schemas() -> None:
         registry.RegisterPlugins(str(folder))
     except Tf.ErrorException as error:
         _logger.warning("schemas in %s are not registered: %s", folder, error)
-
-
-def apply_api(prim: Usd.Prim, name: str) -> None:
-    """Apply an API schema to a prim at the stage's edit target, with the same result registered or not.
-
-    Args:
-        prim: Prim to author on.
-        name: Name as in `tokens.Schema`; for multiple-apply schemas with the instance, as ``UsdfootContactAPI:left``.
-    """
-    prim.AddAppliedSchema(name)
 
 
 def applied_apis(prim: Usd.Prim) -> tuple[str, ...]:

@@ -131,6 +131,13 @@ class Agent:
     ROOT_WEIGHT: Final = "usdfoot:agent:rootWeight"
     REPLACE_DISTANCE: Final = "usdfoot:agent:replaceDistance"
     IK_REACH: Final = "usdfoot:agent:ikReach"
+    HIP_SPACING: Final = "usdfoot:agent:hipSpacing"
+    CROUCH: Final = "usdfoot:agent:crouch"
+    COM_SHIFT: Final = "usdfoot:agent:comShift"
+    PITCH: Final = "usdfoot:agent:pitch"
+    SWAY: Final = "usdfoot:agent:sway"
+    GRAVITY: Final = "usdfoot:agent:gravity"
+    COMFORT: Final = "usdfoot:agent:comfort"
 
 
 class Motion:
@@ -231,10 +238,22 @@ PROVENANCE: Final = "usdfoot"
 """Key of the provenance in a written layer's `customLayerData`."""
 
 
+class Lod:
+    """Schemas and properties of USD's own UsdLod (from 26.08 on)."""
+
+    ROOT: Final = "LODRootAPI"
+    DISTANCE: Final = "LODDistanceHeuristic"
+    HEURISTICS: Final = "lod:heuristics"
+    DEFAULT_INDEX: Final = "lod:default:index"
+    DOMAIN: Final = "lod:domain"
+    THRESHOLDS: Final = "thresholds"
+
+
 class Record:
     """Keys of what a chunk's layers say about their making, below `PROVENANCE`."""
 
     CONTENT_HASH: Final = "contentHash"
+    AGENT_HASHES: Final = "agentHashes"
     REPORT: Final = "report"
 
 

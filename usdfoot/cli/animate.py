@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 
 from usdfoot.cli.batch_flags import add_batch_flags, count, limits_of
 from usdfoot.cli.console import print_problems, results_console, shown_progress
-from usdfoot.cli.physics_flags import add_physics_flags, body_style, physics_options
+from usdfoot.cli.physics_flags import add_physics_flags, body_tuning, physics_options
 from usdfoot.cli.tables import step_table
 
 if TYPE_CHECKING:
+    from usdfoot.model.levels import DetailLevels
     from usdfoot.physics.motion_options import MotionOptions
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
@@ -29,6 +30,7 @@ example:
   usdfoot animate city.usd -o build/city --max-root-weight-within 0.02
   usdfoot animate tracks.usd -o build/tracks --motion physics --crouch 0.1
   usdfoot animate city.usd -o build/city --every 2 --near 15 --camera /World/Camera
+  usdfoot animate city.usd -o build/city --lod full:15:mid:40:low
   usdfoot animate city.usd -o build/city --scheduler tcp://farm:8786
 
 exit codes: 0 all written, 1 some agents or clips skipped (listed), 2 nothing written
@@ -99,6 +101,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="window in which trajectories that agents follow are smoothed (default: %(default)s)",
     )
     add_physics_flags(parser)
+    _add_far_flags(parser)
+    parser.add_argument("--collect", action="store_true", help="copy the characters' files into DIR")
+    add_batch_flags(parser)
+
+
+def _add_far_flags(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments on agents that are far away."""
     parser.add_argument(
         "--every",
         metavar="K",
@@ -114,8 +123,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="agents that come this near to the camera are not far (default: without --camera, all agents are far)",
     )
     parser.add_argument("--camera", metavar="PRIM", default="", help="path of the camera that --near counts from")
-    parser.add_argument("--collect", action="store_true", help="copy the characters' files into DIR")
-    add_batch_flags(parser)
+    parser.add_argument(
+        "--lod",
+        metavar="LEVELS",
+        type=detail_levels,
+        help="variants of the characters from near to far with the distances in metres between them, like "
+        "full:15:low, as levels of detail (UsdLod); other programs show the first",
+    )
+
+
+def detail_levels(text: str) -> DetailLevels:
+    """Levels of detail as given."""
+    from usdfoot.errors import UsdfootError
+    from usdfoot.model.levels import DetailLevels
+
+    try:
+        return DetailLevels.parse(text)
+    except UsdfootError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
 
 
 def frame_range(text: str) -> tuple[int, int]:
@@ -174,7 +199,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.chunk is not None:
         return _run_chunk(arguments)
     with (
-        open_executor(workers=arguments.workers, scheduler=arguments.scheduler) as executor,
+        open_executor(workers=arguments.workers, scheduler=arguments.scheduler, beside=True) as executor,
         shown_progress(quiet=arguments.quiet) as progress,
     ):
         report = animate(
@@ -184,16 +209,19 @@ def run(arguments: argparse.Namespace) -> int:
             frames=arguments.frames,
             options=_options(arguments),
             collect=arguments.collect,
+            levels=arguments.lod,
             chunk_size=arguments.chunk_size,
             limits=limits_of(arguments),
             executor=executor,
+            beside=arguments.scheduler is None,
             progress=progress,
         )
     print_problems(report.problems, quiet=arguments.quiet)
     console = results_console()
     console.print(step_table(report.results))
-    if report.kept:
-        console.print(f"kept {report.kept} of {report.chunks} chunks, in which nothing changed")
+    if report.kept_agents:
+        agents = f"{report.kept_agents} of {len(report.results)} agents, which did not change"
+        console.print(f"kept {agents}, with {report.kept} of {report.chunks} chunks as they were", soft_wrap=True)
     console.print(f"wrote {report.crowd_file}", soft_wrap=True)
     return 1 if report.skipped else 0
 
@@ -210,6 +238,7 @@ def _run_chunk(arguments: argparse.Namespace) -> int:
         frames=arguments.frames,
         options=_options(arguments),
         collect=arguments.collect,
+        levels=arguments.lod,
         chunk_size=arguments.chunk_size,
         limits=limits_of(arguments),
     )
@@ -228,7 +257,7 @@ def _options(arguments: argparse.Namespace) -> MotionOptions:
     return MotionOptions(
         motion=arguments.motion,
         physics=physics_options(arguments),
-        body=body_style(arguments),
+        tuning=body_tuning(arguments),
         correction=arguments.correction,
         seam=arguments.seam,
         space=arguments.space,

@@ -13,8 +13,9 @@ NAME = "crowd"
 HELP = "footsteps of many agents with goals, past obstacles and each other"
 DESCRIPTION = (
     "Plans the footsteps of all agents with usdfoot:agent:goal (prims to visit one after the other), from where the "
-    "agents' prims stand, over the walkable terrain, around what has UsdfootObstacleAPI and around each other. Feet "
-    "never come down in one place. Needs JuPedSim: pip install 'usdfoot[crowd]'."
+    "agents' prims stand, over the walkable terrain of all levels, by ramps and stairs, around what has "
+    "UsdfootObstacleAPI and around each other. Feet never come down in one place. Needs JuPedSim: "
+    "pip install 'usdfoot[crowd]'."
 )
 EPILOG = """\
 example:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -49,6 +50,8 @@ __all__ = [
 ]
 
 Result = TypeVar("Result")
+
+_logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -157,15 +160,28 @@ def animate_crowd(
 def animate_apart(
     animate: Callable[[Sequence[Agent]], list[Result]], agents: Sequence[Agent]
 ) -> tuple[list[Result], list[Problem]]:
-    """What comes of agents animated together; if they fail together, of those that can be animated alone."""
+    """What comes of agents animated together; if they fail together, of those that can be animated alone.
+
+    Errors nobody foresaw count too: a fault of usdfoot's own that one agent runs into must not cost the others their
+    motion. The agent's problem says which error it was, the log where it came from.
+    """
     try:
         return animate(agents), []
-    except UsdfootError as error:
+    except Exception as error:
         if len(agents) == 1:
-            return [], [Problem(severity="error", where=agents[0].source, message=f"{agents[0].source}: {error}")]
+            return [], [_fault(agents[0], error)]
     half = len(agents) // 2
     parts = [animate_apart(animate, part) for part in (agents[:half], agents[half:])]
     return parts[0][0] + parts[1][0], parts[0][1] + parts[1][1]
+
+
+def _fault(agent: Agent, error: Exception) -> Problem:
+    """Why an agent could not be animated."""
+    reason = str(error)
+    if not isinstance(error, UsdfootError):
+        _logger.error("%s cannot be animated", agent.source, exc_info=error)
+        reason = f"usdfoot itself failed, please report it ({type(error).__name__}: {error})"
+    return Problem(severity="error", where=agent.source, message=f"{agent.source}: {reason}")
 
 
 def animate_agents(

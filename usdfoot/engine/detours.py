@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 import warp as wp
-from scipy.interpolate import CubicSpline
 
 from usdfoot.engine.feet import ContactFeet, device_feet
 from usdfoot.engine.legs import LegRig, leg_kinematics
 from usdfoot.engine.plant import FootArrays, swinging_foot
 from usdfoot.engine.poses import Layout, PoseSource
 from usdfoot.maths import planar
+from usdfoot.maths.splines import spline_shares
 from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.ground import Ground
@@ -31,8 +31,8 @@ FINE = BETWEEN * (KNOTS - 1) + 1
 PROBES = np.union1d(np.arange(0, FINE, BETWEEN), [1, 2, FINE - 3, FINE - 2])
 """Fine samples at which the swing is posed: the knots, and two more near either end where the sole is lowest."""
 
-KNOT_SHARES = CubicSpline(np.arange(0, FINE, BETWEEN), np.eye(KNOTS))(np.arange(FINE))
-PROBE_SHARES = CubicSpline(PROBES, np.eye(len(PROBES)))(np.arange(FINE))
+KNOT_SHARES = spline_shares(np.arange(0, FINE, BETWEEN), np.arange(FINE))
+PROBE_SHARES = spline_shares(PROBES, np.arange(FINE))
 """Cubic splines through the knots and through the probes, at all fine samples, shape (FINE, K)."""
 
 FIRST_GAINS = np.array([5.0, 2.2, 1.4])

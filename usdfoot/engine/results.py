@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from usdfoot.analysis.figures import FrameRanges, contact_figures
+from usdfoot.analysis.figures import FRAME_TOLERANCE, FrameRanges, contact_figures
 from usdfoot.engine.feet import ContactFeet
 from usdfoot.engine.frames import Frames
 from usdfoot.engine.poses import Feet, Layout, Setup, StepBlend
 from usdfoot.engine.weights import Landings
+from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.agent import Agent
 from usdfoot.model.contacts import Contacts, FootContacts
@@ -106,13 +107,12 @@ def step_ranges(agents: Sequence[Agent]) -> IntArray:
 def planted_frames(layout: Layout, feet: ContactFeet, frames: Frames, rows: IntArray) -> FrameRanges:
     """Whole frames from flat to liftoff of contacts `rows`."""
     contacts = layout.contacts
-    span = 1.0e5
-    keys = frames.agents * span + (frames.stamps - contacts.starts[frames.agents])
-    offsets = contacts.agents[rows] * span - contacts.starts[contacts.agents[rows]]
-    ends = np.minimum(contacts.liftoffs[rows], contacts.ends[contacts.agents[rows]])
-    first = np.searchsorted(keys, feet.flats[rows] + offsets - 1e-6, side="left")
-    stop = np.searchsorted(keys, ends + offsets + 1e-6, side="right")
-    return FrameRanges(first=first, counts=np.maximum(stop - first, 0))
+    agents, stamps = contacts.agents[rows], frames.stamps
+    begins = feet.flats[rows] - FRAME_TOLERANCE
+    ends = np.minimum(contacts.liftoffs[rows], contacts.ends[agents]) + FRAME_TOLERANCE
+    first, last = (locate(frames.agents, stamps, contacts.starts, agents, times) for times in (begins, ends))
+    first = first + (stamps[first] < begins)
+    return FrameRanges(first=first, counts=np.maximum(last + (stamps[last] <= ends) - first, 0))
 
 
 def _by_landing(setup: Setup, blend: StepBlend, landings: Landings, real: IntArray) -> dict[str, FloatArray]:

@@ -6,6 +6,7 @@ replace the OFFSET, as MotionBuilder, Blender and the data of Bandai Namco mean 
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -25,6 +26,8 @@ from usdfoot.model.clip import Clip
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits, check_limit
 
 __all__ = ["import_bvh"]
+
+_logger = logging.getLogger(__name__)
 
 
 def import_bvh(file: str | os.PathLike[str], *, unit: str = "", limits: Limits = DEFAULT_LIMITS) -> Capture:
@@ -81,13 +84,15 @@ def _read_motion(lines: Sequence[TextLine], tree: Hierarchy, limits: Limits) -> 
     check_limit(lines[0].file, "frames", int(frames), limits.frames)
     rate = written_rate(lines[min(2, len(lines) - 1)], _value_after(lines, 2, "Frame Time:"))
     rows = lines[3:]
-    if len(rows) != int(frames):
-        where = rows[int(frames)] if len(rows) > int(frames) else lines[-1]
-        which = "is one too many" if len(rows) > int(frames) else "is the last"
-        what = f"{which}: there are {len(rows)} lines of frames, and line {lines[1].number} says {frames}"
-        raise where.error(what, f"say Frames: {len(rows)}, or complete the file")
+    if len(rows) < int(frames):
+        what = f"is the last: there are {len(rows)} lines of frames, and line {lines[1].number} says {frames}"
+        raise lines[-1].error(what, f"say Frames: {len(rows)}, or complete the file")
+    if len(rows) > int(frames):
+        _logger.warning(
+            "%s: has %d lines after its %s frames, left out", lines[0].file, len(rows) - int(frames), frames
+        )
     count = sum(len(channels) for channels in tree.channels.values())
-    return number_rows(rows, count, "channels"), rate
+    return number_rows(rows[: int(frames)], count, "channels"), rate
 
 
 def _value_after(lines: Sequence[TextLine], index: int, label: str) -> str:

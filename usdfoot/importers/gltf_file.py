@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import binascii
+import json
 import os
 import struct
 from collections.abc import Sequence
@@ -160,8 +161,10 @@ def open_gltf(file: str | os.PathLike[str], limits: Limits) -> GltfFile:
         data = path.read_bytes()
     except OSError as error:
         raise ClipError(path, f"cannot be read ({error.strerror})", "name a .gltf or .glb file") from error
+    is_binary = data[:4] == b"glTF"
+    if _is_first_version(data, is_binary):
+        raise ClipError(path, "is glTF 1.0, which is another format", "convert it to glTF 2.0")
     try:
-        is_binary = data[:4] == b"glTF"
         document = pygltflib.GLTF2.load_from_bytes(data) if is_binary else pygltflib.GLTF2.gltf_from_json(data.decode())
         version, nodes = str(document.asset.version), list(document.nodes)
         links = [list(node.children or []) for node in nodes]
@@ -172,6 +175,16 @@ def open_gltf(file: str | os.PathLike[str], limits: Limits) -> GltfFile:
         raise ClipError(path, f"is glTF {version}", "2.0 can be imported")
     check_limit(path, "joints", len(nodes), 100 * limits.joints)
     return GltfFile(path=path, document=document, parents=_parents(path, links), names=names)
+
+
+def _is_first_version(data: bytes, is_binary: bool) -> bool:
+    """Whether a file is of glTF 1.0, which pygltflib cannot load."""
+    if is_binary:
+        return data[4:8] == b"\x01\x00\x00\x00"
+    try:
+        return isinstance(json.loads(data).get("nodes"), dict)  # 2.0 has a list
+    except MALFORMED:
+        return False
 
 
 def _parents(path: Path, links: Sequence[Sequence[object]]) -> IntArray:

@@ -8,7 +8,7 @@ import numpy as np
 
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 
-__all__ = ["Runs", "expand", "first_where", "flags_of", "last_where", "means_of", "medians_of"]
+__all__ = ["Runs", "expand", "first_where", "flags_of", "last_where", "means_of", "medians_of", "sums_within"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,6 +96,22 @@ def means_of(values: FloatArray, starts: IntArray, ends: IntArray) -> FloatArray
     bounds = np.stack([starts, ends + 1], axis=1).ravel()
     sums = np.add.reduceat(np.concatenate([values, values[:1]]), bounds, axis=0)[::2]
     return sums / (ends - starts + 1).reshape(-1, *[1] * (values.ndim - 1))
+
+
+def sums_within(values: FloatArray, first: IntArray) -> FloatArray:
+    """Running sums of values (N, ...) that begin anew with each run, whatever the other runs are, shape (N, ...).
+
+    Args:
+        values: Of runs end to end.
+        first: As of `Runs`, shape (R + 1,).
+    """
+    runs = Runs(first=first)
+    owners = runs.owners
+    places = np.arange(len(owners)) - first[:-1][owners]
+    table = np.zeros((len(runs.lengths), int(runs.lengths.max(initial=0)), *values.shape[1:]))
+    table[owners, places] = values
+    sums: FloatArray = np.cumsum(table, axis=1)[owners, places]
+    return sums
 
 
 def medians_of(values: FloatArray, starts: IntArray, ends: IntArray) -> FloatArray:

@@ -10,7 +10,7 @@ from scipy.sparse import csr_matrix
 
 from usdfoot.maths.types import FloatArray, IntArray
 
-__all__ = ["Splines", "build_splines"]
+__all__ = ["Splines", "build_splines", "spline_shares"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,3 +87,33 @@ def build_splines(values: FloatArray, first: IntArray, starts: FloatArray, rates
     bands = np.stack([np.roll(upper, 1), middle, np.roll(lower, -1)])
     slopes = solve_banded((1, 1), bands, right, overwrite_ab=True, overwrite_b=True, check_finite=False)
     return Splines(first=first, starts=starts, rates=rates, values=values, slopes=slopes)
+
+
+def spline_shares(knots: FloatArray | IntArray, places: FloatArray | IntArray) -> FloatArray:
+    """Weights of the values at uneven knots in their not-a-knot cubic spline at places between, shape (P, K).
+
+    The slopes s of the values v solve h[i] s[i-1] + 2 (h[i-1] + h[i]) s[i] + h[i-1] s[i+1]
+    = 3 (h[i] d[i-1] + h[i-1] d[i]) with h[i] = knots[i+1] - knots[i] and d[i] = (v[i+1] - v[i]) / h[i].
+
+    Args:
+        knots: Four or more, increasing, shape (K,).
+        places: From the first to the last knot, shape (P,).
+    """
+    values, spans = np.eye(len(knots)), np.diff(knots).astype(float)
+    steps = np.diff(values, axis=0) / spans[:, None]
+    left, right = np.zeros_like(values), np.zeros_like(values)
+    for knot in range(1, len(knots) - 1):
+        before, after = spans[knot - 1 : knot + 1]
+        left[knot, knot - 1 : knot + 2] = after, 2.0 * (before + after), before
+        right[knot] = 3.0 * (after * steps[knot - 1] + before * steps[knot])
+    for end, one in ((0, 1), (-1, -1)):  # the third derivative does not jump at the knot next to the end
+        outer, inner = spans[end], spans[end + one]
+        left[end, end], left[end, end + one] = inner, outer + inner
+        right[end] = (outer + 2.0 * (outer + inner)) * inner * steps[end] + outer**2 * steps[end + one]
+        right[end] /= outer + inner
+    slopes = np.linalg.solve(left, right)
+    rows = np.clip(np.searchsorted(knots, places, side="right") - 1, 0, len(spans) - 1)
+    f, span = ((places - knots[rows]) / spans[rows])[:, None], spans[rows, None]
+    g = 1.0 - f
+    found = (1.0 + 2.0 * f) * g * g * values[rows] + (1.0 + 2.0 * g) * f * f * values[rows + 1]
+    return np.asarray(found + span * f * g * (g * slopes[rows] - f * slopes[rows + 1]))

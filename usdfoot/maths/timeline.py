@@ -17,6 +17,8 @@ def locate(
 ) -> IntArray:
     """Last row of the same agent that has begun at each time, or its first; rows sorted by agent and time.
 
+    Exact: a query at the very time a row begins finds that row, whatever other agents there are.
+
     Args:
         row_agents: Agent of each row, not decreasing, shape (M,).
         row_times: Begin of each row [s], shape (M,).
@@ -27,5 +29,10 @@ def locate(
     keys = row_agents * AGENT_SPAN + (row_times - origins[row_agents])
     queries = agents * AGENT_SPAN + (times - origins[agents])
     rows = np.searchsorted(keys, queries, side="right") - 1
-    firsts = np.searchsorted(row_agents, agents)
-    return np.maximum(rows, firsts)
+    rows = np.maximum(rows, np.searchsorted(row_agents, agents))
+    ends = np.searchsorted(row_agents, agents, side="right") - 1
+    while (late := (rows < ends) & (row_times[np.minimum(rows + 1, ends)] <= times)).any():  # keys are rounded
+        rows = rows + late
+    while (early := (row_times[rows] > times) & (row_agents[rows - 1] == agents) & (rows > 0)).any():
+        rows = rows - early
+    return rows

@@ -13,6 +13,7 @@ from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
 from usdfoot.model.trajectory import RootTrajectory
+from usdfoot.model.tuning import BodyTuning
 
 __all__ = ["Agent", "Crowd", "Follower", "Performer", "SampledFrames"]
 
@@ -47,6 +48,8 @@ class Performer:
     """[B]'s epsilon [m]."""
     motion: str = "clips"
     """clips | physics | hybrid."""
+    tuning: BodyTuning = field(default_factory=BodyTuning)
+    """How physics moves it; its library's skeleton has the hips as tuned."""
     sampled: SampledFrames = field(default_factory=SampledFrames)
 
     def walking(self, plan: FootstepPlan, *, root_trajectory: RootTrajectory | None = None) -> Agent:

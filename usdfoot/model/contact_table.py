@@ -25,6 +25,9 @@ GROUND_AXES = np.array([0, 2])
 UNKNOWN_STEP_TIME = 0.6
 """Duration of a step when a plan has no other to copy from [s]."""
 
+LONGEST_OVERLAP = 0.5
+"""Part of a step for which the foot before a mid-gait start stays down at most: the rest is its swing."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class ContactTable:
@@ -150,8 +153,12 @@ def lay_contacts(plans: Sequence[FootstepPlan]) -> ContactTable:
 
 
 def _lay_before(table: dict[str, FloatArray], rows: IntArray) -> None:
-    """Fills the contacts before mid-gait starts: where a steady gait would have them, a fifth of a step to lift off."""
+    """Fills the contacts before mid-gait starts, where a steady gait would have them.
+
+    They lift off as long after the first strike, in runs before it, as the first footstep does after the second.
+    """
     step_time = table["strikes"][rows + 2] - table["strikes"][rows + 1]
+    overlap = table["liftoffs"][rows + 1] - table["strikes"][rows + 2]
     table["sides"][rows] = 1 - table["sides"][rows + 1]
     heading = planar.circular_mean(np.stack([table["yaws"][rows + 1], table["yaws"][rows + 2]]), axis=0)
     stride = (table["positions"][rows + 2] - table["positions"][rows + 1])[:, [0, 2]]
@@ -161,7 +168,7 @@ def _lay_before(table: dict[str, FloatArray], rows: IntArray) -> None:
     table["positions"][rows, 0] += behind[:, 0]
     table["positions"][rows, 2] += behind[:, 1]
     table["yaws"][rows] = table["yaws"][rows + 2]
-    table["liftoffs"][rows] = table["strikes"][rows + 1] + 0.2 * step_time
+    table["liftoffs"][rows] = table["strikes"][rows + 1] + np.minimum(overlap, LONGEST_OVERLAP * step_time)
     table["strikes"][rows] = table["strikes"][rows + 1] - step_time
 
 
@@ -191,11 +198,11 @@ def with_headings(contacts: ContactTable) -> ContactTable:
     headings[starts] = headings[starts + 1]
     if contacts.given_headings is not None:
         headings = np.where(np.isnan(contacts.given_headings), headings, contacts.given_headings)
-    jumps = planar.wrap_angle(np.diff(headings, prepend=0.0))
-    jumps[starts] = headings[starts]
-    total = np.cumsum(jumps)
-    offsets = total[starts] - jumps[starts]
-    return replace(contacts, headings=total - np.repeat(offsets, np.diff(contacts.first)))
+    jumps = np.diff(headings, prepend=0.0)
+    jumps[starts] = 0.0
+    windings = np.cumsum(np.rint((planar.wrap_angle(jumps) - jumps) / (2.0 * np.pi)))  # whole: sums are exact
+    windings -= np.repeat(windings[starts], np.diff(contacts.first))
+    return replace(contacts, headings=headings + 2.0 * np.pi * windings)
 
 
 def lay_on_ground(contacts: ContactTable, ground: Ground, *, planned: FloatArray) -> ContactTable:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from usdfoot.maths.types import BoolArray, FloatArray
 
 __all__ = ["Contacts", "FootContacts"]
@@ -36,3 +38,12 @@ class Contacts:
 
     def __getitem__(self, side: int) -> FootContacts:
         return (self.left, self.right)[side]
+
+    @property
+    def only_stand(self) -> bool:
+        """Whether both feet stand from the clip's first sample to its last."""
+        return all(
+            len(foot.strike_times) == 1
+            and bool(np.isneginf(foot.strike_times[0]) and np.isposinf(foot.liftoff_times[0]))
+            for foot in (self.left, self.right)
+        )

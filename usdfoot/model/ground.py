@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -58,6 +59,12 @@ class Ground:
         self._walkable = walkable[faces]
         self._normals = normals[faces] * (np.sign(normals[faces, 1]) / lengths[faces])[:, None]
         self._build_mesh(corners[faces])
+
+    def falling_back(self, height: float) -> Ground:
+        """The same terrain, whose mesh it shares, with another fallback plane [m]."""
+        ground = copy.copy(self)
+        ground.fallback_height = height
+        return ground
 
     def heights(self, points: FloatArray, near: FloatArray, *, step_up: float = 0.5) -> GroundSample:
         """The ground below or, failing that, above each point.

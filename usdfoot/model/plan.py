@@ -60,7 +60,7 @@ class FootstepPlan:
         self._check_times()
 
     def _check_values(self) -> None:
-        stray = np.flatnonzero((self.sides < 0) | (self.sides > 1))
+        stray = ((self.sides < 0) | (self.sides > 1)).nonzero()[0]
         if stray.size:
             side = self.sides[stray[0]]
             raise PlanError(self.name, f"footstep {stray[0]} has protoIndex {side}", "0 = left, 1 = right")
@@ -73,7 +73,7 @@ class FootstepPlan:
         }
         if not np.isfinite(np.concatenate([values.ravel() for values in arrays.values()])).all():
             self._name_infinite(arrays)
-        beyond = np.flatnonzero((self.root_weights < 0.0) | (self.root_weights > 1.0))
+        beyond = ((self.root_weights < 0.0) | (self.root_weights > 1.0)).nonzero()[0]
         if beyond.size:
             weight = self.root_weights[beyond[0]]
             raise PlanError(self.name, f"rootWeights of footstep {beyond[0]} is {weight:.4g}", "0 to 1 is possible")
@@ -88,35 +88,35 @@ class FootstepPlan:
                 raise PlanError(self.name, f"{label} of footstep {bad[0]} is not a finite number", "author numbers")
 
     def _check_times(self) -> None:
-        empty = np.flatnonzero(self.liftoff_times <= self.strike_times)
+        strikes = self.strike_times
+        empty = (self.liftoff_times <= strikes).nonzero()[0]
         if empty.size:
             i = empty[0]
             raise PlanError(
                 self.name,
-                f"footstep {i} lifts off at {self.liftoff_times[i]:.4g} s, not after its strike at "
-                f"{self.strike_times[i]:.4g} s",
+                f"footstep {i} lifts off at {self.liftoff_times[i]:.4g} s, not after its strike at {strikes[i]:.4g} s",
                 "liftoffTimes must come after strikeTimes",
             )
-        late = np.flatnonzero(np.diff(self.strike_times) < 0.0)
+        late = (strikes[1:] < strikes[:-1]).nonzero()[0]
         if late.size:
             i = late[0]
             raise PlanError(self.name, f"footstep {i + 1} strikes before footstep {i}", "order by strike time")
-        same = np.flatnonzero(np.diff(self.sides) == 0)
+        same = (self.sides[1:] == self.sides[:-1]).nonzero()[0]
         if same.size:
             side = SIDES[int(self.sides[same[0]])]
             raise PlanError(
                 self.name, f"footsteps {same[0]} and {same[0] + 1} are both {side}", "left and right must alternate"
             )
-        overlap = np.flatnonzero(self.strike_times[2:] <= self.liftoff_times[:-2])
+        overlap = (strikes[2:] <= self.liftoff_times[:-2]).nonzero()[0]
         if overlap.size:
             i = overlap[0]
             raise PlanError(
                 self.name,
-                f"footstep {i + 2} strikes at {self.strike_times[i + 2]:.4g} s before the same foot has left "
+                f"footstep {i + 2} strikes at {strikes[i + 2]:.4g} s before the same foot has left "
                 f"footstep {i} at {self.liftoff_times[i]:.4g} s",
                 "contacts of one foot must not overlap",
             )
-        together = np.flatnonzero(np.diff(self.strike_times)[1:] <= 0.0)
+        together = (strikes[2:] <= strikes[1:-1]).nonzero()[0]
         if together.size:
             i = together[0] + 1
             raise PlanError(self.name, f"footsteps {i} and {i + 1} strike together", "only the first two may")

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdfoot.errors import PlanError
-from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.plan import FootstepPlan
 
-__all__ = ["RootTrajectory", "root_distances", "sample_trajectories", "sample_trajectory", "trajectory_of_velocities"]
+__all__ = ["RootTrajectory", "root_distances", "sample_trajectories", "sample_trajectory"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,29 +99,3 @@ def root_distances(trajectory: RootTrajectory, plan: FootstepPlan) -> FloatArray
     middles = 0.5 * (plan.positions[1:] + plan.positions[:-1])
     missed = middles - sample_trajectory(trajectory, plan.strike_times[1:])
     return np.asarray(np.linalg.norm(missed[:, [0, 2]], axis=1))
-
-
-def trajectory_of_velocities(
-    times: FloatArray,
-    velocities: FloatArray,
-    *,
-    start: FloatArray,
-    name: str = "velocities",
-    yaws: FloatArray | None = None,
-    rest_yaw: float = 0.0,
-) -> RootTrajectory:
-    """The trajectory that given root velocities lead along, by the trapezoid rule.
-
-    Args:
-        times: Of the velocities [s], increasing, shape (K,).
-        velocities: (x, z) [m/s], in the world, or to the left and forward in the heading if `yaws` are given, (K, 2).
-        start: First position [m], shape (3,).
-        name: For messages.
-        yaws: Headings [rad], shape (K,); None = it faces where it goes.
-        rest_yaw: Heading of one without velocity [rad].
-    """
-    world = velocities if yaws is None else planar.rotate(yaws, velocities)
-    moved = 0.5 * (world[1:] + world[:-1]) * np.diff(times)[:, None]
-    places = np.concatenate([np.zeros((1, 2)), np.cumsum(moved, axis=0)])
-    positions = np.asarray(start, dtype=float) + np.insert(places, 1, 0.0, axis=1)
-    return RootTrajectory(name=name, times=times, positions=positions, yaws=yaws, rest_yaw=rest_yaw)

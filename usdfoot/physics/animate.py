@@ -25,13 +25,13 @@ from usdfoot.model.device import start_warp
 from usdfoot.model.ground import Ground
 from usdfoot.model.motion import ForceResults, Motion, StepResults
 from usdfoot.model.report import Problem
-from usdfoot.physics.biped import PhysicsBiped, adjust_biped, measure_biped
+from usdfoot.model.tuning import BodyTuning
+from usdfoot.physics.biped import PhysicsBiped, measure_biped, tune_biped
 from usdfoot.physics.body import BodyPoses, device_gait
 from usdfoot.physics.heading import OrientationScript
 from usdfoot.physics.hybrid import carry_pelvis
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.physics.optimise import ComMotion, optimise_contacts
-from usdfoot.physics.rhythm import lay_foot_rows
 from usdfoot.physics.upper_body import UpperBody, build_upper_body
 
 __all__ = ["PreparedBody", "animate_all", "animate_bodies", "plan_bodies", "prepare_body"]
@@ -51,29 +51,19 @@ class PreparedBody:
     upper: UpperBody
 
 
-def prepare_body(library: ClipLibrary, options: MotionOptions) -> PreparedBody:
+def prepare_body(library: ClipLibrary, options: MotionOptions, tuning: BodyTuning) -> PreparedBody:
     """Measures a character on its rest pose.
 
     Raises:
         BipedError: If its legs are none that can carry it.
     """
     start_warp()
-    physics = _adjusted(library, options)
+    physics = tune_biped(measure_biped(library.skeleton, library.biped), tuning)
     return PreparedBody(
         source=library,
         rig=build_rest_rig(library.skeleton, library.biped),
         physics=physics,
         upper=build_upper_body(library.skeleton, library.biped, physics, options.body),
-    )
-
-
-def _adjusted(library: ClipLibrary, options: MotionOptions) -> PhysicsBiped:
-    style = options.body
-    return adjust_biped(
-        measure_biped(library.skeleton, library.biped),
-        hip_spacing=style.hip_spacing,
-        crouch=style.crouch,
-        com_shift=np.array([style.com_left, style.com_up, style.com_ahead]),
     )
 
 
@@ -92,27 +82,28 @@ def animate_all(
     agents = list(crowd.agents)
     blended = tuple(agent for agent in agents if agent.motion == "clips")
     motions, problems = animate_crowd(replace(crowd, agents=blended), options=options, libraries=libraries)
-    for index in range(len(crowd.libraries)):
-        for motion in ("physics", "hybrid"):
-            own = [agent for agent in agents if agent.library == index and agent.motion == motion]
-            if own:
-                found, faults = _animate_library(libraries, own, crowd, options)
-                motions, problems = [*motions, *found], [*problems, *faults]
+    alike: dict[tuple[int, bool, BodyTuning], list[Agent]] = {}
+    for agent in agents:
+        if agent.motion != "clips":
+            alike.setdefault((agent.library, agent.motion == "hybrid", agent.tuning), []).append(agent)
+    for own in alike.values():
+        found, faults = _animate_alike(libraries, own, crowd, options.tuned(own[0].tuning))
+        motions, problems = [*motions, *found], [*problems, *faults]
     by_name = {motion.name: motion for motion in motions}
     return [by_name[agent.name] for agent in agents if agent.name in by_name], problems
 
 
-def _animate_library(
+def _animate_alike(
     libraries: PreparedLibraries, agents: list[Agent], crowd: Crowd, options: MotionOptions
 ) -> tuple[list[Motion], list[Problem]]:
-    """Motions of agents of one library and one source that physics moves, and problems."""
+    """Motions of agents of one library, one source and one tuning that physics moves, and problems."""
     index = agents[0].library
     try:
         if agents[0].motion == "hybrid":
             prepared = libraries.prepared(crowd, index)
             found, faults = animate_apart(partial(animate_hybrids, prepared, crowd=crowd, options=options), agents)
             return found, [*prepared.problems, *faults]
-        body = prepare_body(crowd.libraries[index], options)
+        body = prepare_body(crowd.libraries[index], options, agents[0].tuning)
     except UsdfootError as error:
         return [], [Problem(severity="error", where=agent.source, message=str(error)) for agent in agents]
     return animate_apart(partial(animate_bodies, body, crowd=crowd, options=options), agents)
@@ -150,7 +141,6 @@ def plan_bodies(
     source = BodyPoses(
         layout=layout,
         com=com,
-        rows=lay_foot_rows(contacts),
         upper=body.upper,
         gait=device_gait(layout, body.source.biped, options.body),
         style=options.body,
@@ -161,11 +151,10 @@ def plan_bodies(
 def animate_hybrids(
     library: PreparedLibrary, agents: Sequence[Agent], crowd: Crowd, *, options: MotionOptions
 ) -> list[Motion]:
-    """Motions whose style is that of clips and whose pelvis the optimised centre of mass carries."""
+    """Motions in the style of clips whose pelvis the optimised centre of mass carries; agents share one tuning."""
     steps = prepare_steps(library, agents, crowd, options=options)
-    com = optimise_contacts(
-        steps.setup.contacts, _adjusted(library.source, options), options.physics, scripts=_scripts(agents)
-    )
+    biped = tune_biped(measure_biped(library.source.skeleton, library.source.biped), agents[0].tuning)
+    com = optimise_contacts(steps.setup.contacts, biped, options.physics, scripts=_scripts(agents))
     clips = ClipPoses(setup=steps.setup, arrays=steps.source.arrays)
     planting = prepare_planting(steps.setup, carry_pelvis(clips, com), _ground(agents, crowd))
     planted = plant_samples(planting, crowd, agents)

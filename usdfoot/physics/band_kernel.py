@@ -1,6 +1,7 @@
-"""Warp functions of the banded system: every knot's six unknowns touch those of the knots before and after it.
+"""Warp functions of the banded system: every knot's position and velocity touch those of its neighbours.
 
-Lower half by columns: entry (j + d, j) of the matrix is at [j, d], d = 0 .. 11.
+Symmetric, in blocks of 3 x 3, lower half by columns: block (j + d, j) is at [j, d]. Columns are positions and
+velocities of the knots in turn; a position touches three rows below it, a velocity two.
 """
 # mypy: ignore-errors
 # Warp kernels are Python only in their syntax: Warp types and compiles them itself.
@@ -9,45 +10,39 @@ from __future__ import annotations
 
 import warp as wp
 
-__all__ = ["add_block", "solve_band"]
+__all__ = ["BAND", "solve_band"]
 
-BAND = wp.constant(12)
-
-
-@wp.func
-def add_block(bands: wp.array2d(dtype=wp.float64), row: int, column: int, block: wp.mat33d):
-    """Adds the lower half of a 3 x 3 block whose first entry is (row, column), row >= column."""
-    for j in range(3):
-        for i in range(3):
-            offset = row + i - column - j
-            if offset >= 0:
-                bands[column + j, offset] = bands[column + j, offset] + block[i, j]
+BAND = wp.constant(4)
+"""Most blocks of a column."""
 
 
 @wp.func
-def solve_band(bands: wp.array2d(dtype=wp.float64), values: wp.array(dtype=wp.float64), first: int, end: int) -> bool:
-    """Cholesky's solution of rows `first` to `end`, in place of `values`; whether the matrix is positive definite."""
+def positive(matrix: wp.mat33d) -> bool:
+    """Whether a symmetric matrix is positive definite (Sylvester)."""
+    minor = matrix[0, 0] * matrix[1, 1] - matrix[1, 0] * matrix[1, 0]
+    zero = wp.float64(0.0)
+    return matrix[0, 0] > zero and minor > zero and wp.determinant(matrix) > zero
+
+
+@wp.func
+def solve_band(blocks: wp.array2d(dtype=wp.mat33d), values: wp.array(dtype=wp.vec3d), first: int, end: int) -> bool:
+    """Solution of rows `first` to `end` by block elimination, in place of `values`; whether it is positive definite."""
     for j in range(first, end):
-        pivot = bands[j, 0]
-        if pivot <= wp.float64(0.0):
+        if not positive(blocks[j, 0]):
             return False
-        inverse = wp.float64(1.0) / wp.sqrt(pivot)
-        size = wp.min(BAND, end - j)
-        for d in range(size):
-            bands[j, d] = bands[j, d] * inverse
+        inverse = wp.inverse(blocks[j, 0])
+        blocks[j, 0] = inverse
+        value = values[j]
+        size = wp.min(BAND - (j - first) % 2, end - j)
         for d in range(1, size):
-            factor = bands[j, d]
+            factor = blocks[j, d] * inverse
             for e in range(d, size):
-                bands[j + d, e - d] = bands[j + d, e - d] - bands[j, e] * factor
-    for j in range(first, end):
-        value = values[j] / bands[j, 0]
-        values[j] = value
-        for d in range(1, wp.min(BAND, end - j)):
-            values[j + d] = values[j + d] - bands[j, d] * value
+                blocks[j + d, e - d] = blocks[j + d, e - d] - blocks[j, e] * wp.transpose(factor)
+            values[j + d] = values[j + d] - factor * value
     for back in range(end - first):
         j = end - 1 - back
         value = values[j]
-        for d in range(1, wp.min(BAND, end - j)):
-            value = value - bands[j, d] * values[j + d]
-        values[j] = value / bands[j, 0]
+        for d in range(1, wp.min(BAND - (j - first) % 2, end - j)):
+            value = value - wp.transpose(blocks[j, d]) * values[j + d]
+        values[j] = blocks[j, 0] * value
     return True

@@ -6,14 +6,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from usdfoot.analysis.body import find_body
 from usdfoot.analysis.feet import heels_ahead
 from usdfoot.errors import BipedError
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
+from usdfoot.model.tuning import BodyTuning
 
-__all__ = ["HUMAN_LEG", "PhysicsBiped", "adjust_biped", "measure_biped"]
+__all__ = ["HUMAN_LEG", "PhysicsBiped", "measure_biped", "tune_biped"]
 
 HUMAN_LEG = 0.86
 """Leg for which weights and times are given [m]; bodies of other sizes move alike."""
@@ -50,6 +52,8 @@ class PhysicsBiped:
     """Rear end of the sole along the print's +Z, negative [m]."""
     toe: float
     """Front end of the sole along the print's +Z [m]."""
+    humanlike: bool = False
+    """Whether its trunk stands and has arms and a neck, so that its masses are distributed as people's."""
 
     def __post_init__(self) -> None:
         finite = all(np.isfinite(values).all() for values in (self.hips, self.pelvis, self.ankles))
@@ -93,27 +97,26 @@ def measure_biped(skeleton: Skeleton, biped: Biped) -> PhysicsBiped:
         ankles=soles,
         heel=float(np.mean(heels_ahead(ahead, -feet[:, 1], biped.ball_heights) - ahead)),
         toe=TOE_REACH * float(lengths.mean()),
+        humanlike=_is_humanlike(skeleton, biped, quaternion.rotate(to_body, places)),
     )
 
 
-def adjust_biped(
-    biped: PhysicsBiped, *, hip_spacing: float = 1.0, crouch: float = 0.0, com_shift: FloatArray | None = None
-) -> PhysicsBiped:
-    """The biped with the parameters an animator turns ([P] 3).
+def _is_humanlike(skeleton: Skeleton, biped: Biped, places: FloatArray) -> bool:
+    """Whether a body has two arms, a neck and a trunk that stands; places (J, 3) in the body's frame [m]."""
+    body = find_body(skeleton, biped, places)
+    if None in body.arms or not body.neck or not body.trunk:
+        return False
+    across = places[body.trunk[-1]] - places[biped.pelvis]
+    return bool(across[1] > abs(across[2]))
 
-    Args:
-        biped: As measured.
-        hip_spacing: Factor on the distance between the hips.
-        crouch: Part of the nominal leg length the legs stay bent by, below 1; negative stretches them, up to the
-            maximal length.
-        com_shift: Shift of the centre of mass against the body [m], body's frame, shape (3,).
-    """
-    shift = np.zeros(3) if com_shift is None else np.asarray(com_shift, dtype=float)
-    middle = biped.hips.mean(axis=0)
-    hips = middle + (biped.hips - middle) * np.array([hip_spacing, 1.0, 1.0])
+
+def tune_biped(biped: PhysicsBiped, tuning: BodyTuning) -> PhysicsBiped:
+    """The biped with crouch and centre of mass as tuned ([P] 3); legs stretch up to their maximal length."""
+    given = tuning.given
+    shift = np.array([given.get(name, 0.0) for name in ("com_left", "com_up", "com_ahead")])
     return replace(
         biped,
-        hips=hips - shift,
+        hips=biped.hips - shift,
         pelvis=biped.pelvis - shift,
-        nominal_length=min(biped.nominal_length * (1.0 - crouch), biped.maximal_length),
+        nominal_length=min(biped.nominal_length * (1.0 - given.get("crouch", 0.0)), biped.maximal_length),
     )

@@ -14,9 +14,11 @@ from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.contact_table import ContactTable
+from usdfoot.physics.heading import heading_of
 from usdfoot.physics.kernels import GaitArrays, pose_legs, pose_upper_body
 from usdfoot.physics.optimise import ComMotion, ComSample
-from usdfoot.physics.rhythm import SIGNALS, FootRows, Rhythm, rhythm_at
+from usdfoot.physics.pelvis import pelvis_sways
+from usdfoot.physics.rhythm import SIGNALS, Rhythm, rhythm_at
 from usdfoot.physics.style import BodyStyle
 from usdfoot.physics.upper_body import UpperBody
 
@@ -38,7 +40,6 @@ class BodyPoses:
 
     layout: Layout
     com: ComMotion
-    rows: FootRows
     upper: UpperBody
     gait: GaitArrays
     style: BodyStyle
@@ -51,8 +52,10 @@ class BodyPoses:
         yaws = heading_of(sample.orientations)
         rhythm = self._rhythm(agents, times, yaws)
         turned = self._pelvis_turn(sample, rhythm, yaws)
-        pelvis = sample.positions + quaternion.rotate(turned, self.com.biped.pelvis)
-        rotations = quaternion.compose(turned, self.com.biped.pelvis_rotation)
+        biped = self.com.biped
+        sways = quaternion.rotate(sample.orientations, pelvis_sways(biped, rhythm))
+        pelvis = sample.positions + quaternion.rotate(turned, biped.pelvis) + sways
+        rotations = quaternion.compose(turned, biped.pelvis_rotation)
         poses = Poses(
             pelvis_positions=wp.array((pelvis - layout.origins[agents]).astype(np.float32), dtype=wp.vec3f),
             pelvis_rotations=wp.array(rotations.astype(np.float32), dtype=wp.quatf),
@@ -94,12 +97,12 @@ class BodyPoses:
         )
 
     def _latest(self, agents: IntArray, times: FloatArray, side: int) -> IntArray:
-        rows = self.rows
+        rows = self.com.foot_rows
         return rows.contacts[locate(rows.feet, rows.strikes, rows.origins, 2 * agents + side, times)]
 
     def _rhythm(self, agents: IntArray, times: FloatArray, yaws: FloatArray) -> Rhythm:
         length = self.com.biped.nominal_length
-        return rhythm_at(self.layout.contacts, self.rows, agents, times, yaws, leg_length=length)
+        return rhythm_at(self.com.contacts, self.com.foot_rows, agents, times, yaws, leg_length=length)
 
     def _pelvis_turn(self, sample: ComSample, rhythm: Rhythm, yaws: FloatArray) -> FloatArray:
         """Body frame to world with its oscillations, shape (F, 4)."""
@@ -137,11 +140,6 @@ class BodyPoses:
                 signals[:, lag, column] = values
             before = yaws
         return signals
-
-
-def heading_of(orientations: FloatArray) -> FloatArray:
-    """Yaw of body frames (F, 4) [rad]."""
-    return planar.yaw_of(quaternion.rotate(orientations, np.array([0.0, 0.0, 1.0]))[:, [0, 2]])
 
 
 def _still(count: int, upper: UpperBody) -> FloatArray:

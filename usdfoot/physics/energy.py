@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
-from usdfoot.physics.samples import Samples
+from usdfoot.physics.samples import Samples, instant_shares
+from usdfoot.physics.spline import hermite_basis
 
 __all__ = ["Forces", "cross", "leg_forces", "sample_costs", "segment_energies", "spline_samples"]
 
@@ -47,8 +48,12 @@ def spline_samples(samples: Samples, controls: FloatArray) -> tuple[FloatArray, 
         controls: Begin position, begin velocity, end position, end velocity of the segments, shape (S, 4, 3).
     """
     instants = samples.times.shape[1]
-    values = samples.basis @ controls  # (S, 2 N, 3)
-    return values[:, :instants].reshape(-1, 3), values[:, instants:].reshape(-1, 3)
+    basis = hermite_basis(instant_shares(instants), np.ones(instants))[[0, 2]]  # (2, N, 4), segments of 1 s
+    durations = instants * samples.intervals[:, None, None]
+    scaled = controls.copy()
+    scaled[:, 1::2] *= durations
+    positions, accelerations = basis[0] @ scaled, basis[1] @ scaled / durations**2
+    return positions.reshape(-1, 3), accelerations.reshape(-1, 3)
 
 
 def leg_forces(

@@ -6,19 +6,18 @@ from __future__ import annotations
 
 import warp as wp
 
-from usdfoot.physics.band_kernel import add_block
 from usdfoot.physics.force_kernel import acceleration_weights, leg_force, position_weights
 
 __all__ = ["ProblemArrays", "add_agent", "agent_energy"]
 
-INSTANTS = wp.constant(10)
-PART = wp.constant(wp.float64(0.1))
+NEAREST = wp.constant(wp.float64(1.0e-9))
 
 
 @wp.struct
 class ProblemArrays:
-    """What E depends on beside the unknowns: S segments, M = 10 S instants, K knots."""
+    """What E depends on beside the unknowns: S segments, M instants, K knots."""
 
+    instants: int  # of a segment; a constant would have Warp unroll the loops, which takes twice the time
     durations: wp.array(dtype=wp.float64)  # (S,) [s]
     standing: wp.array2d(dtype=wp.bool)  # (M, 2)
     supports: wp.array2d(dtype=wp.vec3d)  # (M, 2) [m]
@@ -42,9 +41,9 @@ def blend(weights: wp.vec4d, unknowns: wp.array2d(dtype=wp.vec3d), knot: int) ->
 
 
 @wp.func
-def instant_share(instant: int) -> wp.float64:
+def instant_share(instant: int, instants: int) -> wp.float64:
     """Part of the segment passed at an instant."""
-    return (wp.float64(instant) + wp.float64(0.5)) * PART
+    return (wp.float64(instant) + wp.float64(0.5)) / wp.float64(instants)
 
 
 @wp.func
@@ -66,9 +65,10 @@ def agent_energy(
     total = wp.float64(0.0)
     for s in range(segments):
         length = problem.durations[segment + s]
-        for n in range(INSTANTS):
-            m = (segment + s) * INSTANTS + n
-            x = instant_share(n)
+        lasting = length / wp.float64(problem.instants)
+        for n in range(problem.instants):
+            m = (segment + s) * problem.instants + n
+            x = instant_share(n, problem.instants)
             position = blend(position_weights(x, length), unknowns, knot + s)
             wanted = blend(acceleration_weights(x, length), unknowns, knot + s)
             wanted[1] = wanted[1] + problem.gravity
@@ -84,138 +84,147 @@ def agent_energy(
             for leg in range(2):
                 stretch = wp.length(position - problem.anchors[m, leg]) - problem.nominal_lengths[m, leg]
                 cost = cost + problem.comfort * problem.leg_shares[m, leg] * stretch * stretch
-            total = total + cost * length * PART
+            total = total + cost * lasting
     return total
 
 
 @wp.struct
-class Curvature:
-    """Second derivatives of one instant's part of E, and first ones."""
+class Bend:
+    """How one instant's part of E changes.
 
-    positions: wp.mat33d  # by the position, twice
-    mixed: wp.mat33d  # by the position, then the acceleration
-    accelerations: wp.mat33d  # by the acceleration, twice
-    by_position: wp.vec3d
-    by_acceleration: wp.vec3d
+    A control with the weights m in position and b in acceleration, and w = b + turn m, has the gradient
+    w slope + m drawn. Two of them have the second derivative w w' curve + m m' held.
+    """
+
+    turn: wp.float64  # [1/s^2]
+    slope: wp.vec3d
+    drawn: wp.vec3d
+    curve: wp.mat33d
+    held: wp.mat33d
 
 
 @wp.func
-def curve_instant(
+def bend_instant(
     problem: ProblemArrays, m: int, position: wp.vec3d, wanted: wp.vec3d, lasting: wp.float64, softness: wp.float64
-) -> Curvature:
+) -> Bend:
     """Derivatives of E at an instant that stands for the time `lasting` [s].
 
     The norm |r| becomes the square r.r / |r|, as in iteratively reweighted least squares.
     """
     force = leg_force(
-        problem.supports[m, 0], problem.supports[m, 1], problem.standing[m, 0], problem.standing[m, 1], position, wanted
+        problem.supports[m, 0],
+        problem.supports[m, 1],
+        problem.standing[m, 0],
+        problem.standing[m, 1],
+        position,
+        wanted,
     )
     pull = lasting / soft_norm(force.residual, softness)
-    turned = wp.transpose(force.by_position) * pull
-    bent = wp.transpose(force.by_acceleration) * pull
-    curve = Curvature()
-    curve.positions = turned * force.by_position
-    curve.mixed = turned * force.by_acceleration
-    curve.accelerations = bent * force.by_acceleration
-    curve.by_position = turned * force.residual
-    curve.by_acceleration = bent * force.residual
+    bend = Bend()
+    bend.turn = force.turn
+    bend.slope = pull * force.residual
+    bend.drawn = wp.vec3d()
+    bend.curve = pull * force.projector
+    bend.held = (pull * force.tilt * force.tilt) * wp.outer(force.residual, force.residual)
     for leg in range(2):
         across = position - problem.anchors[m, leg]
-        distance = wp.max(wp.length(across), wp.float64(1.0e-9))
+        distance = wp.max(wp.length(across), NEAREST)
         direction = across / distance
         share = wp.float64(2.0) * problem.comfort * problem.leg_shares[m, leg] * lasting
-        curve.positions = curve.positions + wp.outer(direction, direction) * share
-        curve.by_position = curve.by_position + direction * (share * (distance - problem.nominal_lengths[m, leg]))
-    return curve
-
-
-@wp.func
-def squared(curve: Curvature, moved: wp.vec4d, bent: wp.vec4d, a: int, b: int) -> wp.mat33d:
-    """Second derivatives by two of a segment's four controls."""
-    return (
-        (moved[a] * moved[b]) * curve.positions
-        + (moved[a] * bent[b]) * curve.mixed
-        + (bent[a] * moved[b]) * wp.transpose(curve.mixed)
-        + (bent[a] * bent[b]) * curve.accelerations
-    )
+        bend.held = bend.held + wp.outer(direction, direction * share)
+        bend.drawn = bend.drawn + direction * (share * (distance - problem.nominal_lengths[m, leg]))
+    return bend
 
 
 @wp.func
 def add_segment(
     problem: ProblemArrays,
     unknowns: wp.array2d(dtype=wp.vec3d),
-    bands: wp.array2d(dtype=wp.float64),
-    gradients: wp.array(dtype=wp.float64),
+    blocks: wp.array2d(dtype=wp.mat33d),
+    gradients: wp.array(dtype=wp.vec3d),
     segment: int,
     knot: int,
     softness: wp.float64,
 ):
     """Adds the Hessian and gradient of one segment's part of E, summed up before they are stored."""
     length = problem.durations[segment]
-    row = 6 * knot
-    zero = wp.mat33d()
-    block00 = zero
-    block10 = zero
-    block11 = zero
-    block20 = zero
-    block21 = zero
-    block22 = zero
-    block30 = zero
-    block31 = zero
-    block32 = zero
-    block33 = zero
-    for n in range(INSTANTS):
-        x = instant_share(n)
+    lasting = length / wp.float64(problem.instants)
+    matrix = wp.mat33d()
+    vector = wp.vec3d()
+    h00 = matrix
+    h10 = matrix
+    h11 = matrix
+    h20 = matrix
+    h21 = matrix
+    h22 = matrix
+    h30 = matrix
+    h31 = matrix
+    h32 = matrix
+    h33 = matrix
+    g0 = vector
+    g1 = vector
+    g2 = vector
+    g3 = vector
+    for n in range(problem.instants):
+        m = segment * problem.instants + n
+        x = instant_share(n, problem.instants)
         moved = position_weights(x, length)
         bent = acceleration_weights(x, length)
         position = blend(moved, unknowns, knot)
         wanted = blend(bent, unknowns, knot)
         wanted[1] = wanted[1] + problem.gravity
-        curve = curve_instant(problem, segment * INSTANTS + n, position, wanted, length * PART, softness)
+        bend = bend_instant(problem, m, position, wanted, lasting, softness)
         for a in range(4):
             if problem.fixed[knot + a // 2, a % 2]:
                 moved[a] = wp.float64(0.0)
                 bent[a] = wp.float64(0.0)
-            part = moved[a] * curve.by_position + bent[a] * curve.by_acceleration
-            for i in range(3):
-                gradients[row + 3 * a + i] = gradients[row + 3 * a + i] + part[i]
-        block00 = block00 + squared(curve, moved, bent, 0, 0)
-        block10 = block10 + squared(curve, moved, bent, 1, 0)
-        block11 = block11 + squared(curve, moved, bent, 1, 1)
-        block20 = block20 + squared(curve, moved, bent, 2, 0)
-        block21 = block21 + squared(curve, moved, bent, 2, 1)
-        block22 = block22 + squared(curve, moved, bent, 2, 2)
-        block30 = block30 + squared(curve, moved, bent, 3, 0)
-        block31 = block31 + squared(curve, moved, bent, 3, 1)
-        block32 = block32 + squared(curve, moved, bent, 3, 2)
-        block33 = block33 + squared(curve, moved, bent, 3, 3)
-    add_block(bands, row + 0, row + 0, block00)
-    add_block(bands, row + 3, row + 0, block10)
-    add_block(bands, row + 3, row + 3, block11)
-    add_block(bands, row + 6, row + 0, block20)
-    add_block(bands, row + 6, row + 3, block21)
-    add_block(bands, row + 6, row + 6, block22)
-    add_block(bands, row + 9, row + 0, block30)
-    add_block(bands, row + 9, row + 3, block31)
-    add_block(bands, row + 9, row + 6, block32)
-    add_block(bands, row + 9, row + 9, block33)
+        w = bent + moved * bend.turn
+        g0 = g0 + w[0] * bend.slope + moved[0] * bend.drawn
+        g1 = g1 + w[1] * bend.slope + moved[1] * bend.drawn
+        g2 = g2 + w[2] * bend.slope + moved[2] * bend.drawn
+        g3 = g3 + w[3] * bend.slope + moved[3] * bend.drawn
+        h00 = h00 + (w[0] * w[0]) * bend.curve + (moved[0] * moved[0]) * bend.held
+        h10 = h10 + (w[1] * w[0]) * bend.curve + (moved[1] * moved[0]) * bend.held
+        h11 = h11 + (w[1] * w[1]) * bend.curve + (moved[1] * moved[1]) * bend.held
+        h20 = h20 + (w[2] * w[0]) * bend.curve + (moved[2] * moved[0]) * bend.held
+        h21 = h21 + (w[2] * w[1]) * bend.curve + (moved[2] * moved[1]) * bend.held
+        h22 = h22 + (w[2] * w[2]) * bend.curve + (moved[2] * moved[2]) * bend.held
+        h30 = h30 + (w[3] * w[0]) * bend.curve + (moved[3] * moved[0]) * bend.held
+        h31 = h31 + (w[3] * w[1]) * bend.curve + (moved[3] * moved[1]) * bend.held
+        h32 = h32 + (w[3] * w[2]) * bend.curve + (moved[3] * moved[2]) * bend.held
+        h33 = h33 + (w[3] * w[3]) * bend.curve + (moved[3] * moved[3]) * bend.held
+    row = 2 * knot
+    blocks[row, 0] = blocks[row, 0] + h00
+    blocks[row, 1] = blocks[row, 1] + h10
+    blocks[row, 2] = h20
+    blocks[row, 3] = h30
+    blocks[row + 1, 0] = blocks[row + 1, 0] + h11
+    blocks[row + 1, 1] = h21
+    blocks[row + 1, 2] = h31
+    blocks[row + 2, 0] = h22
+    blocks[row + 2, 1] = h32
+    blocks[row + 3, 0] = h33
+    gradients[row] = gradients[row] + g0
+    gradients[row + 1] = gradients[row + 1] + g1
+    gradients[row + 2] = g2
+    gradients[row + 3] = g3
 
 
 @wp.func
 def add_agent(
     problem: ProblemArrays,
     unknowns: wp.array2d(dtype=wp.vec3d),
-    bands: wp.array2d(dtype=wp.float64),
-    gradients: wp.array(dtype=wp.float64),
+    blocks: wp.array2d(dtype=wp.mat33d),
+    gradients: wp.array(dtype=wp.vec3d),
     segment: int,
     segments: int,
     knot: int,
     softness: wp.float64,
 ):
-    """Sets the Hessian and gradient of an agent's E."""
-    for row in range(6 * knot, 6 * (knot + segments + 1)):
-        gradients[row] = wp.float64(0.0)
-        for d in range(12):
-            bands[row, d] = wp.float64(0.0)
+    """Sets the Hessian and gradient of an agent's E, segment by segment."""
+    for c in range(2):
+        blocks[2 * knot + c, 0] = wp.mat33d()
+        blocks[2 * knot + c, 1] = wp.mat33d()
+        gradients[2 * knot + c] = wp.vec3d()
     for s in range(segments):
-        add_segment(problem, unknowns, bands, gradients, segment + s, knot + s, softness)
+        add_segment(problem, unknowns, blocks, gradients, segment + s, knot + s, softness)

@@ -17,11 +17,15 @@ NARROW = wp.constant(wp.float64(1.0e-6))
 
 @wp.struct
 class Force:
-    """[P]'s external force at one instant."""
+    """[P]'s external force r at one instant, and its derivatives by position x and acceleration a.
 
-    residual: wp.vec3d  # what the legs cannot give of a - g [m/s^2]
-    by_position: wp.mat33d  # its derivative by the centre of mass's position
-    by_acceleration: wp.mat33d  # and by its acceleration
+    r = Q (a - g) and dr = Q (da + turn dx) + a part across r whose length is tilt |r.dx|.
+    """
+
+    residual: wp.vec3d  # r: what the legs cannot give of a - g [m/s^2]
+    projector: wp.mat33d  # Q: onto what they cannot give
+    turn: wp.float64  # [1/s^2]
+    tilt: wp.float64  # [1/m]
 
 
 @wp.func
@@ -52,12 +56,11 @@ def acceleration_weights(x: wp.float64, length: wp.float64) -> wp.vec4d:
 def leg_force(
     left: wp.vec3d, right: wp.vec3d, stands_left: bool, stands_right: bool, position: wp.vec3d, wanted: wp.vec3d
 ) -> Force:
-    """The residual of the force wanted, a - g, on the cone of the standing legs, and its derivatives.
+    """The residual of the force wanted, f = a - g, on the cone of the standing legs, and its derivatives.
 
-    On a ray K at distance d, with f = a - g, F' = f.K and r the residual: dr/da = I - K K' and
-    dr/dx = (K (F' K - r)' - F' I) / d. Without a pushing leg dr/da = I and dr/dx = 0. On a plane with normal n, e from
-    one support to the other and A the area: dr/da = n n', dr/dx = -((n.(f x e)) n + (f.n)(e x n)) n' / A. That one leg
-    or both push counts as fixed.
+    On a ray K at distance d, with F' = f.K: Q = I - K K' and dr = Q da - (F' Q + K r') dx / d. On a plane with normal
+    n, e from one support to the other and A the area: Q = n n' and dr = Q da - ((n.(f x e)) n + (f.n)(e x n)) n.dx / A.
+    Without a pushing leg r = f. That one leg or both push counts as fixed.
 
     Args:
         left: Point of support of the left foot [m].
@@ -68,7 +71,6 @@ def leg_force(
         wanted: a - g [m/s^2].
     """
     zero = wp.float64(0.0)
-    one = wp.float64(1.0)
     identity = wp.identity(n=3, dtype=wp.float64)
     across_left = position - left
     across_right = position - right
@@ -91,24 +93,25 @@ def leg_force(
     ):
         normal = cross / area
         apart = left - right
-        out = wp.dot(normal, wanted)
-        tilt = wp.dot(normal, wp.cross(wanted, apart)) * normal + out * wp.cross(apart, normal)
-        force.residual = out * normal
-        force.by_acceleration = wp.outer(normal, normal)
-        force.by_position = wp.outer(tilt, normal) * (-one / area)
+        force.residual = wp.dot(normal, wanted) * normal
+        force.projector = wp.outer(normal, normal)
+        force.turn = -wp.dot(normal, wp.cross(wanted, apart)) / area
+        force.tilt = wp.length(apart) / area
         return force
     push = zero
-    distance = one
     ray = wp.vec3d(zero, zero, zero)
+    force.turn = zero
+    force.tilt = zero
     if stands_left and push_left > zero:
         push = push_left
         ray = ray_left
-        distance = distance_left
+        force.turn = -push / distance_left
+        force.tilt = wp.float64(1.0) / distance_left
     if stands_right and push_right > push:
         push = push_right
         ray = ray_right
-        distance = distance_right
+        force.turn = -push / distance_right
+        force.tilt = wp.float64(1.0) / distance_right
     force.residual = wanted - push * ray
-    force.by_acceleration = identity - wp.outer(ray, ray)
-    force.by_position = (wp.outer(ray, push * ray - force.residual) - push * identity) * (one / distance)
+    force.projector = identity - wp.outer(ray, ray)
     return force

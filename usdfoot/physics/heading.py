@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdfoot.maths import planar, quaternion
+from usdfoot.maths.runs import sums_within
 from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable
 
-__all__ = ["FootHeadings", "OrientationScript", "body_orientations", "lay_headings"]
+__all__ = ["FootHeadings", "OrientationScript", "body_orientations", "heading_of", "lay_headings"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,8 +72,7 @@ def lay_headings(contacts: ContactTable) -> FootHeadings:
     first = contacts.first[:-1]
     steps = planar.wrap_angle(np.diff(contacts.yaws, prepend=0.0))
     steps[first] = contacts.yaws[first]
-    yaws = np.cumsum(steps)
-    yaws -= np.repeat(yaws[first] - contacts.yaws[first], np.diff(contacts.first))
+    yaws = sums_within(steps, contacts.first)
     feet = 2 * contacts.agents + contacts.sides
     order = np.lexsort((contacts.strikes, feet))
     feet, begins, liftoffs, yaws = feet[order], contacts.strikes[order], contacts.liftoffs[order], yaws[order]
@@ -81,9 +81,7 @@ def lay_headings(contacts: ContactTable) -> FootHeadings:
     swings = np.where(follows, np.maximum(begins[after] - liftoffs, 1e-6), 1.0)
     turns = np.where(follows, yaws[after] - yaws, 0.0)
     spans = np.where(follows, yaws * (begins[after] - begins) + 0.5 * turns * swings, 0.0)
-    integrals = np.cumsum(spans) - spans
-    starts = np.searchsorted(feet, np.arange(2 * len(contacts.starts)))
-    integrals -= integrals[starts[feet]]
+    integrals = sums_within(spans, np.searchsorted(feet, np.arange(2 * len(contacts.starts) + 1))) - spans
     return FootHeadings(
         feet=feet,
         begins=begins,
@@ -119,6 +117,11 @@ def body_orientations(
             own = agents == agent
             rotations[own] = _scripted(script, times[own])
     return rotations
+
+
+def heading_of(orientations: FloatArray) -> FloatArray:
+    """Yaw of body frames (F, 4) [rad]."""
+    return planar.yaw_of(quaternion.rotate(orientations, np.array([0.0, 0.0, 1.0]))[:, [0, 2]])
 
 
 def _scripted(script: OrientationScript, times: FloatArray) -> FloatArray:

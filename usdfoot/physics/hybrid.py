@@ -9,9 +9,11 @@ import warp as wp
 
 from usdfoot.engine.poses import ClipPoses, Poses
 from usdfoot.maths import quaternion
+from usdfoot.maths.runs import sums_within
 from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.physics.optimise import ComMotion
+from usdfoot.physics.pelvis import hung_pelvises
 
 __all__ = ["HybridPoses", "Posture", "carry_pelvis"]
 
@@ -64,7 +66,7 @@ class HybridPoses:
         setup = self.clips.setup
         agents = setup.segments.agents[rows]
         poses = self.clips.pose(rows, times, joints=joints)
-        pelvis = _hung_pelvis(self.com, agents, times, self.posture.at(agents, times))
+        pelvis = hung_pelvises(self.com, agents, times, self.posture.at(agents, times))
         positions = wp.array((pelvis - setup.origins[agents]).astype(np.float32), dtype=wp.vec3f)
         return Poses(pelvis_positions=positions, pelvis_rotations=poses.pelvis_rotations, rotations=poses.rotations)
 
@@ -82,14 +84,10 @@ def carry_pelvis(clips: ClipPoses, com: ComMotion) -> HybridPoses:
     rows = locate(setup.segments.agents, setup.segments.begins, contacts.starts, agents, times)
     blended = clips.pose(rows, times, joints=setup.rig.leg_joints).pelvis_positions.numpy() + setup.origins[agents]
     turns = com.evaluate(agents, times).orientations
-    apart = quaternion.rotate(quaternion.inverse(turns), blended - _hung_pelvis(com, agents, times, np.zeros(3)))
-    areas = 0.5 * steps[1:, None] * (apart[1:] + apart[:-1])
-    integrals = np.concatenate([np.zeros((1, 3)), np.cumsum(areas, axis=0)])
+    apart = quaternion.rotate(quaternion.inverse(turns), blended - hung_pelvises(com, agents, times, np.zeros(3)))
+    areas = np.zeros_like(apart)
+    areas[1:] = 0.5 * steps[1:, None] * (apart[1:] + apart[:-1])
+    areas[first[:-1]] = 0.0
+    integrals = sums_within(areas, first)
     posture = Posture(first=first, starts=contacts.starts, ends=contacts.ends, integrals=integrals)
     return HybridPoses(clips=clips, com=com, posture=posture)
-
-
-def _hung_pelvis(com: ComMotion, agents: IntArray, times: FloatArray, offsets: FloatArray) -> FloatArray:
-    """Pelvis joints on the centre of mass, moved by offsets in the body's frame [m], shape (F, 3)."""
-    sample = com.evaluate(agents, times)
-    return sample.positions + quaternion.rotate(sample.orientations, com.biped.pelvis + offsets)

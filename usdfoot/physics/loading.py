@@ -19,7 +19,9 @@ DOUBLE_STANCE_LOSS = 0.07
 (Kirtley, Whittle and Jefferson 1985: a foot stands for 64.2 % of a stride, less 3.5 % for every m/s)."""
 TOE_ALONE = 0.09
 """Longest part of a step for which the toe still presses when the ball has left the ground, or presses before the ball
-does in steps backward: with it the pelvis rises within a quarter of what it does in the walks of two libraries."""
+does in steps backward. It is no published figure: those above would have the toe press for up to 0.2 of a step where
+contacts are as short as detected ones of fast walks. Then the pelvis rises by 37 % more than in CMU's walk and by 6 %
+more than in Bandai Namco's, with this bound by 23 % more and 14 % less."""
 LONGEST_SHIFT = 0.4
 """The weight changes over in this time at most, on a leg of 0.86 m [s]."""
 AT_ONCE = 1e-9

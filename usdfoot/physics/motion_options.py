@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import UsdfootError
 from usdfoot.model.sampling import SamplingOptions
+from usdfoot.model.tuning import BodyTuning
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.style import BodyStyle
 
@@ -27,6 +28,8 @@ class MotionOptions(EngineOptions):
     """clips | physics | hybrid for all agents when they are read; None = what each says."""
     physics: PhysicsOptions = field(default_factory=PhysicsOptions)
     """How the centre of mass is optimised."""
+    tuning: BodyTuning = field(default_factory=BodyTuning)
+    """Of all agents when they are read, over what each says."""
     body: BodyStyle = field(default_factory=BodyStyle)
     """How the body moves over it."""
     sampling: SamplingOptions = field(default_factory=SamplingOptions)
@@ -36,3 +39,19 @@ class MotionOptions(EngineOptions):
         super().__post_init__()
         if self.motion is not None and self.motion not in MOTIONS:
             raise UsdfootError("motion", f"{self.motion!r} is not known", f"choose one of {', '.join(MOTIONS)}")
+
+    def tuned(self, tuning: BodyTuning) -> MotionOptions:
+        """The options of an agent: these, changed as its tuning says."""
+        given, body = tuning.given, self.body
+        sway = given.get("sway", 1.0)
+        return replace(
+            self,
+            physics=replace(
+                self.physics,
+                gravity=given.get("gravity", self.physics.gravity),
+                comfort=given.get("comfort", self.physics.comfort),
+            ),
+            body=replace(
+                body, pitch=given.get("pitch", 1.0) * body.pitch, sway=sway * body.sway, turn=sway * body.turn
+            ),
+        )

@@ -18,6 +18,7 @@ from usdfoot.physics.greedy import search_unknowns
 from usdfoot.physics.heading import FootHeadings, OrientationScript, body_orientations, lay_headings
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.results import StepForces, measure_forces
+from usdfoot.physics.rhythm import FootRows, lay_foot_rows
 from usdfoot.physics.run_up import extend_contacts
 from usdfoot.physics.samples import Samples, lay_samples
 from usdfoot.physics.solve import optimise_unknowns
@@ -63,6 +64,11 @@ class ComMotion:
     def steps(self) -> StepForces:
         """What each contact's motion violates."""
         return self._figures[1]
+
+    @cached_property
+    def foot_rows(self) -> FootRows:
+        """The contacts in the order of each foot."""
+        return lay_foot_rows(self.contacts)
 
     @cached_property
     def _figures(self) -> tuple[FloatArray, StepForces]:

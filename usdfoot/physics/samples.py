@@ -12,10 +12,10 @@ from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.physics.biped import HUMAN_LEG
 from usdfoot.physics.footing import Footing
 from usdfoot.physics.heading import FootHeadings, OrientationScript, body_orientations
-from usdfoot.physics.spline import Knots, hermite_basis
+from usdfoot.physics.spline import Knots
 from usdfoot.physics.support import find_stance
 
-__all__ = ["SAMPLES", "Samples", "lay_samples", "take_segments"]
+__all__ = ["SAMPLES", "Samples", "instant_shares", "lay_samples", "take_segments"]
 
 SAMPLES = 10
 """Instants a segment, in the middle of equal parts."""
@@ -29,9 +29,6 @@ class Samples:
     """[s], shape (S, N)."""
     intervals: FloatArray
     """Time each instant stands for [s], shape (S,)."""
-    basis: FloatArray
-    """Positions, then accelerations from the segment's begin position, begin velocity, end position, end velocity,
-    shape (S, 2 N, 4)."""
     contacts: IntArray
     """Contact that each foot carries in, or carried in last, shape (M, 2)."""
     standing: BoolArray
@@ -51,18 +48,15 @@ def lay_samples(
     footing: Footing, knots: Knots, headings: FootHeadings, scripts: Sequence[OrientationScript | None]
 ) -> Samples:
     """Samples of all segments."""
-    shares = (np.arange(SAMPLES) + 0.5) / SAMPLES
-    durations = knots.durations[:, None]
-    times = knots.times[knots.begins][:, None] + durations * shares
-    basis = hermite_basis(np.broadcast_to(shares, times.shape), np.broadcast_to(durations, times.shape))[[0, 2]]
+    durations = knots.durations
+    times = knots.times[knots.begins][:, None] + durations[:, None] * instant_shares(SAMPLES)
     agents = np.repeat(knots.agents[knots.begins], SAMPLES)
     flat = times.ravel()
     stance = find_stance(footing, agents, flat)
     body = body_orientations(headings, scripts, agents, flat, window=footing.options.heading_window)
     return Samples(
         times=times,
-        intervals=durations[:, 0] / SAMPLES,
-        basis=np.concatenate([basis[0], basis[1]], axis=1),
+        intervals=durations / SAMPLES,
         contacts=stance.contacts,
         standing=stance.standing,
         leg_shares=(HUMAN_LEG / footing.biped.maximal_length) ** 2 * stance.weights,
@@ -70,6 +64,11 @@ def lay_samples(
         anchors=stance.ankles - quaternion.rotate(body[:, None], footing.biped.hips),
         nominal_lengths=stance.nominal_lengths,
     )
+
+
+def instant_shares(count: int) -> FloatArray:
+    """Parts of a segment passed at its instants, shape (count,)."""
+    return (np.arange(count) + 0.5) / count
 
 
 def take_segments(samples: Samples, segments: IntArray) -> Samples:

@@ -7,6 +7,7 @@ import warp as wp
 
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.device import start_warp
+from usdfoot.physics.comfort import comfortable_unknowns
 from usdfoot.physics.energy_kernel import ProblemArrays
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.samples import Samples
@@ -23,17 +24,21 @@ ITERATIONS = 60
 """Most steps for each softness."""
 
 
-def optimise_unknowns(samples: Samples, knots: Knots, unknowns: FloatArray, options: PhysicsOptions) -> FloatArray:
-    """Unknowns (K, 6) that minimise E, from `unknowns`; agents are independent of each other."""
+def optimise_unknowns(samples: Samples, knots: Knots, start: FloatArray, options: PhysicsOptions) -> FloatArray:
+    """Unknowns (K, 6) that minimise E; agents are independent of each other.
+
+    Only what is fixed is taken from the start (K, 6): E has several minima, a few percent apart, and from far off the
+    one that is found may be of a body upside down. So all else begins where the legs are comfortable, and E is the same
+    from any start.
+    """
     problem = device_problem(samples, knots, options)
     count = len(knots.times)
-    best = np.ascontiguousarray(unknowns, dtype=float).reshape(count, 2, 3).copy()
-    values = wp.from_numpy(best, dtype=wp.vec3d, device="cpu")
+    best = comfortable_unknowns(samples, knots, start).reshape(count, 2, 3)
+    values = _array(best, wp.vec3d)
     work = [
         wp.empty((count, 2), dtype=wp.vec3d, device="cpu"),
-        wp.empty((6 * count, 12), dtype=wp.float64, device="cpu"),
-        wp.empty(6 * count, dtype=wp.float64, device="cpu"),
-        wp.zeros(len(knots.starts), dtype=wp.int32, device="cpu"),
+        wp.empty((2 * count, 4), dtype=wp.mat33d, device="cpu"),
+        wp.empty(2 * count, dtype=wp.vec3d, device="cpu"),
     ]
     segments = first_segments(knots)
     for softness in SOFTNESSES:
@@ -44,13 +49,14 @@ def optimise_unknowns(samples: Samples, knots: Knots, unknowns: FloatArray, opti
             inputs=[problem, segments, softness, tolerance, ITERATIONS, values, *work],
             device="cpu",
         )
-    return values.numpy().reshape(count, 6)
+    return best.reshape(count, 6)
 
 
 def device_problem(samples: Samples, knots: Knots, options: PhysicsOptions) -> ProblemArrays:
     """The problem's arrays for the kernels."""
     start_warp()
     problem = ProblemArrays()
+    problem.instants = samples.times.shape[1]
     problem.durations = _array(knots.durations, wp.float64)
     problem.standing = _array(samples.standing, wp.bool)
     problem.supports = _array(samples.supports, wp.vec3d)
@@ -70,4 +76,5 @@ def first_segments(knots: Knots) -> wp.array:
 
 
 def _array(values: np.ndarray, kind: object) -> wp.array:
-    return wp.from_numpy(np.ascontiguousarray(values), dtype=kind, device="cpu")
+    """The same memory as an array of Warp, which takes a third of the time of a copy."""
+    return wp.array(np.ascontiguousarray(values), dtype=kind, device="cpu", copy=False)

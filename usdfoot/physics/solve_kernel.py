@@ -15,6 +15,16 @@ LEAST_DAMPING = wp.constant(wp.float64(1.0e-9))
 MOST_DAMPING = wp.constant(wp.float64(1.0e6))
 
 
+@wp.func
+def damped(pivot: wp.mat33d, damping: wp.float64, fixed: bool) -> wp.mat33d:
+    """A block of the diagonal made larger; one that keeps its unknown, if that is fixed."""
+    if fixed:
+        return wp.identity(n=3, dtype=wp.float64)
+    for i in range(3):
+        pivot[i, i] = pivot[i, i] * (wp.float64(1.0) + damping) + LEAST_DAMPING
+    return pivot
+
+
 @wp.kernel(enable_backward=False)
 def minimise(
     problem: ProblemArrays,
@@ -24,9 +34,8 @@ def minimise(
     iterations: int,
     unknowns: wp.array2d(dtype=wp.vec3d),
     trials: wp.array2d(dtype=wp.vec3d),
-    bands: wp.array2d(dtype=wp.float64),
-    steps: wp.array(dtype=wp.float64),
-    counts: wp.array(dtype=wp.int32),
+    blocks: wp.array2d(dtype=wp.mat33d),
+    steps: wp.array(dtype=wp.vec3d),
 ):
     """Lowers each agent's E until a step changes it by less than `tolerance`.
 
@@ -41,9 +50,8 @@ def minimise(
         iterations: Most steps.
         unknowns: Position and velocity of each knot, changed in place, shape (K, 2).
         trials: For the kernel's use, shape (K, 2).
-        bands: For the kernel's use, shape (6 K, 12).
-        steps: For the kernel's use, shape (6 K,).
-        counts: Steps of each agent, added to, shape (A,).
+        blocks: For the kernel's use, shape (2 K, 4).
+        steps: For the kernel's use, shape (2 K,).
     """
     agent = wp.tid()
     segment = segments[agent]
@@ -54,18 +62,14 @@ def minimise(
     going = bool(True)
     for _iteration in range(iterations):
         if going:
-            counts[agent] = counts[agent] + 1
-            add_agent(problem, unknowns, bands, steps, segment, count, knot, softness)
-            for row in range(6 * knot, 6 * (knot + count + 1)):
-                pivot = bands[row, 0]
-                bands[row, 0] = pivot * (wp.float64(1.0) + damping) + wp.float64(1.0e-9)
-                if pivot == wp.float64(0.0):
-                    bands[row, 0] = wp.float64(1.0)
-            solved = solve_band(bands, steps, 6 * knot, 6 * (knot + count + 1))
+            add_agent(problem, unknowns, blocks, steps, segment, count, knot, softness)
             for k in range(knot, knot + count + 1):
                 for c in range(2):
-                    row = 6 * k + 3 * c
-                    trials[k, c] = unknowns[k, c] - wp.vec3d(steps[row], steps[row + 1], steps[row + 2])
+                    blocks[2 * k + c, 0] = damped(blocks[2 * k + c, 0], damping, problem.fixed[k, c])
+            solved = solve_band(blocks, steps, 2 * knot, 2 * (knot + count + 1))
+            for k in range(knot, knot + count + 1):
+                for c in range(2):
+                    trials[k, c] = unknowns[k, c] - steps[2 * k + c]
             trial = agent_energy(problem, trials, segment, count, knot, softness)
             if solved and trial < energy:
                 for k in range(knot, knot + count + 1):

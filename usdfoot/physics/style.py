@@ -1,4 +1,4 @@
-"""Style: how a body moves over its footprints, what an animator turns ([P] 2.6, 3)."""
+"""Style: how a body moves over its footprints, ([P] 2.6)."""
 
 from __future__ import annotations
 
@@ -18,14 +18,6 @@ class BodyStyle:
         UsdfootError: If a value is out of its range.
     """
 
-    hip_spacing: float = 1.0
-    """Factor on the distance between the hips that the optimised path counts with."""
-    crouch: float = 0.0
-    """Part of the nominal leg length by which the legs stay bent."""
-    com_left: float = 0.0
-    com_up: float = 0.0
-    com_ahead: float = 0.0
-    """Shift of the centre of mass in the body [m]."""
     pitch: float = 0.03
     """The body nods by this to either side, twice a stride [rad]."""
     sway: float = 0.07
@@ -50,12 +42,10 @@ class BodyStyle:
     """Each joint of the tail does what the body did this much earlier [s]."""
 
     def __post_init__(self) -> None:
-        for name in ("com_left", "com_up", "com_ahead", "pitch", "sway", "turn", "lean", "arms", "tail"):
+        for name in ("pitch", "sway", "turn", "lean", "arms", "tail"):
             if not math.isfinite(getattr(self, name)):
                 raise UsdfootError(name, f"is {getattr(self, name)}", "give a number")
         for name, low, high in (
-            ("hip_spacing", 0.0, 10.0),
-            ("crouch", -0.2, 0.6),
             ("retraction", 0.3, 1.0),
             ("run_retraction", 0.3, 1.0),
             ("strike_pitch", 0.0, 1.0),

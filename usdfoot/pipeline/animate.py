@@ -9,25 +9,29 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from usdfoot.batch.executors import open_scene_early
+from usdfoot.batch.kept import most_kept
 from usdfoot.batch.records import ChunkRecord, parse_record
 from usdfoot.batch.running import run_chunks
-from usdfoot.batch.tasks import ChunkTask, cut_chunks
+from usdfoot.batch.tasks import ChunkTask, cut_chunks, with_earlier
 from usdfoot.batch.workshop import Workshop
 from usdfoot.bridge.scene import Scene
 from usdfoot.errors import OutputError, SceneError
+from usdfoot.model.levels import DetailLevels
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits
 from usdfoot.model.report import Problem
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.report import CHUNK_SIZE, AnimateReport, CallRecord, provenance_of, report_json
-from usdfoot.readers.chunks import read_record
+from usdfoot.readers.chunks import find_agents, read_record
 from usdfoot.readers.scene import SceneReader
-from usdfoot.writers.characters import PlacedCharacter, place_characters
 from usdfoot.writers.crowd import check_output, crowd_format, write_crowd
+from usdfoot.writers.placing import PlacedCharacter, place_characters
 
 __all__ = ["animate", "animate_chunk", "count_chunks"]
 
 EARLY_CHUNKS = 10
 """With as many chunks, workers open the scene while this process reads it."""
+FEW_CHUNKS = 3
+"""So many chunks this process makes as quickly as a worker starts."""
 
 
 def animate(
@@ -38,15 +42,17 @@ def animate(
     frames: tuple[int, int] | None = None,
     options: MotionOptions | None = None,
     collect: bool = False,
+    levels: DetailLevels | None = None,
     chunk_size: int = CHUNK_SIZE,
     limits: Limits = DEFAULT_LIMITS,
     executor: Executor | None = None,
+    beside: bool = False,
     progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
 ) -> AnimateReport:
     """Read a scene, animate its agents, write the crowd (design.md sections 2 and 3).
 
     An agent that cannot be animated is reported and skipped; the crowd goes on. Chunks of agents that an earlier run
-    made from the same scene, clips, characters and options are kept.
+    made from the same scene, clips, characters and options are kept, and of the other chunks the agents that were.
 
     Args:
         scene_file: The USD scene; never changed.
@@ -55,9 +61,11 @@ def animate(
         frames: First and last time code to write; None = all of the plans.
         options: Of the sources of motion.
         collect: Copy the characters' files into the folder.
+        levels: Of detail (UsdLod), for characters that have such variants.
         chunk_size: Agents a chunk; a worker has no more than one chunk in memory.
         limits: How much of a scene is read before it is refused.
         executor: Whose workers make the chunks, if there are several to make; None = this process does.
+        beside: Whether this process makes chunks beside the executor's workers, and a few without them.
         progress: Told what begins or goes on, how much of it is done, and of how much: "read", "animate", "write".
 
     Returns:
@@ -69,9 +77,9 @@ def animate(
     """
     progress("read", 0, 0)
     shot = _open_shot(
-        scene_file, folder, agents, frames, options or MotionOptions(), collect, chunk_size, limits, executor
+        scene_file, folder, agents, frames, options or MotionOptions(), collect, chunk_size, limits, executor, levels
     )
-    records = _make_chunks(shot, executor, progress)
+    records, kept_agents = _make_chunks(shot, executor, beside, progress)
     problems = _distinct((*shot.scene.crowd.problems, *(problem for record in records for problem in record.problems)))
     _require_agents(scene_file, records, problems)
     progress("write", 0, 0)
@@ -85,7 +93,7 @@ def animate(
             shot.scene,
             shot.options,
             shot.folder,
-            call=CallRecord(agents=agents, frames=frames, chunk_size=chunk_size, collect=collect),
+            call=CallRecord(agents=agents, frames=frames, chunk_size=chunk_size, collect=collect, levels=levels),
         ),
         report=report_json(shot.scene, records, options=shot.options, problems=problems, folder=shot.folder),
     )
@@ -96,6 +104,7 @@ def animate(
         problems=problems,
         chunks=len(records),
         kept=sum(record.is_kept for record in records),
+        kept_agents=kept_agents,
     )
 
 
@@ -108,6 +117,7 @@ def animate_chunk(
     frames: tuple[int, int] | None = None,
     options: MotionOptions | None = None,
     collect: bool = False,
+    levels: DetailLevels | None = None,
     chunk_size: int = CHUNK_SIZE,
     limits: Limits = DEFAULT_LIMITS,
 ) -> ChunkRecord:
@@ -121,6 +131,7 @@ def animate_chunk(
         frames: As of `animate`.
         options: As of `animate`.
         collect: As of `animate`.
+        levels: As of `animate`.
         chunk_size: As of `animate`.
         limits: As of `animate`.
 
@@ -128,7 +139,8 @@ def animate_chunk(
         SceneError: If the scene cannot be opened, no agent can be used, or there is no such chunk.
         OutputError: If the folder cannot be written to or the output would replace the input.
     """
-    shot = _open_shot(scene_file, folder, agents, frames, options or MotionOptions(), collect, chunk_size, limits)
+    options = options or MotionOptions()
+    shot = _open_shot(scene_file, folder, agents, frames, options, collect, chunk_size, limits, levels=levels)
     count = len(range(0, len(shot.reader.names), chunk_size))
     if not 0 <= index < count:
         raise SceneError(scene_file, f"has no chunk {index}", f"give one of 0 to {count - 1}")
@@ -136,7 +148,10 @@ def animate_chunk(
     if task is None:
         return ChunkRecord(agents=(), problems=(), is_kept=False)
     kept = read_record(shot.folder, task.files, task.content_hash)
-    return parse_record(kept or Workshop(shot.reader, shot.options).make(task), is_kept=kept is not None)
+    if kept is not None:
+        return parse_record(kept, is_kept=True)
+    task = with_earlier(task, find_agents(shot.folder))
+    return parse_record(Workshop(shot.reader, shot.options).make(task), is_kept=False)
 
 
 def count_chunks(
@@ -179,6 +194,7 @@ def _open_shot(
     chunk_size: int,
     limits: Limits,
     executor: Executor | None = None,
+    levels: DetailLevels | None = None,
 ) -> _Shot:
     target = Path(os.path.realpath(folder))
 
@@ -191,6 +207,7 @@ def _open_shot(
         agents=agents,
         frames=frames,
         motion=options.motion,
+        tuning=options.tuning,
         crowd=target,
         limits=limits,
         sampling=options.sampling,
@@ -198,7 +215,9 @@ def _open_shot(
     )
     scene = reader.read()
     check_output(scene, target)
-    characters = place_characters(scene.characters, target, layer_format=crowd_format(scene), collect=collect)
+    characters = place_characters(
+        scene.characters, target, layer_format=crowd_format(scene), collect=collect, levels=levels
+    )
     references = [(placed.reference.assetPath, str(placed.reference.primPath)) for placed in characters]
     tasks = cut_chunks(
         scene, references, names=reader.names, folder=target, options=options, limits=limits, size=chunk_size
@@ -207,19 +226,28 @@ def _open_shot(
 
 
 def _make_chunks(
-    shot: _Shot, executor: Executor | None, progress: Callable[[str, int, int], None]
-) -> tuple[ChunkRecord, ...]:
-    """Records of all chunks, kept or made."""
+    shot: _Shot, executor: Executor | None, beside: bool, progress: Callable[[str, int, int], None]
+) -> tuple[tuple[ChunkRecord, ...], int]:
+    """Records of all chunks, kept or made, and how many agents of theirs are kept."""
     tasks = shot.tasks
     kept = [read_record(shot.folder, task.files, task.content_hash) for task in tasks]
     records = [None if text is None else parse_record(text, is_kept=True) for text in kept]
     pending = [index for index, record in enumerate(records) if record is None]
-    workers = executor if executor and len(pending) > 1 else Workshop(shot.reader, shot.options)
+    earlier = find_agents(shot.folder) if pending else {}
+    tasks = [with_earlier(task, earlier) for task in tasks]
+    made = run_chunks(
+        [tasks[index] for index in pending],
+        Workshop(shot.reader, shot.options),
+        executor=executor if len(pending) > (FEW_CHUNKS if beside else 1) else None,
+        beside=beside,
+    )
     progress("animate", 0, len(pending))
-    for done, (index, text) in enumerate(run_chunks([tasks[index] for index in pending], workers)):
+    for done, (index, text) in enumerate(made):
         records[pending[index]] = parse_record(text, is_kept=False)
         progress("animate", done + 1, len(pending))
-    return tuple(record for record in records if record is not None)
+    whole = tuple(record for record in records if record is not None)
+    kept_whole = sum(len(record.agents) for record in whole if record.is_kept)
+    return whole, kept_whole + sum(most_kept(tasks[index])[1] for index in pending)
 
 
 def _distinct(problems: Iterable[Problem]) -> tuple[Problem, ...]:

@@ -22,7 +22,6 @@ from usdfoot.bridge.units import StageUnits
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.ground import Ground
-from usdfoot.model.terrain import Terrain
 from usdfoot.readers.written import JointTracks, WrittenAgent, read_joint_tracks
 
 __all__ = ["AgentMeasures", "flat_times", "measure_agent", "measure_placement"]
@@ -81,19 +80,19 @@ class AgentMeasures:
     """99th percentile of the joints' angular jerk over any four samples that are evenly apart [rad/s3]."""
 
 
-def measure_agent(agent: WrittenAgent, units: StageUnits, terrain: Terrain | None) -> AgentMeasures:
+def measure_agent(agent: WrittenAgent, units: StageUnits, ground: Ground | None) -> AgentMeasures:
     """Recompute all figures of one agent.
 
     Args:
         agent: As read from the written crowd.
         units: Of its stage.
-        terrain: None leaves penetration and clearance unmeasured.
+        ground: What the crowd walks on; None leaves penetration and clearance unmeasured.
     """
     codes = agent.frame_codes
     between = (codes[:-1, None] + np.diff(codes)[:, None] * np.array(SUBFRAMES)).ravel()
     fine = read_joint_tracks(agent, units, np.sort(np.concatenate([codes, between])))
     whole = _frames(fine, len(SUBFRAMES) + 1)
-    ground = None if terrain is None else Ground(terrain, fallback_height=float(agent.plan.positions[:, 1].min()))
+    ground = None if ground is None else ground.falling_back(float(agent.plan.positions[:, 1].min()))
     heels = _heels(agent, whole, ground)
     columns = _steps(agent, whole, fine, heels)
     heights = np.full((len(whole.times), 2, 2), np.nan)

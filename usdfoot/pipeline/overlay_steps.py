@@ -67,7 +67,7 @@ def weigh_again(crowd: WrittenCrowd, names: Collection[str]) -> tuple[list[Weigh
     """The steps of agents with these names, as the crowd's scene and options give them."""
     options = options_of(crowd.provenance)
     frames = (int(crowd.stage.GetStartTimeCode()), int(crowd.stage.GetEndTimeCode()))
-    reader = SceneReader(crowd.scene, frames=frames, motion=options.motion, crowd=crowd.folder)
+    reader = SceneReader(crowd.scene, frames=frames, motion=options.motion, tuning=options.tuning, crowd=crowd.folder)
     libraries = PreparedLibraries(options)
     read, _, lost = plan_followers(reader.read(names=names).crowd, options=options, libraries=libraries)
     batches, problems = [], [undrawn(problem.where, problem.message) for problem in lost]

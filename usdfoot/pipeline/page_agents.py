@@ -12,9 +12,10 @@ import numpy as np
 from usdfoot.analysis.figures import frames_between
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.maths.types import FloatArray
+from usdfoot.model.ground import Ground
 from usdfoot.model.report import Problem
 from usdfoot.pipeline.measures import AgentMeasures, flat_times, measure_agent
-from usdfoot.pipeline.page_figures import step_values
+from usdfoot.pipeline.page_figures import frame_values, step_values
 from usdfoot.readers.executed import read_root_positions, read_step_results
 from usdfoot.readers.written import (
     JointTracks,
@@ -63,9 +64,10 @@ def see_agents(
         UsdfootError: If a worker vanished.
     """
     if executor is None or len(names) <= SHARE:
+        ground = _ground(crowd)
         for number, name in enumerate(names):
             progress("measure", number, len(names))
-            yield _see_agent(crowd, name)
+            yield _see_agent(crowd, name, ground)
         return
     shares = [names[first : first + SHARE] for first in range(0, len(names), SHARE)]
     futures = [executor.submit(_see_share, os.fspath(crowd_file), share) for share in shares]
@@ -80,15 +82,21 @@ def see_agents(
 def _see_share(crowd_file: str, names: Sequence[str]) -> list[SeenAgent | Problem]:
     """What a worker does."""
     crowd = read_written_crowd(crowd_file)
-    return [_see_agent(crowd, name) for name in names]
+    ground = _ground(crowd)
+    return [_see_agent(crowd, name, ground) for name in names]
 
 
-def _see_agent(crowd: WrittenCrowd, name: str) -> SeenAgent | Problem:
+def _ground(crowd: WrittenCrowd) -> Ground | None:
+    """What the agents walk on, None if the scene is not known."""
+    return None if crowd.terrain is None else Ground(crowd.terrain)
+
+
+def _see_agent(crowd: WrittenCrowd, name: str, ground: Ground | None) -> SeenAgent | Problem:
     try:
         agent = read_agent(crowd, name)
         if not len(agent.frame_codes):
             raise SceneError(name, "has an animation without samples", "animate it again")
-        measures = measure_agent(agent, crowd.units, crowd.terrain)
+        measures = measure_agent(agent, crowd.units, ground)
     except UsdfootError as error:
         return Problem(severity="error", where=error.where, message=str(error))
     return SeenAgent(picture=_picture_agent(agent, crowd, measures), measures=measures)
@@ -98,6 +106,10 @@ def _picture_agent(agent: WrittenAgent, crowd: WrittenCrowd, measures: AgentMeas
     tracks = read_joint_tracks(agent, crowd.units, agent.frame_codes)
     results = read_step_results(agent, crowd.units)
     stick = stick_figure(agent.skeleton, agent.biped)
+    roots = read_root_positions(agent, crowd.units, agent.frame_codes)
+    soles = measures.sole_heights.min(axis=2)
+    pelvis = tracks.positions[:, agent.biped.pelvis, 1] - roots[:, 1]
+    steps = step_values(measures, results) | frame_values(agent.plan, tracks.times, pelvis, soles)
     return AgentPicture(
         name=agent.name,
         source="",
@@ -105,13 +117,13 @@ def _picture_agent(agent: WrittenAgent, crowd: WrittenCrowd, measures: AgentMeas
         flat_times=flat_times(agent),
         stick_figure=stick,
         times=tracks.times,
-        roots=read_root_positions(agent, crowd.units, agent.frame_codes),
+        roots=roots,
         joints=tracks.positions[:, list(stick.joints)],
-        sole_heights=measures.sole_heights.min(axis=2),
+        sole_heights=soles,
         stood=_stood(agent, tracks),
         promised=measures.promised,
         results=results,
-        steps=step_values(measures, results),
+        steps=steps,
         whole={},
     )
 

@@ -7,13 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
+from usdfoot.analysis.figures import frames_between, smallest_in_ranges
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.motion import StepResults
+from usdfoot.model.plan import FootstepPlan
 from usdfoot.pipeline.measures import AgentMeasures
 from usdfoot.pipeline.validate import AgentFigures
 from usdfoot.writers.page.pictures import PageFigure
 
-__all__ = ["ELSEWHERE", "page_figures", "step_values", "whole_values"]
+__all__ = ["ELSEWHERE", "frame_values", "page_figures", "step_values", "whole_values"]
 
 TARGETS = {
     "placement": "placement worst",
@@ -24,6 +26,7 @@ TARGETS = {
     "timing": "timing faults",
     "clearance": "clearance",
     "blend": "blend error mean",
+    "penetration": "lowest sole",
     "sole": "lowest sole",
     "knee": "knee speed / clips",
     "jerk": "joint jerk / clips",
@@ -75,6 +78,13 @@ FIGURES = (
         meaning="Lowest sole over the terrain in the middle 60 % of the swing to the footstep.",
     ),
     PageFigure(
+        key="penetration",
+        title="lowest sole in the contact",
+        unit="mm",
+        digits=3,
+        meaning="Lowest height of the foot's ball or heel over the terrain from strike to liftoff.",
+    ),
+    PageFigure(
         key="timing",
         title="timing faults",
         unit="",
@@ -111,6 +121,13 @@ FIGURES = (
         unit="x",
         digits=2,
         meaning="Planned duration of the step over that of the blended clips, as recorded.",
+    ),
+    PageFigure(
+        key="excursion",
+        title="pelvis excursion",
+        unit="mm",
+        digits=1,
+        meaning="Range of the pelvis' height over the agent's ground from strike to strike; people's: 30 to 50 mm.",
     ),
     PageFigure(
         key="imbalance",
@@ -187,6 +204,24 @@ def step_values(measures: AgentMeasures, results: StepResults) -> dict[str, Floa
         "warp": results.time_warp,
         "imbalance": missing if results.forces is None else results.forces.force_imbalance,
     }
+
+
+def frame_values(
+    plan: FootstepPlan, times: FloatArray, pelvis_heights: FloatArray, sole_heights: FloatArray
+) -> dict[str, FloatArray]:
+    """Values of the figures of footsteps that are taken from the frames [mm], by key, shape (N,) each.
+
+    Args:
+        plan: As executed.
+        times: Of the frames [s], shape (F,).
+        pelvis_heights: Over the agent's ground [m], shape (F,).
+        sole_heights: Of the lowest point of each sole over the terrain [m], NaN = not known, shape (F, 2).
+    """
+    contacts = frames_between(times, plan.strike_times, plan.liftoff_times)
+    own = [smallest_in_ranges(sole_heights[:, side], contacts) for side in (0, 1)]
+    steps = frames_between(times, plan.strike_times, np.append(plan.strike_times[1:], -np.inf)[: len(plan)])
+    lowest, highest = smallest_in_ranges(pelvis_heights, steps), -smallest_in_ranges(-pelvis_heights, steps)
+    return {"penetration": 1e3 * np.where(plan.sides == 0, *own), "excursion": 1e3 * (highest - lowest)}
 
 
 def whole_values(figures: AgentFigures) -> dict[str, float]:

@@ -114,11 +114,12 @@ def plan_scene_wander(
     found = _read(scene, options, with_goals=False)
     outline = None if bounds is None else np.array(bounds)[[[0, 1], [0, 3], [2, 3], [2, 1]]]
     generators = np.random.default_rng(seed).spawn(len(found.agents))
+    terrain = Ground(found.terrain)
     made, problems = {}, []
     for index, (agent, generator) in enumerate(zip(found.agents, generators, strict=True)):
         progress("plan", index, len(found.agents))
         seeker = agent.seeker
-        ground = Ground(found.terrain, fallback_height=float(seeker.start[1]))
+        ground = terrain.falling_back(float(seeker.start[1]))
         try:
             made[seeker.name] = plan_wander(
                 World(bounds=outline, obstacles=found.obstacles, ground=ground),

@@ -13,6 +13,7 @@ from usdfoot import __version__
 from usdfoot.batch.records import ChunkRecord, problem_json
 from usdfoot.bridge.scene import Scene
 from usdfoot.bridge.versions import library_versions
+from usdfoot.model.levels import DetailLevels
 from usdfoot.model.motion import StepResults
 from usdfoot.model.report import Outcome, Problem
 from usdfoot.physics.motion_options import MotionOptions
@@ -37,6 +38,8 @@ class AnimateReport(Outcome):
     """Number of chunks of agents."""
     kept: int
     """How many of them were there from an earlier run, made from the same."""
+    kept_agents: int
+    """How many agents were, those of these chunks and of chunks in which others changed."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,6 +54,8 @@ class CallRecord:
     """Agents a chunk."""
     collect: bool = False
     """Whether the characters' files are copied."""
+    levels: DetailLevels | None = None
+    """Of detail."""
 
 
 def provenance_of(scene: Scene, options: MotionOptions, folder: Path, *, call: CallRecord) -> dict[str, Any]:
@@ -70,6 +75,7 @@ def provenance_of(scene: Scene, options: MotionOptions, folder: Path, *, call: C
             "agents": "\n".join([call.agents] if isinstance(call.agents, str) else call.agents),
             "chunkSize": call.chunk_size,
             "collect": call.collect,
+            **({"levels": str(call.levels)} if call.levels else {}),
             **({"firstFrame": call.frames[0], "lastFrame": call.frames[1]} if call.frames else {}),
         },
     }
@@ -85,6 +91,7 @@ def call_of(provenance: Mapping[str, Any]) -> CallRecord:
         frames=(int(said["firstFrame"]), int(said["lastFrame"])) if given else None,
         chunk_size=int(said.get("chunkSize", usual.chunk_size)),
         collect=bool(said.get("collect", usual.collect)),
+        levels=DetailLevels.parse(said["levels"]) if "levels" in said else None,
     )
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from usdfoot.bridge.tokens import File
 from usdfoot.errors import UsdfootError
 from usdfoot.maths.types import FloatArray
+from usdfoot.model.ground import Ground
 from usdfoot.model.report import Problem
 from usdfoot.pipeline.measures import AgentMeasures, measure_agent
 from usdfoot.readers.written import agent_names, read_agent, read_written_crowd
@@ -92,12 +93,13 @@ def validate(crowd_file: str | os.PathLike[str]) -> Validation:
     if crowd.terrain is None:
         where = crowd.scene or str(crowd_file)
         problems.append(_problem("warning", where, "scene not found: penetration and clearance are not measured"))
+    ground = None if crowd.terrain is None else Ground(crowd.terrain)
     sources = read_sources(crowd.folder / File.REPORT)
     measured: list[AgentMeasures] = []
     for name in agent_names(crowd):
         try:
             agent = read_agent(crowd, name)
-            measured.append(measure_agent(agent, crowd.units, crowd.terrain))
+            measured.append(measure_agent(agent, crowd.units, ground))
         except UsdfootError as error:
             problems.append(_problem("error", error.where, str(error)))
     if measured and not all(measure.name in sources for measure in measured):

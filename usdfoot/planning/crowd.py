@@ -15,21 +15,25 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
-from usdfoot.planning.collisions import FootTable, find_collisions
+from usdfoot.planning.collisions import FootTable, feet_of, find_collisions
 from usdfoot.planning.elbow_room import keep_apart
 from usdfoot.planning.facing import face_tracks
 from usdfoot.planning.feet_apart import set_feet_apart, uncross
+from usdfoot.planning.prints import settle_on_treads
 from usdfoot.planning.root_curves import build_root_curves
 from usdfoot.planning.scenario import Scenario, Seeker
 from usdfoot.planning.trajectories import NARROW, lay_plans, step_along_curves
 
 if TYPE_CHECKING:
+    from usdfoot.planning.places import Party
     from usdfoot.planning.simulation import Tracks
 
 __all__ = ["CrowdOptions", "plan_crowd"]
 
 SMOOTHING = 0.4
 """Standard deviation of the filter on the simulated paths: people start and stop more gently than discs [s]."""
+NEAR = 0.3
+"""The ground is at most this far from the middle of its cell [m]."""
 ELBOW_ROOM = 0.45
 """Least distance between the roots of two people [m]."""
 
@@ -53,7 +57,8 @@ def plan_crowd(
 
     Args:
         scenario: Seekers, obstacles and bounds.
-        terrain: Walkable ground; without any it is level and everywhere. Levels above one another count as one.
+        terrain: Walkable ground; without any it is level and everywhere. A start or goal is on the highest level below
+            it; levels are left by the ramps and stairs that join them.
         options: How.
 
     Raises:
@@ -67,24 +72,26 @@ def plan_crowd(
     from usdfoot.planning.places import find_places  # these need what comes with the extra
     from usdfoot.planning.simulation import simulate
 
-    groups, problems = find_places(scenario, terrain)
+    parties, problems = find_places(scenario, terrain)
     faults = list(problems)
     plans: list[FootstepPlan] = []
-    for area, seekers in groups:
-        tracks = simulate(area, seekers, duration=options.duration)
-        plans += _plans(seekers, tracks, terrain, faults)
+    for party in parties:
+        tracks = simulate(party, duration=options.duration)
+        plans += _plans(party, tracks, terrain, faults)
     order = {seeker.name: index for index, seeker in enumerate(scenario.seekers)}
     return sorted(plans, key=lambda plan: order[plan.name]), tuple(faults)
 
 
-def _plans(seekers: Sequence[Seeker], tracks: Tracks, terrain: Terrain, faults: list[Problem]) -> list[FootstepPlan]:
+def _plans(party: Party, tracks: Tracks, terrain: Terrain, faults: list[Problem]) -> list[FootstepPlan]:
     """Plans of the seekers of one area."""
+    seekers = party.seekers
     starts = np.array([seeker.start for seeker in seekers])
+    ground = Ground(terrain, fallback_height=float(starts[:, 1].min()))
     trajectories = face_tracks(
         tracks.points,
         time_step=float(tracks.times[1]),
         yaws=np.array([np.nan if seeker.yaw is None else seeker.yaw for seeker in seekers]),
-        heights=starts[:, 1],
+        heights=_on_ground(tracks, starts[:, 1], ground),
         names=[seeker.name for seeker in seekers],
     )
     curves = keep_apart(build_root_curves(trajectories, smoothing_time=SMOOTHING), distance=ELBOW_ROOM)
@@ -95,11 +102,24 @@ def _plans(seekers: Sequence[Seeker], tracks: Tracks, terrain: Terrain, faults: 
         tables.append((replace(table, owners=table.owners + len(order)), NARROW * body.step_width))
         order = np.concatenate([order, own])
     feet, narrowest = _joined(tables)
-    feet = set_feet_apart(uncross(feet, narrowest=narrowest), narrowest=narrowest)
-    faults += [_late(seeker, tracks.points[-1, i]) for i, seeker in enumerate(seekers) if not tracks.arrived[i]]
-    faults += _treads([seekers[index] for index in order], feet)
-    ground = Ground(terrain, fallback_height=float(starts[:, 1].min()))
-    return lay_plans([seekers[index].name for index in order], feet, ground)
+    feet = _off_edges(set_feet_apart(uncross(feet, narrowest=narrowest), narrowest=narrowest), ground)
+    ordered = [seekers[index] for index in order]
+    plans = lay_plans([seeker.name for seeker in ordered], feet, ground, on_ground=True)
+    ends = np.array([itinerary.points[-1] for itinerary in party.itineraries])
+    left = np.linalg.norm(tracks.points[-1] - ends, axis=1)
+    faults += [_late(seekers[index], left[index]) for index in np.flatnonzero(~tracks.arrived)]
+    faults += _treads(ordered, feet_of(plans, [seeker.body for seeker in ordered]))
+    return plans
+
+
+def _on_ground(tracks: Tracks, starts: FloatArray, ground: Ground) -> FloatArray:
+    """Heights of the ground below tracks [m], shape (T, N); without terrain those (N,) of the starts."""
+    known = np.where(np.isnan(tracks.heights), starts, tracks.heights)
+    if not ground.has_terrain:
+        return known
+    points = tracks.points.reshape(-1, 2)
+    sample = ground.heights(points, known.ravel(), step_up=NEAR)
+    return np.where(np.abs(sample.heights - known.ravel()) <= NEAR, sample.heights, known.ravel()).reshape(known.shape)
 
 
 def _joined(tables: Sequence[tuple[FootTable, float]]) -> tuple[FootTable, FloatArray]:
@@ -108,6 +128,17 @@ def _joined(tables: Sequence[tuple[FootTable, float]]) -> tuple[FootTable, Float
         **{part.name: np.concatenate([getattr(table, part.name) for table, _ in tables]) for part in fields(FootTable)}
     )
     return joined, np.concatenate([np.full(len(table.owners), width) for table, width in tables])
+
+
+def _off_edges(feet: FootTable, ground: Ground) -> FootTable:
+    """The table with feet moved off the edges of treads, where that brings them into nobody else's."""
+    points, near = feet.positions[:, [0, 2]], feet.positions[:, 1]
+    settled = settle_on_treads(ground, points, feet.yaws, near, heels=feet.heels, toes=feet.toes)
+    moved = replace(feet, positions=np.insert(settled, 1, near, axis=1))
+    met = find_collisions(moved).steps.ravel()
+    back = np.concatenate([met, np.minimum(met + 2, len(near) - 1)])
+    settled[back] = points[back]
+    return replace(feet, positions=np.insert(settled, 1, near, axis=1))
 
 
 def _treads(seekers: Sequence[Seeker], feet: FootTable) -> list[Problem]:
@@ -124,8 +155,7 @@ def _treads(seekers: Sequence[Seeker], feet: FootTable) -> list[Problem]:
     ]
 
 
-def _late(seeker: Seeker, point: FloatArray) -> Problem:
-    left = float(np.linalg.norm(seeker.goals[-1][[0, 2]] - point))
+def _late(seeker: Seeker, left: float) -> Problem:
     return _warning(seeker, f"does not get to its goal; it stops {left:.2f} m before it")
 
 

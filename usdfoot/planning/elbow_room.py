@@ -18,6 +18,8 @@ CLOCK = 0.2
 SMOOTHING = 0.5
 """Standard deviation in time of how roots are moved [s]."""
 ROUNDS = 40
+STOREY = 1.0
+"""Roots this far above one another are on different levels [m]."""
 FARTHEST = 0.5
 """A root is moved this far at most [m]."""
 APART = 100.0
@@ -35,11 +37,12 @@ def keep_apart(curves: RootCurves, *, distance: float) -> RootCurves:
     if len(rows) < 2:
         return curves
     times = instants[columns]
-    places = curves.at(rows, times)[0][:, [0, 2]]
+    spots = curves.at(rows, times)[0]
+    places, heights = spots[:, [0, 2]], spots[:, 1]
     offsets = np.zeros((*present.shape, 2))
     weight = np.maximum(gaussian_filter1d(present.astype(float), SMOOTHING / CLOCK, axis=1, mode="constant"), 1e-3)
     for _ in range(ROUNDS):
-        pushes = _pushes(places + offsets[rows, columns], columns, distance)
+        pushes = _pushes(places + offsets[rows, columns], heights, columns, distance)
         if pushes is None:
             break
         field = np.zeros_like(offsets)
@@ -63,9 +66,9 @@ def _clock(curves: RootCurves) -> tuple[FloatArray, float, BoolArray]:
     return instants, first, present
 
 
-def _pushes(places: FloatArray, instants: np.ndarray, distance: float) -> FloatArray | None:
-    """How each of N roots (x, z) [m] is to move, shape (N, 2); None if nobody is too near."""
-    points = np.column_stack([places, instants * APART])
+def _pushes(places: FloatArray, heights: FloatArray, instants: np.ndarray, distance: float) -> FloatArray | None:
+    """How each of N roots (x, z) at heights (N,) [m] is to move, shape (N, 2); None if nobody is too near."""
+    points = np.column_stack([places, heights * (distance / STOREY), instants * APART])
     pairs = cKDTree(points, compact_nodes=False, balanced_tree=False).query_pairs(distance, output_type="ndarray")
     gaps = places[pairs[:, 0]] - places[pairs[:, 1]]
     lengths = np.linalg.norm(gaps, axis=1)

@@ -30,7 +30,7 @@ def face_tracks(
         points: Tracks (x, z) [m], shape (T, N, 2).
         time_step: Between their samples [s].
         yaws: Where people look at first, NaN = where they go [rad], shape (N,).
-        heights: Of the ground where they start [m], shape (N,).
+        heights: Of the ground where they are [m], shape (T, N).
         names: Of the trajectories, N of them.
     """
     stand, turn, tail = (round(time / time_step) for time in (STAND, TURN, TAIL))
@@ -39,13 +39,14 @@ def face_tracks(
     shares = np.concatenate([np.zeros(stand), np.linspace(0.0, 1.0, turn, endpoint=False)])[:, None]
     turning = headings[0] + (1.0 - shares * shares * (3.0 - 2.0 * shares)) * turns
     facing = np.concatenate([turning, headings, np.repeat(headings[-1:], tail, axis=0)])
-    roots = np.concatenate([np.repeat(points[:1], stand + turn, axis=0), points, np.repeat(points[-1:], tail, axis=0)])
+    roots = np.pad(points, ((stand + turn, tail), (0, 0), (0, 0)), mode="edge")
+    levels = np.pad(heights, ((stand + turn, tail), (0, 0)), mode="edge")
     times = time_step * np.arange(len(roots))
     return [
         RootTrajectory(
             name=name,
             times=times,
-            positions=np.insert(roots[:, person], 1, heights[person], axis=1),
+            positions=np.insert(roots[:, person], 1, levels[:, person], axis=1),
             yaws=facing[:, person],
         )
         for person, name in enumerate(names)

@@ -79,10 +79,11 @@ def _step_like_people(
     """What becomes of followers whose steps no clip shows: as long and quick as people's of their size."""
     source = crowd.libraries[followers[0].library]
     body = proportions_of(source.skeleton, source.biped)
+    terrain = Ground(crowd.terrain)
     found: list[Following | UsdfootError] = []
     for follower in followers:
         trajectory = follower.trajectory
-        ground = Ground(crowd.terrain, fallback_height=float(trajectory.positions[:, 1].min()))
+        ground = terrain.falling_back(float(trajectory.positions[:, 1].min()))
         walk = TrajectoryOptions(smoothing_time=options.follow.smoothing_time, apart=False)
         try:
             (plan,) = plan_trajectories([trajectory], ground, proportions=body, options=walk)

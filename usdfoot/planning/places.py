@@ -3,69 +3,124 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
 from usdfoot.errors import PlanError
-from usdfoot.maths.types import FloatArray
+from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.ground import Ground
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
+from usdfoot.planning.itineraries import Itineraries, Itinerary
 from usdfoot.planning.scenario import Scenario, Seeker
-from usdfoot.planning.walkable import walkable_areas
+from usdfoot.planning.spots import HEADROOM
+from usdfoot.planning.walkable import Area, walkable_areas
 
-__all__ = ["find_places"]
+__all__ = ["Party", "find_places"]
 
 FASTEST = 5.0
 """Who wants to go faster than people run is taken to go this fast [m/s]."""
 ROOM = 1.1
 """Distance between places at one goal over the body's diameter."""
+SAME = 0.3
+"""Ground this near above or below a level's [m] is that level's."""
 
 
-def find_places(
-    scenario: Scenario, terrain: Terrain
-) -> tuple[list[tuple[shapely.Polygon, list[Seeker]]], tuple[Problem, ...]]:
+@dataclass(frozen=True, kw_only=True)
+class Party:
+    """Those who walk in one area."""
+
+    area: Area
+    seekers: tuple[Seeker, ...]
+    starts: IntArray
+    """Level on which each starts, shape (N,)."""
+    itineraries: tuple[Itinerary, ...]
+    """Of each."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Spot:
+    """On which level of which area a place is."""
+
+    area: int
+    """-1 = in none."""
+    level: int
+    height: float
+    """Of the ground [m]."""
+    room: float
+    """Distance from the level's edges [m]."""
+
+
+def find_places(scenario: Scenario, terrain: Terrain) -> tuple[list[Party], tuple[Problem, ...]]:
     """Connected areas with the seekers who can walk in them, and why others cannot.
 
-    Goals too near a wall are moved away from it by as much as the body needs, and seekers with one goal get places
-    around it: who is nearest at the start the nearest.
+    A place is on the highest ground below it, or else the lowest above it. Goals too near a wall are moved away from it
+    by as much as the body needs, and seekers with one goal get places around it: who is nearest at the start the
+    nearest.
     """
-    places = np.array([place[[0, 2]] for seeker in scenario.seekers for place in (seeker.start, *seeker.goals)])
-    areas = walkable_areas(terrain, scenario.obstacles, bounds=scenario.bounds, places=places)
-    groups: dict[int, list[Seeker]] = {}
-    rooms: dict[tuple[int, float], shapely.Geometry] = {}
+    places = np.array([place for seeker in scenario.seekers for place in (seeker.start, *seeker.goals)])
+    headroom = HEADROOM * max(seeker.body.leg_length for seeker in scenario.seekers)
+    areas = walkable_areas(
+        terrain, scenario.obstacles, bounds=scenario.bounds, places=places[:, [0, 2]], headroom=headroom
+    )
+    if terrain.meshes:
+        places[:, 1] = Ground(terrain, fallback_height=np.nan).heights(places[:, [0, 2]], places[:, 1]).heights
+    spots = iter(_levels_of(places, areas))
+    placed = [[next(spots) for _ in range(1 + len(seeker.goals))] for seeker in scenario.seekers]
+    ways = [Itineraries(area) for area in areas]
+    found: dict[int, list[tuple[Seeker, int, Itinerary]]] = {}
     problems = []
-    clear = _clear_starts(scenario.seekers)
-    for index, seeker in enumerate(scenario.seekers):
+    clear = _clear_starts(scenario.seekers, np.array([start.height for start, *_ in placed]))
+    for index, (seeker, (start, *goals)) in enumerate(zip(scenario.seekers, placed, strict=True)):
         try:
             other = clear[index]
             if other is not None:
                 raise _crowded(seeker, scenario.seekers[other])
-            area = _area_of(seeker, areas)
-            if (area, seeker.radius) not in rooms:
-                rooms[area, seeker.radius] = areas[area].buffer(-0.99 * seeker.radius)
-            seeker = _with_goals(seeker, rooms[area, seeker.radius])
+            _check_area(seeker, start, goals)
+            seeker = _with_goals(seeker, start, goals, ways[start.area])
+            itinerary = _itinerary(seeker, start, goals, ways[start.area])
             if seeker.speed > FASTEST:
                 what = f"{seeker.name}: wants to go {seeker.speed:.2f} m/s; {FASTEST:g} m/s were taken"
                 problems.append(Problem(severity="warning", where=seeker.name, message=what))
-            groups.setdefault(area, []).append(replace(seeker, speed=min(seeker.speed, FASTEST)))
+            slower = replace(seeker, speed=min(seeker.speed, FASTEST))
+            found.setdefault(start.area, []).append((slower, start.level, itinerary))
         except PlanError as error:
             problems.append(Problem(severity="error", where=seeker.name, message=str(error)))
-    found = [(areas[area], _spread(seekers, areas[area])) for area, seekers in sorted(groups.items())]
-    return found, tuple(problems)
+    return [_spread(areas[area], people) for area, people in sorted(found.items())], tuple(problems)
 
 
-def _clear_starts(seekers: Sequence[Seeker]) -> list[int | None]:
-    """For each seeker one before it, itself clear, that stands in the same place; None = none."""
-    points = np.array([seeker.start[[0, 2]] for seeker in seekers])
+def _levels_of(places: FloatArray, areas: Sequence[Area]) -> list[_Spot]:
+    """Where places (P, 3) on the ground are; where levels join, on the one whose edges are farther away."""
+    points, count = places[:, [0, 2]], len(places)
+    shapes = shapely.points(points)
+    rooms, where = np.full(count, -1.0), np.full((count, 2), -1)
+    for number, area in enumerate(areas):
+        for row, level in enumerate(area.levels):
+            own = area.height_at(np.full(count, row), points)
+            here = shapely.intersects_xy(level, points[:, 0], points[:, 1])
+            here &= (np.abs(own - places[:, 1]) <= SAME) | (area.spots is None)
+            room = np.where(here, shapely.distance(level.boundary, shapes), -1.0)
+            better = room > rooms
+            rooms = np.where(better, room, rooms)
+            where[better] = number, row
+    return [
+        _Spot(area=int(area), level=int(level), height=float(height), room=float(room))
+        for (area, level), height, room in zip(where, places[:, 1], rooms, strict=True)
+    ]
+
+
+def _clear_starts(seekers: Sequence[Seeker], heights: FloatArray) -> list[int | None]:
+    """For each seeker, on the ground at heights (N,), one before it, itself clear, in the same place; None = none."""
+    points = np.column_stack([np.array([seeker.start for seeker in seekers])[:, [0, 2]], heights])
     radii = np.array([seeker.radius for seeker in seekers])
     near = cKDTree(points).query_ball_point(points, 2.0 * radii.max())
     found: list[int | None] = []
     for index, others in enumerate(near):
         earlier = [other for other in sorted(others) if other < index and found[other] is None]
-        gaps = np.linalg.norm(points[earlier] - points[index], axis=1) - radii[earlier] - radii[index]
+        gaps = np.linalg.norm((points[earlier] - points[index])[:, :2], axis=1) - radii[earlier] - radii[index]
         found.append(earlier[int(np.argmin(gaps))] if np.any(gaps < 0.0) else None)
     return found
 
@@ -76,73 +131,81 @@ def _crowded(seeker: Seeker, other: Seeker) -> PlanError:
     return PlanError(seeker.name, what, f"put them {seeker.radius + other.radius:.2f} m apart")
 
 
-def _area_of(seeker: Seeker, areas: Sequence[shapely.Polygon]) -> int:
-    """The area the seeker starts in.
-
-    Raises:
-        PlanError: If it starts in none or a goal is not in the same.
-    """
-    start = shapely.Point(seeker.start[[0, 2]])
-    inside = [index for index, area in enumerate(areas) if area.covers(start)]
+def _check_area(seeker: Seeker, start: _Spot, goals: Sequence[_Spot]) -> None:
+    """Raise a PlanError if a seeker starts in no area or has no room there, or a goal is not in the same area."""
     where = f"({seeker.start[0]:.2f}, {seeker.start[2]:.2f}) m"
-    if not inside:
+    if start.area < 0:
         raise PlanError(seeker.name, f"starts at {where}, in an obstacle or off the walkable ground", "move it")
-    room = areas[inside[0]].exterior.distance(start)
-    room = min([room, *(ring.distance(start) for ring in areas[inside[0]].interiors)])
-    if room < seeker.radius:
-        what = f"starts at {where}, {room:.2f} m from an obstacle or the edge of the ground"
+    if start.room < seeker.radius:
+        what = f"starts at {where}, {start.room:.2f} m from an obstacle or the edge of the ground"
         raise PlanError(seeker.name, what, f"move it; its body has a radius of {seeker.radius:.2f} m")
-    for goal in seeker.goals:
-        point, place = shapely.Point(goal[[0, 2]]), f"({goal[0]:.2f}, {goal[2]:.2f}) m"
-        if areas[inside[0]].covers(point):
-            continue
-        if any(area.covers(point) for area in areas):
-            raise PlanError(
-                seeker.name, f"cannot get to its goal {place}", "there is no way; open one, or move the goal"
-            )
-        raise PlanError(seeker.name, f"has its goal {place} in an obstacle or off the walkable ground", "move the goal")
-    return inside[0]
+    for goal, place in zip(goals, seeker.goals, strict=True):
+        where = f"({place[0]:.2f}, {place[2]:.2f}) m"
+        if goal.area < 0:
+            what = f"has its goal {where} in an obstacle or off the walkable ground"
+            raise PlanError(seeker.name, what, "move the goal")
+        if goal.area != start.area:
+            what = f"cannot get to its goal {where}, height {goal.height:.2f} m, from height {start.height:.2f} m"
+            raise PlanError(seeker.name, what, "there is no way on foot; open one, a ramp or stairs, or move the goal")
 
 
-def _with_goals(seeker: Seeker, room: shapely.Geometry) -> Seeker:
-    """The seeker with its goals where its body has room, which is in `room`.
+def _with_goals(seeker: Seeker, start: _Spot, levels: Sequence[_Spot], ways: Itineraries) -> Seeker:
+    """The seeker with its goals where its body has room.
 
     Raises:
         PlanError: If there is no room between start and goal that is as wide as the body.
     """
-    parts = shapely.get_parts(room)
-    start = shapely.Point(seeker.start[[0, 2]])
-    own = parts[int(np.argmin(shapely.distance(parts, start)))]
     goals = seeker.goals.copy()
-    for goal in goals:
-        point = shapely.Point(goal[[0, 2]])
-        nearest = shapely.get_coordinates(shapely.shortest_line(own, point))[0]
-        if np.linalg.norm(nearest - goal[[0, 2]]) > seeker.radius + 1e-6:
+    for goal, spot in zip(goals, levels, strict=True):
+        room = ways.room(spot.level, seeker.radius)
+        if spot.level == start.level:
+            parts = shapely.get_parts(room)
+            room = parts[int(np.argmin(shapely.distance(parts, shapely.Point(seeker.start[[0, 2]]))))]
+        nearest = shapely.get_coordinates(shapely.shortest_line(room, shapely.Point(goal[[0, 2]])))
+        if not len(nearest) or np.linalg.norm(nearest[0] - goal[[0, 2]]) > seeker.radius + 1e-6:
             what = f"cannot get to its goal ({goal[0]:.2f}, {goal[2]:.2f}) m"
             raise PlanError(seeker.name, what, f"the ways are narrower than its body, {2.0 * seeker.radius:.2f} m")
-        goal[[0, 2]] = nearest
+        goal[[0, 2]] = nearest[0]
     return replace(seeker, goals=goals)
 
 
-def _spread(seekers: list[Seeker], area: shapely.Polygon) -> list[Seeker]:
-    """The seekers with a place of its own for each at goals that several have."""
-    lasts = np.array([seeker.goals[-1][[0, 2]] for seeker in seekers])
-    radius = max(seeker.radius for seeker in seekers)
-    spacing = 2.0 * ROOM * radius
-    room = area.buffer(-radius)
-    shapely.prepare(room)
-    taken = np.zeros((0, 2))
+def _itinerary(seeker: Seeker, start: _Spot, goals: Sequence[_Spot], ways: Itineraries) -> Itinerary:
+    """The seeker's, to its goals or, if it has none, to where it stands."""
+    places, levels = list(seeker.goals), [goal.level for goal in goals]
+    if not places:
+        places, levels = [seeker.start], [start.level]
+    points = [place[[0, 2]] for place in places]
+    try:
+        return ways.find(seeker.start[[0, 2]], start.level, points, levels, seeker.radius)
+    except PlanError as error:
+        raise PlanError(seeker.name, f"cannot get to its goals: {error.where} {error.what}", error.remedy) from error
+
+
+def _spread(area: Area, people: Sequence[tuple[Seeker, int, Itinerary]]) -> Party:
+    """The people with a place of its own for each at goals that several have."""
+    seekers = [seeker for seeker, _, _ in people]
+    lasts = np.array([itinerary.points[-1] for _, _, itinerary in people])
+    levels = np.array([itinerary.levels[-1] for _, _, itinerary in people])
     starts = np.array([seeker.start[[0, 2]] for seeker in seekers])
+    radius = max(seeker.radius for seeker in seekers)
     places = lasts.copy()
-    for index in np.argsort(np.linalg.norm(starts - lasts, axis=1), kind="stable"):
-        places[index] = _free_place(lasts[index], taken, room, spacing)
-        taken = np.vstack([taken, places[index]])
-    found = []
-    for seeker, place in zip(seekers, places, strict=True):
-        goals = seeker.goals.copy()
-        goals[-1][[0, 2]] = place
-        found.append(replace(seeker, goals=goals))
-    return found
+    order = np.argsort(np.linalg.norm(starts - lasts, axis=1), kind="stable")
+    for level in np.unique(levels):
+        room = area.levels[level].buffer(-radius)
+        shapely.prepare(room)
+        taken = np.zeros((0, 2))
+        for index in order[levels[order] == level]:
+            places[index] = _free_place(lasts[index], taken, room, 2.0 * ROOM * radius)
+            taken = np.vstack([taken, places[index]])
+    return Party(
+        area=area,
+        seekers=tuple(seekers),
+        starts=np.array([start for _, start, _ in people], dtype=np.intp),
+        itineraries=tuple(
+            replace(itinerary, points=np.vstack([itinerary.points[:-1], place]))
+            for (_, _, itinerary), place in zip(people, places, strict=True)
+        ),
+    )
 
 
 def _free_place(goal: FloatArray, taken: FloatArray, room: shapely.Geometry, spacing: float) -> FloatArray:

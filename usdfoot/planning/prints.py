@@ -10,10 +10,14 @@ from usdfoot.maths import quaternion
 from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.ground import Ground, GroundSample
 
-__all__ = ["Prints", "follow_ground", "lay_prints", "print_orientations"]
+__all__ = ["Prints", "follow_ground", "lay_prints", "print_orientations", "settle_on_treads"]
 
 STEP_UP = 0.5
 """Ground this far above [m] is still the same level."""
+POKE = 0.03
+"""Ground may rise this much through the sole [m]."""
+SHIFTS = 0.02 * np.array([0, -1, 1, -2, 2, -3, 3, -4, 4, -5, 5, -6, 6, -7, 7, -8, 8])
+"""Along the foot, the nearest first [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,6 +83,37 @@ def lay_prints(
         orientations=print_orientations(yaws, sample.normals),
         walkable=sample.walkable,
     )
+
+
+def settle_on_treads(
+    ground: Ground, points: FloatArray, yaws: FloatArray, near: FloatArray, *, heels: FloatArray, toes: FloatArray
+) -> FloatArray:
+    """The points (N, 2), those of feet with the edge of a tread in their soles moved along the foot to where it is not.
+
+    Args:
+        ground: The terrain.
+        points: Under the balls, (x, z) [m], shape (N, 2).
+        yaws: Where the feet point [rad], shape (N,).
+        near: Height of the way there [m], shape (N,).
+        heels: From the ball back to the heel [m], shape (N,).
+        toes: From the ball ahead to the toes [m], shape (N,).
+    """
+    settled, rows = points.copy(), np.arange(len(points))
+    forward = np.stack([np.sin(yaws), np.cos(yaws)], axis=-1)
+    for shift in SHIFTS if ground.has_terrain else ():
+        tried = points[rows] + shift * forward[rows]
+        ball = ground.heights(tried, near[rows], step_up=STEP_UP)
+        clear = ball.walkable & (np.abs(ball.heights - near[rows]) <= STEP_UP)
+        rise = -np.sum(ball.normals[:, [0, 2]] * forward[rows], axis=1) / ball.normals[:, 1]
+        for reach in (-heels[rows], toes[rows]):
+            end = ground.heights(tried + reach[:, None] * forward[rows], ball.heights, step_up=STEP_UP)
+            pokes = end.heights - (ball.heights + reach * rise)
+            clear &= ~end.hit | (pokes <= POKE)
+        settled[rows[clear]] = tried[clear]
+        rows = rows[~clear]
+        if not rows.size:
+            break
+    return settled
 
 
 def print_orientations(yaws: FloatArray, normals: FloatArray) -> FloatArray:

@@ -1,118 +1,117 @@
-"""Routes: the way to a goal around obstacles, on a grid."""
+"""Routes: the shortest ways to a goal around obstacles and over passable ground, on every level, on a grid."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
 from usdfoot.errors import PlanError
-from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.planning.spots import Spots, build_spots
 from usdfoot.planning.world import World, clearances
 
 __all__ = ["Route", "aim_along", "find_route"]
 
-NEIGHBOURS = ((0, 1), (1, 0), (1, 1), (1, -1))
 MOST_CELLS = 4_000_000
-HIGHEST = 1e4
-"""Above all terrain [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Route:
-    """How far every cell of a grid is from a goal, and which cell comes next on the way there."""
+    """How far every spot is from a goal, and which spot comes next on the way there."""
 
     goal: FloatArray
-    """(x, z) [m], shape (2,)."""
-    corner: FloatArray
-    """Centre of the first cell (x, z) [m], shape (2,)."""
-    cell: float
-    """Width of a cell [m]."""
+    """On the ground [m], shape (3,)."""
+    spots: Spots
+    """Where a body has room."""
     distances: FloatArray
-    """Of the way to the goal [m], infinite where there is none, shape (X, Z)."""
+    """Of the way to the goal [m], infinite where there is none, shape (S,)."""
     following: IntArray
-    """Flat index of the next cell on the way, negative at the goal and where there is none, shape (X, Z)."""
+    """Next spot on the way, negative at the goal and where there is none, shape (S,)."""
+    step: float
+    """Highest step on the way [m]; infinite without terrain, where heights mean nothing."""
 
-    def cells_of(self, points: FloatArray) -> IntArray:
-        """Flat index of the nearest cell with a way of points (N, 2) whose own cell is or touches one, else -1."""
-        own = np.rint((points - self.corner) / self.cell).astype(np.intp)
-        around = own[:, None] + np.array([(0, 0), *NEIGHBOURS, *((-x, -z) for x, z in NEIGHBOURS)])  # (N, 9, 2)
-        shape = np.array(self.distances.shape)
-        inside = np.all((around >= 0) & (around < shape), axis=2)
-        safe = np.clip(around, 0, shape - 1)
-        usable = inside & np.isfinite(self.distances[safe[..., 0], safe[..., 1]])
-        first = np.argmax(usable, axis=1)
-        chosen = safe[np.arange(len(points)), first]
-        return np.where(usable.any(axis=1), chosen[:, 0] * shape[1] + chosen[:, 1], -1)
+    def find(self, place: FloatArray) -> int:
+        """The spot with a way to the goal at or beside a place (3,), -1 if there is none."""
+        spot = int(self.spots.at(place[None, [0, 2]], place[[1]], within=self.step)[0])
+        return spot if spot >= 0 and np.isfinite(self.distances[spot]) else -1
 
-    def centres(self, cells: IntArray) -> FloatArray:
-        """Centres (N, 2) of cells by flat index [m]."""
-        return self.corner + self.cell * np.stack(np.divmod(cells, self.distances.shape[1]), axis=-1)
+    def way(self, spot: int, *, length: float = np.inf) -> IntArray:
+        """The spots on the way to the goal from one of them on, for so many metres at most."""
+        way = [spot]
+        while self.following[way[-1]] >= 0 and len(way) * self.spots.cell < length:
+            way.append(int(self.following[way[-1]]))
+        return np.array(way)
 
 
 def find_route(
-    world: World, start: FloatArray, goal: FloatArray, *, radius: float, step: float, must_be_clear: bool = True
+    world: World,
+    start: FloatArray,
+    goal: FloatArray,
+    *,
+    radius: float,
+    step: float,
+    headroom: float,
+    must_be_clear: bool = True,
 ) -> Route:
     """The ways to a goal from everywhere.
 
     Args:
         world: Bounds, obstacles, terrain; without bounds the route stays within 10 m of start, goal and obstacles.
-        start: (x, z) [m], shape (2,).
-        goal: (x, z) [m], shape (2,).
+        start: (x, y, z) [m], shape (3,).
+        goal: On the ground (x, y, z) [m], shape (3,).
         radius: Of the body [m]; a cell is half of it.
         step: Highest rise of the ground from cell to cell [m].
+        headroom: Free height that the body needs [m].
         must_be_clear: Whether a goal that is not clear is an error; else the way leads as near to it as it can.
 
     Raises:
         PlanError: If the goal is not clear, or the area too large.
     """
-    if must_be_clear and not clearances(world, goal[None])[0] >= radius:
+    if must_be_clear and not clearances(world, goal[None, [0, 2]], goal[[1]])[0] >= radius:
         raise PlanError(_place("goal", goal), *_obstruction(world, goal, radius))
-    lowest, highest = _extent(world, np.stack([start, goal]))
+    lowest, highest = _extent(world, np.stack([start, goal])[:, [0, 2]])
     cell = 0.5 * radius
     counts = np.ceil((highest - lowest) / cell).astype(int) + 1
     if counts.prod() > MOST_CELLS:
         size = highest - lowest
         raise PlanError("area", f"is {size[0]:.0f} m by {size[1]:.0f} m, too large for a route", "give narrower bounds")
-    goal_cell = np.rint((goal - lowest) / cell)
-    corner = goal - goal_cell * cell  # the goal is the centre of a cell
-    index = np.stack(np.meshgrid(*(np.arange(count) for count in counts), indexing="ij"), axis=-1)
-    points = (corner + cell * index).reshape(-1, 2)
-    free = clearances(world, points) >= radius
-    heights: FloatArray = np.zeros(len(points))
-    if world.ground is not None:
-        sample = world.ground.heights(points, np.full(len(points), HIGHEST))
-        free, heights = free & sample.walkable, sample.heights
-    target = int(goal_cell[0] * counts[1] + goal_cell[1])
-    free[target] = True
-    distances, following = _spread(free.reshape(counts), heights.reshape(counts), target, cell, step)
-    return Route(goal=goal, corner=corner, cell=cell, distances=distances, following=following)
+    corner = goal[[0, 2]] - np.rint((goal[[0, 2]] - lowest) / cell) * cell  # the goal is the centre of a cell
+    shape = int(counts[0]), int(counts[1])
+    spots = build_spots(world.ground, corner, shape, cell=cell, step=step, headroom=headroom)
+    step = step if world.ground is not None and world.ground.has_terrain else np.inf
+    target = spots.at(goal[None, [0, 2]], goal[[1]], within=step)[0]
+    free = (clearances(world, spots.points, spots.heights) >= radius) & ~spots.is_edge
+    free[target] |= target >= 0
+    spots, count = spots.only(free), int(free.sum())
+    target = spots.at(goal[None, [0, 2]], goal[[1]], within=step)[0]
+    distances, following = np.full(count, np.inf), np.full(count, -1)
+    if target >= 0:
+        distances, following = dijkstra(spots.links, directed=False, indices=target, return_predecessors=True)
+    return Route(goal=goal, spots=spots, distances=distances, following=following, step=step)
 
 
-def aim_along(route: Route, world: World, point: FloatArray, *, radius: float, ahead: float) -> FloatArray | None:
-    """The farthest point in plain view of the way from `point` (2,), at most `ahead` [m] on; None without a way.
+def aim_along(route: Route, place: FloatArray, *, ahead: float) -> FloatArray | None:
+    """The farthest point (x, z) in plain view of the way from a place (3,), at most `ahead` [m] on; None without a way.
+
+    In plain view is where a straight line leads over spots all the way.
 
     Args:
         route: To the goal.
-        world: For what hides it.
-        point: (x, z) [m], shape (2,).
-        radius: Of the body [m].
+        place: (x, y, z) [m], shape (3,).
         ahead: How far to look [m].
     """
-    cell = int(route.cells_of(point[None])[0])
-    if cell < 0:
+    spot = route.find(place)
+    if spot < 0:
         return None
-    way = [cell]
-    while route.following.flat[way[-1]] >= 0 and len(way) * route.cell < ahead:
-        way.append(int(route.following.flat[way[-1]]))
-    places = route.centres(np.array(way))
-    shares = np.linspace(0.0, 1.0, 16)[:, None, None]
-    views = (point + shares * (places - point)).reshape(-1, 2)
-    visible = np.all((clearances(world, views) >= 0.9 * radius).reshape(16, -1)[1:], axis=0)
-    seen = np.flatnonzero(visible)
-    return places[seen[-1]] if seen.size else places[min(1, len(places) - 1)]
+    way = route.way(spot, length=ahead)
+    points = np.insert(route.spots.points[way], 1, route.spots.heights[way], axis=1)
+    shares = np.linspace(0.0, 1.0, 16)[1:, None, None]
+    views = (place + shares * (points - place)).reshape(-1, 3)
+    seen = route.spots.at(views[:, [0, 2]], views[:, 1], within=route.step).reshape(15, -1) >= 0
+    visible = np.flatnonzero(seen.all(axis=0))
+    return points[visible[-1] if visible.size else min(1, len(points) - 1), [0, 2]]
 
 
 def _extent(world: World, points: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -127,27 +126,10 @@ def _obstruction(world: World, goal: FloatArray, radius: float) -> tuple[str, st
     """What is wrong with a goal, and what would be right."""
     for obstacle in world.obstacles:
         alone = World(obstacles=(obstacle,))
-        if clearances(alone, goal[None])[0] < radius:
+        if clearances(alone, goal[None, [0, 2]], goal[[1]])[0] < radius:
             return f"is within {radius:.2f} m of the obstacle {obstacle.name}", "move it away"
     return f"is outside the bounds or within {radius:.2f} m of them", "move it inside"
 
 
 def _place(what: str, point: FloatArray) -> str:
-    return f"{what} ({point[0]:.2f}, {point[1]:.2f}) m"
-
-
-def _spread(free: BoolArray, heights: FloatArray, target: int, cell: float, step: float) -> tuple[FloatArray, IntArray]:
-    """Distances from the target cell over free cells, and the next cell towards it."""
-    numbers = np.arange(free.size).reshape(free.shape)
-    rows, columns, costs = [], [], []
-    for x, z in NEIGHBOURS:
-        here = (slice(0, free.shape[0] - x), slice(max(0, -z), free.shape[1] - max(0, z)))
-        there = (slice(x, None), slice(max(0, z), free.shape[1] + min(0, z)))
-        open_way = free[here] & free[there] & (np.abs(heights[here] - heights[there]) <= step)
-        rows.append(numbers[here][open_way])
-        columns.append(numbers[there][open_way])
-        costs.append(np.full(int(open_way.sum()), cell * np.hypot(x, z)))
-    pairs = np.concatenate(rows), np.concatenate(columns)
-    graph = coo_array((np.concatenate(costs), pairs), shape=(free.size, free.size)).tocsr()
-    distances, before = dijkstra(graph, directed=False, indices=target, return_predecessors=True)
-    return distances.reshape(free.shape), before.reshape(free.shape)
+    return f"{what} ({point[0]:.2f}, {point[2]:.2f}) m"

@@ -202,10 +202,19 @@ def _liftoffs(
     return np.where(walks, np.maximum(np.minimum(liftoffs, same - swings), strikes + 0.05), other + shares * spans)
 
 
-def lay_plans(names: Sequence[str], feet: FootTable, ground: Ground) -> list[FootstepPlan]:
-    """Plans of the footsteps, on the ground of the level each person keeps to."""
+def lay_plans(names: Sequence[str], feet: FootTable, ground: Ground, *, on_ground: bool = False) -> list[FootstepPlan]:
+    """Plans of the footsteps, on the ground of the level each person keeps to.
+
+    Args:
+        names: Of the plans.
+        feet: Of all of them.
+        ground: The terrain.
+        on_ground: Whether the heights of the feet are those of the ground near them; else only the level of the first
+            is known.
+    """
     places, near = feet.positions[:, [0, 2]], feet.positions[:, 1]
-    level = follow_ground(ground, places, near, starts=feet.numbers == 0).heights
+    starts = np.full(len(near), True) if on_ground else feet.numbers == 0
+    level = follow_ground(ground, places, near, starts=starts).heights
     prints = lay_prints(ground, places, feet.yaws, level)
     first = np.append(np.flatnonzero(feet.numbers == 0), len(feet.owners))
     return [

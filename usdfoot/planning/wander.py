@@ -14,15 +14,20 @@ from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import LEFT, RIGHT
 from usdfoot.model.plan import FootstepPlan
-from usdfoot.planning.prints import print_orientations
+from usdfoot.planning.prints import print_orientations, settle_on_treads
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.routes import Route, aim_along, find_route
+from usdfoot.planning.spots import HEADROOM, STEEPEST
 from usdfoot.planning.world import World, clearances, is_clear
 
 __all__ = ["Footstep", "WanderOptions", "join_footsteps", "plan_wander", "wander"]
 
 EASY_STEP = 0.8
 """Length of an easy walking step over the leg length."""
+EASY_RISE = 0.42
+"""Rise of a step over the leg length above which it is shorter."""
+SLOPE = 8
+"""Samples of the way ahead between which the ground may not rise more than a slope and half a step."""
 DRAWS = 24
 """Directions tried when the one wanted leads too close to something."""
 
@@ -54,7 +59,7 @@ class WanderOptions:
     """Standard deviation of the change of direction from step to step without a goal [rad]."""
     turn: float = np.radians(40.0)
     """Largest change of direction in a step [rad]."""
-    step: float = 0.4
+    step: float = 0.35
     """Highest rise or drop of the ground [m]."""
     arrival: float = 0.3
     """A goal is reached at this distance [m]."""
@@ -95,8 +100,8 @@ def wander(
         x, z = walk.place
         what = "is too close to an obstacle, out of bounds or off the ground"
         raise PlanError(f"start ({x:.2f}, {z:.2f}) m", what, "start where there is room to stand")
-    pending = [np.asarray(goal, dtype=float)[[0, 2]] for goal in goals]
-    routes = _routes(world, walk.place, pending, options)
+    pending = [_on_ground(world, np.asarray(goal, dtype=float)) for goal in goals]
+    routes = _routes(world, walk.position, pending, options)
     before = _lay(walk, RIGHT, world, options, time=start_time)
     for footstep in (before, _lay(walk, LEFT, world, options, time=start_time)):
         before = footstep
@@ -104,7 +109,7 @@ def wander(
         world, routes = (changed, []) if changed is not None else (world, routes)
     while pending or not goals:
         if pending and not routes:
-            routes = _routes(world, walk.place, pending, options, must_reach=False)
+            routes = _routes(world, walk.position, pending, options, must_reach=False)
         length, turn, spin = _choose(walk, world, routes, generator, options)
         walk = replace(_step(walk, length, turn, world, options), spin=spin)
         before = _lay(walk, walk.side, world, options, before=before)
@@ -187,23 +192,45 @@ class _Walk:
     spin: int = 0
     """Side to which it is turning out of a dead end, 1 = left, 0 = it is in none."""
 
+    @property
+    def position(self) -> FloatArray:
+        """Middle of the feet on the ground [m], shape (3,)."""
+        return np.insert(self.place, 1, self.height)
+
+
+def _on_ground(world: World, point: FloatArray) -> FloatArray:
+    """The point (3,) on the ground of the level below or just above it."""
+    if world.ground is None or not world.ground.has_terrain:
+        return point
+    sample = world.ground.heights(point[None, [0, 2]], point[[1]])
+    return np.array([point[0], sample.heights[0], point[2]]) if sample.hit[0] else point
+
 
 def _routes(
     world: World, place: FloatArray, goals: Sequence[FloatArray], options: WanderOptions, *, must_reach: bool = True
 ) -> list[Route]:
-    """Routes to goals, each reached from the one before.
+    """Routes to goals (3,), each reached from the one before, the first from a place (3,).
 
     Raises:
         PlanError: If a goal is not clear or, if it must be, cannot be reached.
     """
-    routes = []
+    headroom, routes = HEADROOM * options.body.leg_length, []
     for goal in goals:
-        route = find_route(world, place, goal, radius=options.radius, step=options.step, must_be_clear=must_reach)
-        if must_reach and route.cells_of(place[None])[0] < 0:
+        route = find_route(
+            world,
+            place,
+            goal,
+            radius=options.radius,
+            step=options.step,
+            headroom=headroom,
+            must_be_clear=must_reach,
+        )
+        if must_reach and route.find(place) < 0:
             raise PlanError(
-                f"goal ({goal[0]:.2f}, {goal[1]:.2f}) m",
-                f"cannot be reached from ({place[0]:.2f}, {place[1]:.2f}) m by a body {2 * options.radius:.2f} m wide",
-                "open a way, or move the goal",
+                f"goal ({goal[0]:.2f}, {goal[2]:.2f}) m, height {goal[1]:.2f} m",
+                f"cannot be reached from ({place[0]:.2f}, {place[2]:.2f}) m, height {place[1]:.2f} m, "
+                f"on foot by a body {2 * options.radius:.2f} m wide",
+                "open a way, join the levels by a ramp or stairs, or move the goal",
             )
         routes.append(route)
         place = goal
@@ -211,7 +238,8 @@ def _routes(
 
 
 def _is_at(walk: _Walk, route: Route, options: WanderOptions) -> bool:
-    return float(np.linalg.norm(walk.place - route.goal)) <= options.arrival
+    apart = np.abs(walk.position - route.goal)
+    return bool(np.hypot(apart[0], apart[2]) <= options.arrival and apart[1] <= route.step)
 
 
 def _choose(
@@ -222,7 +250,7 @@ def _choose(
     wanted, farthest, needed = generator.normal(scale=options.wobble), easy, options.look_ahead
     aim = None
     if routes:
-        aim = aim_along(routes[0], world, walk.place, radius=options.radius, ahead=4.0 * options.look_ahead)
+        aim = aim_along(routes[0], walk.position, ahead=4.0 * options.look_ahead)
     if aim is not None:
         wanted = float(planar.wrap_angle(planar.yaw_of(aim - walk.place) - walk.yaw))
         farthest = min(easy, float(np.linalg.norm(aim - walk.place)))
@@ -249,28 +277,32 @@ def _free_ways(walk: _Walk, turns: FloatArray, ahead: float, world: World, optio
     spacing = 0.5 * options.radius
     distances = np.arange(1, max(1, int(np.ceil(ahead / spacing))) + 1) * spacing
     points = walk.place + distances[:, None] * planar.direction(walk.yaw + turns)[:, None]  # (T, D, 2)
-    here = float(clearances(world, walk.place[None])[0])
-    clear = clearances(world, points.reshape(-1, 2)) >= min(options.radius, here)
+    heights = np.full((len(turns), len(distances) + 1), walk.height)
+    passable = np.ones((len(turns), len(distances)), dtype=bool)
     if world.ground is not None:
-        heights = np.full(len(turns), walk.height)
         for column in range(len(distances)):  # along the way, each height from the one before
-            rows = np.arange(len(turns)) * len(distances) + column
-            sample = world.ground.heights(points[:, column], heights, step_up=options.step)
-            clear[rows] &= sample.walkable & (np.abs(sample.heights - heights) <= options.step)
-            heights = sample.heights
-    clear = clear.reshape(len(turns), -1)
+            sample = world.ground.heights(points[:, column], heights[:, column], step_up=options.step)
+            passable[:, column] = sample.walkable & (np.abs(sample.heights - heights[:, column]) <= options.step)
+            heights[:, column + 1] = sample.heights
+        rises = np.abs(heights[:, SLOPE:] - heights[:, :-SLOPE])
+        passable[:, SLOPE - 1 :] &= rises <= SLOPE * spacing * np.tan(STEEPEST) + 0.5 * options.step
+    here = float(clearances(world, walk.place[None], np.array([walk.height]))[0])
+    free = clearances(world, points.reshape(-1, 2), heights[:, 1:].ravel()) >= min(options.radius, here)
+    clear = free.reshape(len(turns), -1) & passable
     first_blocked = np.where(clear.all(axis=1), len(distances), np.argmin(clear, axis=1))
     return np.minimum(first_blocked * spacing, ahead)
 
 
 def _step(walk: _Walk, length: float, turn: float, world: World, options: WanderOptions) -> _Walk:
     """The walk after a step of the other foot."""
-    yaw = walk.yaw + turn
-    place = walk.place + length * planar.direction(np.array(yaw))
-    height = walk.height
-    if world.ground is not None:
-        height = float(world.ground.heights(place[None], np.array([height]), step_up=options.step).heights[0])
-    return _Walk(place=place, height=height, yaw=yaw, side=1 - walk.side)
+    yaw, shares = walk.yaw + turn, np.array([1.0, 0.75, 0.5, 0.25])
+    places = walk.place + shares[:, None] * length * planar.direction(np.array(yaw))
+    if world.ground is None:
+        return _Walk(place=places[0], height=walk.height, yaw=yaw, side=1 - walk.side)
+    heights = world.ground.heights(places, np.full(len(places), walk.height), step_up=options.step).heights
+    easy = np.abs(heights - walk.height) <= EASY_RISE * options.body.leg_length
+    chosen = int(np.argmax(easy))  # onto a ledge, where none is, the whole step
+    return _Walk(place=places[chosen], height=float(heights[chosen]), yaw=yaw, side=1 - walk.side)
 
 
 def _lay(
@@ -281,7 +313,17 @@ def _lay(
     point = walk.place + 0.5 * options.body.step_width * planar.direction(np.array(walk.yaw + outward))
     height, normal = walk.height, np.array([[0.0, 1.0, 0.0]])
     if world.ground is not None:
+        point = settle_on_treads(
+            world.ground,
+            point[None],
+            np.array([walk.yaw]),
+            np.array([height]),
+            heels=np.array([options.body.heel]),
+            toes=np.array([options.body.toe]),
+        )[0]
         sample = world.ground.heights(point[None], np.array([height]), step_up=options.step)
+        if not (sample.walkable[0] and abs(sample.heights[0] - height) <= options.step):  # beside a ledge
+            sample, point = world.ground.heights(walk.place[None], np.array([height]), step_up=options.step), walk.place
         height, normal = float(sample.heights[0]), sample.normals
     position = np.array([point[0], height, point[1]])
     if before is not None:

@@ -11,8 +11,10 @@ from usdfoot.errors import PlanError
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.ground import Ground
 
-__all__ = ["Obstacle", "World", "box_outline", "clearances", "is_clear"]
+__all__ = ["Obstacle", "World", "box_outline", "clearances", "is_beside", "is_clear"]
 
+BODY, UNDERFOOT = 1.8, 0.1
+"""Obstacles higher above the ground, or as far below it, are in nobody's way [m]."""
 BATCH = 2_000_000
 """Distances from points to edges held at once."""
 
@@ -31,6 +33,8 @@ class Obstacle:
     """Corners of a simple polygon (x, z) [m], in either direction, shape (K, 2)."""
     margin: float = 0.0
     """Distance to keep from it [m]."""
+    heights: tuple[float, float] = (-np.inf, np.inf)
+    """Of its lowest and its highest point [m]; who walks below or above it passes."""
 
     def __post_init__(self) -> None:
         if not np.isfinite(self.outline).all() or len(self.outline) < 3:
@@ -79,12 +83,14 @@ def box_outline(lowest: FloatArray, highest: FloatArray) -> FloatArray:
     return np.array([(x0, z0), (x0, z1), (x1, z1), (x1, z0)], dtype=float)
 
 
-def clearances(world: World, points: FloatArray) -> FloatArray:
+def clearances(world: World, points: FloatArray, heights: FloatArray | None = None) -> FloatArray:
     """Distance [m] to the nearest obstacle's margin or to the bounds, negative inside the one and outside the other.
 
     Args:
         world: Bounds and obstacles; terrain does not count here.
         points: (x, z) [m], shape (N, 2).
+        heights: Of the ground there [m], shape (N,); obstacles that are wholly above a body or below its feet there do
+            not count. None = all do.
 
     Returns:
         Shape (N,), infinite where there is neither.
@@ -95,9 +101,18 @@ def clearances(world: World, points: FloatArray) -> FloatArray:
     batches = np.array_split(points, max(1, -(-len(points) * len(edges.starts) // BATCH)))
     distances = np.concatenate([_signed_distances(edges, batch) for batch in batches])
     distances[:, : len(world.obstacles)] -= [obstacle.margin for obstacle in world.obstacles]
+    if heights is not None:
+        for column, obstacle in enumerate(world.obstacles):
+            distances[~is_beside(obstacle, heights), column] = np.inf
     if world.bounds is not None:
         distances[:, -1] *= -1.0
     return distances.min(axis=1)
+
+
+def is_beside(obstacle: Obstacle, heights: FloatArray) -> BoolArray:
+    """Whether an obstacle is in the way of bodies on ground at heights (N,) [m], neither above nor below them."""
+    lowest, highest = obstacle.heights
+    return (heights + BODY > lowest) & (heights - UNDERFOOT < highest)
 
 
 def is_clear(world: World, points: FloatArray, heights: FloatArray, *, radius: float, step: float) -> BoolArray:
@@ -110,7 +125,7 @@ def is_clear(world: World, points: FloatArray, heights: FloatArray, *, radius: f
         radius: Of the body [m].
         step: Highest rise or drop of the ground [m].
     """
-    clear = clearances(world, points) >= radius
+    clear = clearances(world, points, heights) >= radius
     if world.ground is not None:
         sample = world.ground.heights(points, heights, step_up=step)
         clear &= sample.walkable & (np.abs(sample.heights - heights) <= step)

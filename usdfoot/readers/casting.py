@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from pxr import Sdf, Usd, UsdSkel
 
+from usdfoot.analysis.hip_spacing import space_hips
 from usdfoot.bridge.scene import Character
 from usdfoot.bridge.tokens import Motion, Plan
 from usdfoot.bridge.units import StageUnits
@@ -19,12 +20,14 @@ from usdfoot.model.limits import DEFAULT_LIMITS
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.model.trajectory import RootTrajectory
+from usdfoot.model.tuning import BodyTuning
 from usdfoot.planning.proportions import Proportions, proportions_of
 from usdfoot.readers.agents import AgentSource, read_agent_options
 from usdfoot.readers.characters import character_key, find_skeleton, only_character, read_character
 from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.clips import missing_leg_joints, read_clip
 from usdfoot.readers.stage import StagePrims, authored
+from usdfoot.readers.tuning import read_tuning
 
 __all__ = ["Casting", "skipped"]
 
@@ -43,12 +46,14 @@ class Casting:
     """Samples that a clip may have."""
     motion: str | None = None
     """Of all agents; None = what each says."""
+    tuning: BodyTuning = field(default_factory=BodyTuning)
+    """Of all agents, over what each says."""
     characters: list[Character] = field(default_factory=list)
     libraries: list[ClipLibrary] = field(default_factory=list)
     problems: list[Problem] = field(default_factory=list)
     _only: Usd.Prim | None = None
     _unfit: dict[str, str] = field(default_factory=dict)
-    _key_of: dict[Sdf.Path, tuple[object, ...]] = field(default_factory=dict)
+    _key_of: dict[tuple[Sdf.Path, float], tuple[object, ...]] = field(default_factory=dict)
     _character_of: dict[object, int | UsdfootError] = field(default_factory=dict)
     _library_of: dict[object, int | UsdfootError] = field(default_factory=dict)
 
@@ -67,9 +72,9 @@ class Casting:
         performer = self._performer(source)
         if performer is None:
             return None
-        if authored(source.plan, Plan.ROOT_WEIGHTS) is not None:
+        if authored(source.plan, Plan.ROOT_WEIGHTS) is not None or plan.root_weights.any():  # artists add some
             performer = replace(performer, root_weight=0.0)
-        else:
+        elif (plan.root_weights != performer.root_weight).any():
             plan = replace(plan, root_weights=np.full(len(plan), performer.root_weight))
         return performer.walking(plan, root_trajectory=root_trajectory)
 
@@ -96,6 +101,7 @@ class Casting:
             root_weight=options.root_weight,
             replace_distance=options.replace_distance,
             motion=motion,
+            tuning=self._tuning(source),
         )
 
     def character_of(self, source: AgentSource) -> Character:
@@ -127,16 +133,21 @@ class Casting:
         """Index of the agent's character, and its prim."""
         prim = source.character or (source.prim if source.is_authored and _holds_skeleton(source.prim) else None)
         prim = prim or self._only_character()
-        key = self._key_of.get(prim.GetPath())
+        spacing = self._tuning(source).given.get("hip_spacing", 1.0)
+        place = (prim.GetPath(), spacing)
+        key = self._key_of.get(place)
         if key is None:
-            key = self._key_of[prim.GetPath()] = character_key(prim, self.units)
+            key = self._key_of[place] = (*character_key(prim, self.units), spacing)
         if key not in self._character_of:
             try:
-                self.characters.append(read_character(prim, self.units, self.frame_codes))
+                self.characters.append(_spaced(read_character(prim, self.units, self.frame_codes), spacing))
                 self._character_of[key] = len(self.characters) - 1
             except UsdfootError as error:
                 self._character_of[key] = error
         return _or_raise(self._character_of[key]), prim
+
+    def _tuning(self, source: AgentSource) -> BodyTuning:
+        return self.tuning.over(read_tuning(source.prim, self.units))
 
     def _only_character(self) -> Usd.Prim:
         """The stage's only character, looked for once."""
@@ -196,6 +207,11 @@ def skipped(source: AgentSource, error: UsdfootError) -> Problem:
     path = str(source.prim.GetPath())
     message = str(error) if error.where.startswith(path) else f"{path}: {error}"
     return Problem(severity="error", where=path, message=message)
+
+
+def _spaced(character: Character, spacing: float) -> Character:
+    """The character with its hips spaced."""
+    return replace(character, skeleton=space_hips(character.skeleton, character.biped, spacing))
 
 
 def _no_clips(source: AgentSource, character: Character, count: int, names: Sequence[str]) -> ClipError:

@@ -17,9 +17,10 @@ from usdfoot.maths.types import FloatArray
 from usdfoot.model.skeleton import Pose
 from usdfoot.readers.assets import asset_of, character_prim_of
 from usdfoot.readers.biped import read_biped
+from usdfoot.readers.bounds import read_bounds
 from usdfoot.readers.samples import read_samples
 from usdfoot.readers.skeleton import RawSkeleton, is_moving, matrices_of, read_skeleton, skeleton_in, split_matrices
-from usdfoot.readers.skins import inherited_target, joint_reaches, read_skin
+from usdfoot.readers.skins import inherited_target, read_skin
 from usdfoot.readers.stage import StagePrims, start_code
 
 __all__ = ["character_key", "find_skeleton", "only_character", "read_character"]
@@ -112,7 +113,7 @@ def read_character(prim: Usd.Prim, units: StageUnits, frame_codes: FloatArray) -
         biped=read_biped(skeleton_prim, raw, skeleton, skeleton_to_agent, skin),
         rest_scales=raw.scales,
         inherited_scales=raw.inherited_scales,
-        joint_radii=joint_reaches(skin, raw) * skeleton_to_agent.scale,
+        bounds=read_bounds(asset, asset_prim, _relative(skeleton_prim, prim), raw.joints),
         still_extent=_still_extent(prim, units, tilt, scale),
         bind_pose=_bind_pose(raw, skeleton_to_agent),
         blend_shapes=_blend_shapes(skeleton_prim),

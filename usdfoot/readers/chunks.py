@@ -1,14 +1,17 @@
-"""Chunks of an earlier run: what they were made from, and their records."""
+"""Chunks of an earlier run: what they and their agents were made from, and their records."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 from pxr import Sdf, Tf
 
-from usdfoot.bridge.tokens import PROVENANCE, ChunkFiles, Record, chunk_folder
+from usdfoot.bridge.chunks import ChunkLayers, ChunkNotes
+from usdfoot.bridge.tokens import PROVENANCE, ChunkFiles, File, Record, chunk_folder
 
-__all__ = ["read_record"]
+__all__ = ["find_agents", "open_chunk", "read_record"]
 
 
 def read_record(folder: Path, files: ChunkFiles, content_hash: str) -> str | None:
@@ -24,19 +27,66 @@ def read_record(folder: Path, files: ChunkFiles, content_hash: str) -> str | Non
     place = chunk_folder(folder, files)
     record = None
     for name in files:
-        notes = _notes(place / name)
+        notes = _notes(_opened(place / name, metadata_only=True))
         if notes.get(Record.CONTENT_HASH) != content_hash:
             return None
         record = notes.get(Record.REPORT, record)
     return record
 
 
-def _notes(path: Path) -> dict[str, str]:
-    """What a layer says of its making; nothing if it cannot be read."""
+def find_agents(folder: Path) -> dict[tuple[str, str], ChunkFiles]:
+    """Files, relative to the folder, of all agents made before, by name and hash of what each was made from."""
+    found: dict[tuple[str, str], ChunkFiles] = {}
+    for files in _all_chunks(folder):
+        hashes = _notes(_opened(folder / files.anims, metadata_only=True)).get(Record.AGENT_HASHES, {})
+        found.update(dict.fromkeys(hashes.items(), files))
+    return found
+
+
+def open_chunk(folder: Path, files: ChunkFiles) -> tuple[ChunkLayers, ChunkNotes] | None:
+    """A chunk's layers and their notes; None unless they are whole and were made together.
+
+    Args:
+        folder: Of the crowd.
+        files: Names of the chunk's files, relative to the folder.
+    """
+    agents, footsteps, anims = (_opened(folder / name) for name in files)
+    if agents is None or footsteps is None or anims is None:
+        return None
+    notes = _notes(anims)
+    content_hash = str(notes.get(Record.CONTENT_HASH, ""))
+    if any(_notes(layer).get(Record.CONTENT_HASH) != content_hash for layer in (agents, footsteps)):
+        return None
+    return ChunkLayers(agents=agents, footsteps=footsteps, anims=anims), ChunkNotes(
+        content_hash=content_hash, agent_hashes=dict(notes.get(Record.AGENT_HASHES, {})), record=notes[Record.REPORT]
+    )
+
+
+def _all_chunks(folder: Path) -> Iterator[ChunkFiles]:
+    """Chunks of the crowd, then those that wait to become one."""
+    anims, agents, footsteps = (str(name).split(".")[0] for name in (File.ANIMS, File.AGENTS, File.FOOTSTEPS))
+    for waiting in ("", f"{File.PENDING}/"):
+        for path in sorted((folder / waiting).glob(f"{anims}.[0-9]*.usdc")):
+            number = path.name.removeprefix(anims)
+            if not (folder / waiting / f"{agents}{number}").exists():  # the only chunk
+                number = ".usdc"
+            yield ChunkFiles(
+                agents=f"{waiting}{agents}{number}",
+                footsteps=f"{waiting}{footsteps}{number}",
+                anims=f"{waiting}{path.name}",
+            )
+
+
+def _opened(path: Path, *, metadata_only: bool = False) -> Sdf.Layer | None:
+    """The layer as it is on disk now; None if it cannot be read."""
     if not path.is_file():
-        return {}
+        return None
     try:
-        layer = Sdf.Layer.OpenAsAnonymous(str(path), metadataOnly=True)
+        return Sdf.Layer.OpenAsAnonymous(str(path), metadataOnly=metadata_only)
     except Tf.ErrorException:
-        return {}
-    return dict(layer.customLayerData.get(PROVENANCE, {}))
+        return None
+
+
+def _notes(layer: Sdf.Layer | None) -> Mapping[str, Any]:
+    """What a layer says of its making."""
+    return dict(layer.customLayerData.get(PROVENANCE, {})) if layer else {}

@@ -125,6 +125,8 @@ def _sample(source: ClipSource, units: StageUnits, most_frames: int) -> tuple[Fl
     if rotations is None:
         raise ClipError(where, f"has no rotations for its {len(joints)} joints", "author one quaternion a joint")
     _check_finite(where, rotations, translations)
+    if translations is None:
+        _logger.warning("%s: has no translations for its %d joints, they stay as at rest", where, len(joints))
     codes = _sample_codes(source, rotations, translations, units, most_frames)
     order = match_joints(joints, raw.joints)
     all_rotations = _spread(raw.rotations, interpolate_rotations(rotations, codes), order)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 from pxr import Usd, UsdGeom
@@ -14,7 +13,7 @@ from usdfoot.bridge.tokens import Obstacle as Token
 from usdfoot.bridge.tokens import Schema
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import SceneError, UsdfootError
-from usdfoot.maths.types import FloatArray
+from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.report import Problem
 from usdfoot.planning.world import Obstacle
 from usdfoot.readers.skeleton import matrices_of
@@ -34,7 +33,7 @@ ROUND_GPRIMS = ("Sphere", "Cylinder", "Capsule", "Cone")
 def read_obstacles(
     stage: Usd.Stage, prims: StagePrims, units: StageUnits
 ) -> tuple[tuple[Obstacle, ...], tuple[Problem, ...]]:
-    """Outlines of all obstacles at the stage's start seen from above, and those that could not be used.
+    """Outlines and heights of all obstacles at the stage's start, and those that could not be used.
 
     The API on a prim means every Boundable at or below it. A concave mesh gives an outline for each face that looks up.
     """
@@ -43,8 +42,10 @@ def read_obstacles(
     for prim in _boundables(prims):
         try:
             margin = _margin(prim) * units.meters_per_unit
-            for outline in _outlines(stage, prim, units):
-                obstacles.append(Obstacle(name=str(prim.GetPath()), outline=outline, margin=margin))
+            points, faces = _shape(stage, prim, units)
+            heights = float(points[:, 1].min()), float(points[:, 1].max())
+            for outline in _outlines(prim, points[:, [0, 2]], faces):
+                obstacles.append(Obstacle(name=str(prim.GetPath()), outline=outline, margin=margin, heights=heights))
         except UsdfootError as error:
             problems.append(Problem(severity="error", where=error.where, message=str(error)))
     return tuple(obstacles), tuple(problems)
@@ -72,43 +73,44 @@ def _margin(prim: Usd.Prim) -> float:
     return 0.0
 
 
-def _outlines(stage: Usd.Stage, prim: Usd.Prim, units: StageUnits) -> list[FloatArray]:
-    """Outlines (K, 2) of a Boundable on the ground [m].
+def _shape(stage: Usd.Stage, prim: Usd.Prim, units: StageUnits) -> tuple[FloatArray, IntArray]:
+    """Points (P, 3) of a Boundable [m] and the triangles (T, 3) of a mesh, none of anything else.
 
     Raises:
-        SceneError: If it has no extent or is not finite.
+        SceneError: If it has no extent, is not finite, or faces and points do not match.
     """
-    matrix = matrices_of(prim, np.array([start_code(stage).GetValue()]))[0]
-
-    def on_ground(points: FloatArray) -> FloatArray:
-        world = units.points_to_canonical(points @ matrix[:3, :3] + matrix[3, :3])
-        if not np.isfinite(world).all():
-            raise SceneError(prim.GetPath(), "is an obstacle whose points are not finite", "repair it")
-        return world[:, [0, 2]]
-
+    faces = np.zeros((0, 3), dtype=int)
     if prim.IsA(UsdGeom.Mesh):
-        return _mesh_outlines(stage, UsdGeom.Mesh(prim), on_ground)
-    extent = UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(prim), start_code(stage))
-    if not extent:
-        raise SceneError(prim.GetPath(), "is an obstacle without an extent", "author its extent, or make it a Mesh")
-    lowest, highest = (np.array(corner, dtype=float) for corner in extent)
-    solid = _round_points(prim) if prim.GetTypeName() in ROUND_GPRIMS else _corners()
-    return [_hull(prim, on_ground(0.5 * (lowest + highest) + 0.5 * solid * (highest - lowest)))]
+        points, faces = _mesh(stage, UsdGeom.Mesh(prim))
+    else:
+        extent = UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(prim), start_code(stage))
+        if not extent:
+            raise SceneError(prim.GetPath(), "is an obstacle without an extent", "author its extent, or make it a Mesh")
+        lowest, highest = (np.array(corner, dtype=float) for corner in extent)
+        solid = _round_points(prim) if prim.GetTypeName() in ROUND_GPRIMS else _corners()
+        points = 0.5 * (lowest + highest) + 0.5 * solid * (highest - lowest)
+    matrix = matrices_of(prim, np.array([start_code(stage).GetValue()]))[0]
+    world = units.points_to_canonical(points @ matrix[:3, :3] + matrix[3, :3])
+    if not np.isfinite(world).all():
+        raise SceneError(prim.GetPath(), "is an obstacle whose points are not finite", "repair it")
+    return world, faces
 
 
-def _mesh_outlines(
-    stage: Usd.Stage, mesh: UsdGeom.Mesh, on_ground: Callable[[FloatArray], FloatArray]
-) -> list[FloatArray]:
-    """Outlines of a mesh on the ground: its hull, or of a concave one the faces of one side."""
+def _mesh(stage: Usd.Stage, mesh: UsdGeom.Mesh) -> tuple[FloatArray, IntArray]:
+    """Points of a mesh in its own space, and its triangles."""
     time = start_code(stage)
     points = np.array(mesh.GetPointsAttr().Get(time) or (), dtype=float).reshape(-1, 3)
     counts = np.array(mesh.GetFaceVertexCountsAttr().Get(time) or (), dtype=int)
     indices = np.array(mesh.GetFaceVertexIndicesAttr().Get(time) or (), dtype=int)
     if not len(points) or counts.sum() != len(indices) or indices.max(initial=-1) >= len(points):
         raise SceneError(mesh.GetPath(), "is an obstacle whose faces do not match its points", "repair the mesh")
-    places = on_ground(points)
-    hull = _hull(mesh.GetPrim(), places)
-    triangles = places[triangulate(points, counts, indices, np.zeros(0, dtype=int))]  # (T, 3, 2)
+    return points, triangulate(points, counts, indices, np.zeros(0, dtype=int))
+
+
+def _outlines(prim: Usd.Prim, places: FloatArray, faces: IntArray) -> list[FloatArray]:
+    """Outlines (K, 2) of points (P, 2) on the ground: their hull, or of a concave mesh the faces of one side."""
+    hull = _hull(prim, places)
+    triangles = places[faces]  # (T, 3, 2)
     areas = _areas(triangles)
     sides = triangles[areas > 0.0], triangles[areas < 0.0]  # of a closed mesh each covers what it stands on
     covered = areas[areas > 0.0].sum(), -areas[areas < 0.0].sum()

@@ -94,7 +94,7 @@ def read_prints(prim: Usd.Prim, units: StageUnits) -> tuple[PlanDraft, tuple[Pro
         root_weights=np.zeros(len(sides)) if weights is None else np.array(weights, dtype=float),
         styles=tuple(str(style) for style in authored(prim, Token.STYLES) or ()),
     )
-    return draft, problems
+    return draft, problems + _inactive(prim)
 
 
 def path_orientations(sides: IntArray, positions: FloatArray) -> FloatArray:
@@ -145,9 +145,19 @@ def _orientations(
         f"{prim.GetPath()}: has no orientations, the footsteps face along their path. author orientations where the "
         "character steps sideways or backward"
     )
-    _logger.warning("%s", message)
     problem = Problem(severity="warning", where=str(prim.GetPath()), message=message)
     return path_orientations(sides, positions), (problem,)
+
+
+def _inactive(prim: Usd.Prim) -> tuple[Problem, ...]:
+    """A warning where instances are deactivated, which hides them in viewers: arrays beside theirs still count them."""
+    edits = prim.GetMetadata(UsdGeom.Tokens.inactiveIds)
+    count = len(edits.ApplyOperations([])) if edits else 0
+    if not count:
+        return ()
+    where = str(prim.GetPath())
+    message = f"{where}: {count} of its prints are inactive, but stay footsteps. delete their entries from every array"
+    return (Problem(severity="warning", where=where, message=message),)
 
 
 def _to_world(prim: Usd.Prim, units: StageUnits, matrix: FloatArray, orientations: FloatArray) -> FloatArray:

@@ -43,7 +43,7 @@ def read_samples(attribute: Usd.Attribute, count: int) -> SampledArray | None:
         return None
     return SampledArray(
         codes=np.array([codes[i] for i in kept], dtype=float),
-        values=np.stack([np.array(values[i], dtype=float) for i in kept]),
+        values=np.stack([np.asarray(values[i]) for i in kept]).astype(float),
     )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
@@ -38,17 +40,17 @@ class SamplingReader:
             matrices = matrices_of(_camera_prim(stage, options.camera), codes)
             self._camera = units.points_to_canonical(matrices[:, 3, :3])
 
-    def frames_of(self, walk: FootstepPlan | RootTrajectory, number: int) -> SampledFrames:
+    def frames_of(self, walk: FootstepPlan | RootTrajectory, name: str) -> SampledFrames:
         """The frames at which an agent has samples.
 
         Args:
             walk: Where it goes.
-            number: Its place among all agents of the scene, by which neighbours take turns.
+            name: Its name, which settles its turn: agents that come or go beside it leave it as it is.
         """
         every = self._options.every
         if every == 1 or self._distance(walk) < self._options.near:
             return SampledFrames()
-        return SampledFrames(every=every, turn=number % every)
+        return SampledFrames(every=every, turn=_turn(name, every))
 
     def _distance(self, walk: FootstepPlan | RootTrajectory) -> float:
         """Least distance to the camera while the agent walks [m], infinite without a camera."""
@@ -60,6 +62,11 @@ class SamplingReader:
         return float(
             np.linalg.norm(_at(times, stops, walk.positions) - _at(times, self._times, self._camera), axis=1).min()
         )
+
+
+def _turn(name: str, every: int) -> int:
+    """One of `every` turns, each that of as many names as any other, the same in all processes."""
+    return int.from_bytes(hashlib.sha256(name.encode()).digest()[:8], "big") % every
 
 
 def _at(times: FloatArray, known: FloatArray, positions: FloatArray) -> FloatArray:

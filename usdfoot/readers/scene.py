@@ -21,6 +21,7 @@ from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.model.sampling import ALL_FRAMES, SamplingOptions
 from usdfoot.model.trajectory import RootTrajectory
+from usdfoot.model.tuning import BodyTuning
 from usdfoot.readers.agents import AgentSource, list_agents, select_agents
 from usdfoot.readers.casting import Casting, skipped
 from usdfoot.readers.clip_sources import ClipFinder
@@ -40,6 +41,7 @@ Walking = TypeVar("Walking", Agent, Follower)
 _logger = logging.getLogger(__name__)
 
 _ROUNDING = 1e-6
+UNTUNED = BodyTuning()
 
 
 def read_scene(
@@ -48,6 +50,7 @@ def read_scene(
     agents: str = "*",
     frames: tuple[int, int] | None = None,
     motion: str | None = None,
+    tuning: BodyTuning = UNTUNED,
 ) -> Scene:
     """Everything usdfoot needs of a stage, in canonical space; the stage is not changed.
 
@@ -58,11 +61,12 @@ def read_scene(
         agents: Glob on the names or prim paths of the agents to read.
         frames: First and last time code of the output; None = from the first strike to the last liftoff of all agents.
         motion: Of all agents; None = what each says. Agents that physics moves need no clips.
+        tuning: Of all agents, over what each says.
 
     Raises:
         SceneError: If the stage cannot be opened or no agent at all can be used.
     """
-    read = SceneReader(scene, agents=agents, frames=frames, motion=motion).read()
+    read = SceneReader(scene, agents=agents, frames=frames, motion=motion, tuning=tuning).read()
     for problem in read.crowd.problems:
         _logger.log(logging.ERROR if problem.severity == "error" else logging.WARNING, "%s", problem.message)
     return read
@@ -76,6 +80,7 @@ class SceneReader:
         agents: Glob on the names or prim paths of the agents that can be read, or several.
         frames: First and last time code of the output; None = from the first strike to the last liftoff of all agents.
         motion: Of all agents; None = what each says. Agents that physics moves need no clips.
+        tuning: Of all agents, over what each says.
         reload: Read the files again where this process has read them before.
         crowd: Folder of the crowd, whose overrides.usda mutes agents and changes plans.
         limits: How much of a scene is read.
@@ -93,6 +98,7 @@ class SceneReader:
         agents: str | Sequence[str] = "*",
         frames: tuple[int, int] | None = None,
         motion: str | None = None,
+        tuning: BodyTuning = UNTUNED,
         reload: bool = False,
         crowd: Path | None = None,
         limits: Limits = DEFAULT_LIMITS,
@@ -131,11 +137,11 @@ class SceneReader:
             frame_codes=codes,
             finder=ClipFinder(stage, prims),
             motion=motion,
+            tuning=tuning,
             most_frames=limits.frames,
         )
         self._codes = codes
         self._sampling = SamplingReader(stage, sampling, self.info.units, codes)
-        self._numbers = {source.name: number for number, source in enumerate(self._everyone)}
 
     def read(self, *, names: Collection[str] | None = None) -> Scene:
         """The agents with these names and all they need.
@@ -188,7 +194,7 @@ class SceneReader:
         """The performer with its frames; one below a transform that moves undoes that at all of them."""
         if len(self._casting.characters[performer.character].skeleton_to_agent) > 1:
             return performer
-        frames = self._sampling.frames_of(walk, self._numbers[performer.name])
+        frames = self._sampling.frames_of(walk, performer.name)
         return replace(performer, sampled=frames)
 
     def _plan_paths(self, stage: Usd.Stage, prims: StagePrims) -> dict[str, FootstepPlan | UsdfootError]:

@@ -12,7 +12,7 @@ from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.readers.joints import match_joints
 from usdfoot.readers.skeleton import RawSkeleton
 
-__all__ = ["Skin", "inherited_target", "joint_reaches", "points_moved_by", "read_skin"]
+__all__ = ["Skin", "inherited_target", "points_moved_by", "read_skin"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,23 +58,6 @@ def points_moved_by(skin: Skin, joints: Sequence[int]) -> FloatArray:
     """Points that move more with the given joints than with all others [skeleton units], shape (P, 3)."""
     shares = np.where(np.isin(skin.joints, joints), skin.weights, 0.0).sum(axis=1)
     return skin.points[shares > 0.5 * skin.weights.sum(axis=1)]
-
-
-def joint_reaches(skin: Skin, skeleton: RawSkeleton) -> FloatArray:
-    """Largest distance from each joint to a point it moves [skeleton units], 0 if none, shape (J,).
-
-    A skinned point lies in the convex hull of what its joints alone would do with it, so the balls of these radii
-    about the joints of any pose contain the skin.
-    """
-    reaches = np.zeros(len(skeleton.joints))
-    if skeleton.bind_matrices is None:
-        return reaches
-    origins = skeleton.bind_matrices[:, 3, :3]
-    for joints, weights in zip(skin.joints.T, skin.weights.T, strict=True):
-        used = (joints >= 0) & (weights > 0.0)
-        distances = np.linalg.norm(skin.points[used] - origins[joints[used]], axis=-1)
-        np.maximum.at(reaches, joints[used], distances)
-    return reaches
 
 
 def _read_mesh(mesh: Usd.Prim, skeleton: RawSkeleton) -> tuple[FloatArray, IntArray, FloatArray] | None:

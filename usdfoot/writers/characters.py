@@ -4,23 +4,18 @@ from __future__ import annotations
 
 import glob
 import hashlib
-import logging
 import os
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from pxr import Sdf, Usd, UsdUtils
 
-from usdfoot.bridge.names import unique_name
 from usdfoot.bridge.scene import Character
 from usdfoot.bridge.tokens import Schema
 from usdfoot.writers.layers import LayerFormat, new_layer
 from usdfoot.writers.paths import relative_asset
 
-__all__ = ["CharacterCopy", "PlacedCharacter", "copy_character", "must_be_copied", "place_characters"]
-
-_logger = logging.getLogger(__name__)
+__all__ = ["FOLDER", "CharacterCopy", "copy_character", "is_bound", "must_be_copied", "open_asset"]
 
 FOLDER = "characters"
 """Folder of copies within the crowd's."""
@@ -39,45 +34,6 @@ class CharacterCopy:
     """Textures and other files to copy, by name relative to the crowd's folder."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class PlacedCharacter:
-    """How agents refer to a character."""
-
-    reference: Sdf.Reference
-    copy: CharacterCopy | None
-    """What must be written for that."""
-
-
-def place_characters(
-    characters: Sequence[Character], folder: Path, *, layer_format: LayerFormat, collect: bool
-) -> list[PlacedCharacter]:
-    """How a crowd in `folder` refers to its characters.
-
-    They are referenced where they are. Copies are made if asked for, and of assets whose Skeleton is bound to an
-    animation of its own: that binding is stronger than the agent's, and instances cannot override it.
-
-    Args:
-        characters: Of the scene.
-        folder: Real path of the crowd's folder.
-        layer_format: Stage metadata of the copies.
-        collect: Copy all, with their textures.
-    """
-    placed = []
-    names: set[str] = set()
-    for character in characters:
-        stage = open_asset(character)
-        if not collect and not must_be_copied(stage, character):
-            asset = relative_asset(character.asset, folder)
-            placed.append(PlacedCharacter(reference=Sdf.Reference(asset, character.asset_prim), copy=None))
-            continue
-        name = unique_name(Sdf.Path(character.path).name, names)
-        copied = copy_character(stage, character, name, folder=folder, layer_format=layer_format, collect=collect)
-        placed.append(PlacedCharacter(reference=Sdf.Reference(f"./{copied.name}", f"/{name}"), copy=copied))
-        if not collect:
-            _logger.info("%s: copied to %s, as its Skeleton is bound to an animation", character.path, copied.name)
-    return placed
-
-
 def open_asset(character: Character) -> Usd.Stage:
     """The character's asset, as little of it as there is to the character."""
     mask = Usd.StagePopulationMask([character.asset_prim])
@@ -93,11 +49,16 @@ def must_be_copied(stage: Usd.Stage, character: Character) -> bool:
     top = Sdf.Path(character.asset_prim)
     prim = stage.GetPrimAtPath(top.AppendPath(character.skeleton_path))
     while prim and prim.GetPath() != top:
-        relationship = prim.GetRelationship("skel:animationSource")
-        if relationship and relationship.HasAuthoredTargets():
+        if is_bound(prim):
             return True
         prim = prim.GetParent()
     return False
+
+
+def is_bound(prim: Usd.Prim) -> bool:
+    """Whether the prim itself says which animation it has."""
+    relationship = prim.GetRelationship("skel:animationSource")
+    return bool(relationship and relationship.HasAuthoredTargets())
 
 
 def copy_character(

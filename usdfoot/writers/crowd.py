@@ -13,8 +13,8 @@ from typing import Any
 from usdfoot.bridge.scene import Scene
 from usdfoot.bridge.tokens import ChunkFiles, File, chunk_files, chunk_folder
 from usdfoot.errors import OutputError
-from usdfoot.writers.characters import PlacedCharacter
 from usdfoot.writers.layers import LayerFormat
+from usdfoot.writers.placing import PlacedCharacter
 from usdfoot.writers.root import expanded_layer, root_layer, stacked_layer
 from usdfoot.writers.staging import staged_files
 
@@ -59,7 +59,7 @@ def write_crowd(
             place = chunk_folder(target, chunk)
             for name in chunk:
                 files.adopt(name, place / name)
-        for copied in (character.copy for character in characters if character.copy):
+        for copied in (copied for character in characters for copied in character.copies):
             files.add_layer(copied.name, copied.layer)
             for name, path in copied.files.items():
                 files.add_file(name, path)

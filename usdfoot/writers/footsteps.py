@@ -21,6 +21,8 @@ from usdfoot.writers.prints import PRINT_COLORS, print_extent, print_outline
 __all__ = ["PrintModels", "author_plan", "in_frame", "print_models", "write_executed_plan"]
 
 ValueTypes = Sdf.ValueTypeNames
+PRINTS, PRINT_NAMES = "/Prints", ("Left", "Right")
+"""Where the prints' meshes are below their plan."""
 INTERPOLATIONS = {"normals": "uniform", "primvars:displayColor": "constant"}
 
 
@@ -30,17 +32,23 @@ class PrintModels:
 
     outlines: tuple[FloatArray, FloatArray]
     """Corners in the print's frame [m], shape (13, 3) each."""
-    attributes: tuple[dict[str, tuple[Sdf.ValueTypeName, Any]], dict[str, tuple[Sdf.ValueTypeName, Any]]]
-    """Type and value of the meshes' attributes by name."""
+    layer: Sdf.Layer
+    """Holds the meshes below PRINTS."""
 
 
 def print_models(size: float, units: StageUnits) -> PrintModels:
     """Meshes of prints for feet with the ball `size` from the ankle [m]."""
     outlines = print_outline(0, size), print_outline(1, size)
-    left, right = (
-        _mesh_attributes(outline, color, units) for outline, color in zip(outlines, PRINT_COLORS, strict=True)
-    )
-    return PrintModels(outlines=outlines, attributes=(left, right))
+    layer = Sdf.Layer.CreateAnonymous(".usdc")
+    with Sdf.ChangeBlock():
+        define_prim(layer, PRINTS, "Scope")
+        for name, outline, color in zip(PRINT_NAMES, outlines, PRINT_COLORS, strict=True):
+            mesh = define_prim(layer, f"{PRINTS}/{name}", "Mesh")
+            for attribute, (type_name, value) in _mesh_attributes(outline, color, units).items():
+                spec = author(mesh, attribute, type_name, value, uniform=attribute == "subdivisionScheme")
+                if attribute in INTERPOLATIONS:
+                    spec.SetInfo("interpolation", INTERPOLATIONS[attribute])
+    return PrintModels(outlines=outlines, layer=layer)
 
 
 def _mesh_attributes(
@@ -128,19 +136,9 @@ def author_plan(
         (tokens.Plan.LIFTOFF_TIMES, plan.liftoff_times),
     ):
         author_times(prim, attribute, times, units)
-    author_targets(prim, "prototypes", [_write_print(layer, path, side, prints) for side in (0, 1)])
+    Sdf.CopySpec(prints.layer, PRINTS, layer, path + PRINTS)
+    author_targets(prim, "prototypes", [f"{path}{PRINTS}/{name}" for name in PRINT_NAMES])
     return prim
-
-
-def _write_print(layer: Sdf.Layer, plan_path: str, side: int, prints: PrintModels) -> str:
-    """A small mesh below the plan; gives back its path."""
-    path = f"{plan_path}/Prints/{('Left', 'Right')[side]}"
-    prim = define_prim(layer, path, "Mesh")
-    for name, (type_name, value) in prints.attributes[side].items():
-        attribute = author(prim, name, type_name, value, uniform=name == "subdivisionScheme")
-        if name in INTERPOLATIONS:
-            attribute.SetInfo("interpolation", INTERPOLATIONS[name])
-    return path
 
 
 def _write_results(prim: Sdf.PrimSpec, results: StepResults, units: StageUnits) -> None:

@@ -17,7 +17,8 @@ from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.device import start_warp
 from usdfoot.model.motion import Motion
 from usdfoot.model.skeleton import forward_kinematics
-from usdfoot.writers.pose_kernels import box_frames, keep_signs
+from usdfoot.writers.extents import prim_extents
+from usdfoot.writers.pose_kernels import keep_signs
 
 __all__ = ["PosedAgent", "RestingCharacter", "pose_agents", "rest_character"]
 
@@ -49,8 +50,6 @@ class RestingCharacter:
     """Joints above the pelvis."""
     foot_length: float
     """Mean distance from ankle to ball [m]."""
-    boxed: tuple[wp.array, ...]
-    """What `box_frames` takes of the character, on the device."""
 
 
 def rest_character(character: Character) -> RestingCharacter:
@@ -66,20 +65,6 @@ def rest_character(character: Character) -> RestingCharacter:
         turns=turns,
         above=tuple(above),
         foot_length=float(np.linalg.norm(across, axis=1).mean()),
-        boxed=_boxed(character, places, turns, above),
-    )
-
-
-def _boxed(character: Character, places: FloatArray, turns: FloatArray, above: list[int]) -> tuple[wp.array, ...]:
-    """Parents, rest translations, places, turns and radii of the joints as `box_frames` takes them."""
-    parents = character.skeleton.parents.astype(np.int32)
-    parents[above] = -1
-    return (
-        wp.array(parents, dtype=wp.int32),
-        _array(character.skeleton.rest_translations, wp.vec3f),
-        _array(places, wp.vec3f),
-        _array(turns, wp.quatf),
-        _array(_radii(character), wp.float32),
     )
 
 
@@ -89,7 +74,7 @@ def pose_agents(motions: Sequence[tuple[Motion, RestingCharacter]], units: Stage
         own = list(group)
         poses = _stacked([motion for motion, _ in own])
         translations, rotations = _skeleton_poses(poses, own[0][1])
-        extents = _prim_extents(poses, own[0][1], units)
+        extents = prim_extents(own[0][1].character, translations, rotations, units)
         for (motion, resting), frames in zip(own, pairwise(poses.first.tolist()), strict=True):
             part = slice(*frames)
             yield PosedAgent(
@@ -156,47 +141,6 @@ def _skeleton_poses(poses: _Poses, resting: RestingCharacter) -> tuple[FloatArra
     return translations, on_device.numpy()
 
 
-def _prim_extents(poses: _Poses, resting: RestingCharacter, units: StageUnits) -> FloatArray:
-    """Box around the character in the space of the agent prim, whatever its joints do, shape (F, 2, 3).
-
-    Every joint stands for a ball as large as the skin it moves; geometry that is not skinned keeps its own box.
-    """
-    character = resting.character
-    frames, joints = poses.rotations.shape[:2]
-    to_agent = quaternion.compose(units.axes_to_canonical, character.agent_rotation)
-    to_prim, scale = quaternion.inverse(to_agent), 1.0 / (units.meters_per_unit * character.agent_scale)
-    boxes = wp.empty((frames, 2), dtype=wp.vec3f)
-    wp.launch(
-        box_frames,
-        dim=frames,
-        inputs=[
-            *resting.boxed,
-            character.biped.pelvis,
-            _array(poses.pelvis_positions, wp.vec3f),
-            _array(poses.pelvis_rotations, wp.quatf),
-            _array(poses.rotations, wp.quatf),
-            wp.quatf(*to_prim.tolist()),
-            wp.empty((frames, joints), dtype=wp.vec3f),
-            wp.empty((frames, joints), dtype=wp.quatf),
-        ],
-        outputs=[boxes],
-    )
-    extents = boxes.numpy() * np.float32(scale)
-    if character.still_extent is not None:
-        corners = np.stack(np.meshgrid(*character.still_extent.T, indexing="ij"), axis=-1).reshape(-1, 3)
-        corners = quaternion.rotate(to_prim, corners) * scale
-        extents[:, 0] = np.minimum(extents[:, 0], corners.min(axis=0))
-        extents[:, 1] = np.maximum(extents[:, 1], corners.max(axis=0))
-    return extents
-
-
-def _radii(character: Character) -> FloatArray:
-    """Radius of the ball around each joint [m], -1 = none; without any skin all joints below the roots count."""
-    if (character.joint_radii > 0.0).any():
-        return np.where(character.joint_radii > 0.0, character.joint_radii, -1.0)
-    return np.where(character.skeleton.parents < 0, -1.0, 0.0)
-
-
 def _pelvis_local(poses: _Poses, resting: RestingCharacter) -> tuple[FloatArray, FloatArray]:
     """Pelvis below its parent at rest, translations [m] (F, 3) and rotations (F, 4)."""
     positions, turns = poses.pelvis_positions.astype(float), poses.pelvis_rotations.astype(float)
@@ -205,7 +149,3 @@ def _pelvis_local(poses: _Poses, resting: RestingCharacter) -> tuple[FloatArray,
     parent = resting.above[0]
     undo = quaternion.inverse(resting.turns[parent])
     return quaternion.rotate(undo, positions - resting.places[parent]), quaternion.compose(undo, turns)
-
-
-def _array(values: FloatArray, kind: type) -> wp.array:
-    return wp.array(np.ascontiguousarray(values, dtype=np.float32), dtype=kind)

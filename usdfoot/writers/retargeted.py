@@ -17,7 +17,6 @@ from usdfoot.bridge.units import StageUnits
 from usdfoot.model.clip import Clip
 from usdfoot.model.contacts import Contacts
 from usdfoot.writers.agents import author_stance
-from usdfoot.writers.characters import place_characters
 from usdfoot.writers.clip_prims import author_clip
 from usdfoot.writers.events import author_events
 from usdfoot.writers.layers import (
@@ -30,6 +29,7 @@ from usdfoot.writers.layers import (
     rounded_codes,
 )
 from usdfoot.writers.paths import layer_path
+from usdfoot.writers.placing import place_characters
 from usdfoot.writers.staging import staged_files
 
 __all__ = ["WrittenClip", "write_retargeted"]
@@ -100,8 +100,8 @@ def write_retargeted(
         with Sdf.ChangeBlock():
             _write_clip(layer, clip, character, units)
     with staged_files(target.parent) as files:
-        if placed.copy is not None:
-            files.add_layer(placed.copy.name, placed.copy.layer)
+        for copied in placed.copies:
+            files.add_layer(copied.name, copied.layer)
         files.add_layer(target.name, layer)
     return target
 

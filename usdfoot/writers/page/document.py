@@ -27,6 +27,7 @@ SCRIPTS = (
     "crowd",
     "state",
     "dom",
+    "copies",
     "bones",
     "prints",
     "ground",

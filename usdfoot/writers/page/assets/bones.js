@@ -1,24 +1,37 @@
-/** Stick figures of all agents in one draw: every bone is an instance of one capsule, laid from joint to joint. */
+/** Stick figures of all agents in one draw: every bone is a copy of one capsule, laid from joint to joint. */
 page.bones = (() => {
   const THIN = 0.042; // radius over leg length
   const HEAD = 0.1; // radius and height over leg length
-  const MANY = 150; // agents from which on capsules are coarser
+  const SMALL = 60; // pixels below which a leg is of ribbons that face the camera
+  const TINY = 14; // pixels below which a figure is its trunk and two straight legs
+  const ROUND = 1500; // bones that may be more than that
+
+  /** Unit ribbon: normals at its edges, which lean towards the camera as a tube's would. */
+  const RIBBON = {
+    attributes: { position: [3, [-0.9, 0.44, 0, 0.9, 0.44, 0, -0.9, 0.44, 0, 0.9, 0.44, 0]], along: [1, [0, 0, 1, 1]] },
+    indices: [0, 1, 2, 1, 3, 2],
+  };
 
   const VERTEX = `
-    attribute vec3 start, end;
-    attribute vec4 paint;  // color and radius
+    ${page.copies.SHADER}
+    uniform highp sampler2D start, end;
+    uniform highp sampler2D paint;  // color and radius
     attribute float along;
     uniform float pixel;  // its size at a distance of 1
     varying vec3 vNormal, vColor, vPlace;
     void main() {
-      vec3 axis = end - start;
+      vec3 from = row(start).xyz;
+      vec3 axis = row(end).xyz - from;
+      vec4 tone = row(paint);
+      vec3 middle = from + along * axis;
       float size = length(axis);
       axis = size > 1e-5 ? axis / size : vec3(0.0, 1.0, 0.0);
-      vec3 across = normalize(cross(axis, abs(axis.y) < 0.99 ? vec3(0.0, 1.0, 0.0) : vec3(1.0, 0.0, 0.0)));
-      vNormal = across * position.x + cross(axis, across) * position.y + axis * position.z;
-      vColor = paint.rgb;
-      vec3 middle = mix(start, end, along);
-      float radius = max(paint.a, 0.9 * pixel * distance(middle, cameraPosition));  // never thinner than two pixels
+      vec3 across = cross(axis, cameraPosition - middle);
+      size = length(across);
+      across = size > 1e-5 ? across / size : vec3(axis.y, axis.z, axis.x);
+      vNormal = across * position.x + cross(across, axis) * position.y + axis * position.z;
+      vColor = tone.rgb;
+      float radius = max(tone.a, 0.9 * pixel * distance(middle, cameraPosition));  // never thinner than two pixels
       vec4 place = viewMatrix * vec4(middle + radius * vNormal, 1.0);
       vPlace = place.xyz;
       gl_Position = projectionMatrix * place;
@@ -34,54 +47,71 @@ page.bones = (() => {
   function create(crowd, state, scene) {
     const { THREE } = window;
     const limbs = crowd.header.stickFigures.map(limbsOf);
+    const coarse = crowd.header.stickFigures.map((stick, i) => coarseOf(stick, limbs[i]));
     const most = crowd.agents.reduce((sum, agent) => sum + limbs[crowd.arrays.stickIndices[agent.index]].length, 0);
-    const geometry = capsule(THREE, crowd.agents.length > MANY ? { around: 4, caps: 0 } : { around: 10, caps: 3 });
-    const buffers = {};
-    for (const [name, size] of [["start", 3], ["end", 3], ["paint", 4]]) {
-      buffers[name] = new THREE.InstancedBufferAttribute(new Float32Array((most + 1) * size), size);
-      buffers[name].setUsage(THREE.DynamicDrawUsage);
-      geometry.setAttribute(name, buffers[name]);
-    }
+    const round = page.copies.geometry(capsule(10, 3), Math.min(most + 1, ROUND));
+    const flat = page.copies.geometry(RIBBON, most + 1);
+    const tables = { start: page.copies.table(most + 1), end: page.copies.table(most + 1), paint: page.copies.table(most + 1) };
+    const [starts, ends, paints] = Object.values(tables).map((table) => table.image.data);
     const uniforms = { pixel: { value: 0 } };
-    const material = new THREE.ShaderMaterial({ vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms });
-    const mesh = new THREE.Mesh(geometry, material);
-    mesh.frustumCulled = false;
-    scene.add(mesh);
+    for (const [name, table] of Object.entries(tables)) uniforms[name] = { value: table };
+    const material = new THREE.ShaderMaterial({ vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms, side: THREE.DoubleSide });
+    for (const { geometry } of [round, flat]) {
+      const mesh = new THREE.Mesh(geometry, material);
+      mesh.frustumCulled = false;
+      scene.add(mesh);
+    }
 
     const root = new Float32Array(3);
     const joints = new Float32Array(3 * Math.max(...crowd.header.stickFigures.map((stick) => stick.parents.length)));
 
-    /** Everybody shown, where they are now. */
-    function pose() {
+    /** Everybody shown and in sight of a lens, where they are now. */
+    function pose(lens) {
+      const [large, small] = [[], []];
       let bone = 0;
       for (const agent of crowd.agents) {
         if (!isDrawn(state, agent.index)) continue;
+        const own = limbs[crowd.arrays.stickIndices[agent.index]];
+        const { legLength } = agent.stick;
         const place = page.crowd.frameAt(crowd, agent, state.time);
         page.crowd.rootAt(crowd, agent, place, root);
-        page.crowd.jointsAt(crowd, agent, place, root, joints, 0);
-        for (const { from, to, rise } of limbs[crowd.arrays.stickIndices[agent.index]]) {
-          for (let axis = 0; axis < 3; axis++) {
-            buffers.start.array[3 * bone + axis] = joints[3 * from + axis];
-            buffers.end.array[3 * bone + axis] = joints[3 * to + axis];
+        const scale = page.copies.scaleAt(lens, root[0], root[1] + legLength, root[2], 2 * legLength);
+        if (scale) {
+          page.crowd.jointsAt(crowd, agent, place, root, joints, 0);
+          const height = scale * legLength;
+          const rows = height > SMALL && large.length + own.length < round.most ? large : small;
+          const drawn = height > TINY ? own : coarse[crowd.arrays.stickIndices[agent.index]];
+          for (const limb of drawn) {
+            lay(limb, legLength, bone + limb.row);
+            rows.push(bone + limb.row);
           }
-          buffers.end.array[3 * bone + 1] += rise * agent.stick.legLength;
-          bone++;
         }
+        bone += own.length;
       }
-      if (crowd.agents.length > 1) bone = point(bone);
-      geometry.instanceCount = bone;
-      buffers.start.needsUpdate = true;
-      buffers.end.needsUpdate = true;
+      if (crowd.agents.length > 1) large.push(point(bone));
+      round.show(large);
+      flat.show(small);
+      tables.start.needsUpdate = true;
+      tables.end.needsUpdate = true;
+    }
+
+    /** A bone from joint to joint. */
+    function lay({ from, to, rise }, legLength, bone) {
+      for (let axis = 0; axis < 3; axis++) {
+        starts[4 * bone + axis] = joints[3 * from + axis];
+        ends[4 * bone + axis] = joints[3 * to + axis];
+      }
+      ends[4 * bone + 1] += rise * legLength;
     }
 
     /** A pointer over the chosen agent. */
     function point(bone) {
       const agent = crowd.agents[state.agent];
       page.crowd.rootAt(crowd, agent, page.crowd.frameAt(crowd, agent, state.time), root);
-      for (const [name, height] of [["start", 2.5], ["end", 3]]) {
-        buffers[name].array.set([root[0], root[1] + height * agent.stick.legLength, root[2]], 3 * bone);
+      for (const [places, height] of [[starts, 2.5], [ends, 3]]) {
+        places.set([root[0], root[1] + height * agent.stick.legLength, root[2]], 4 * bone);
       }
-      return bone + 1;
+      return bone;
     }
 
     /** Colors of everybody shown: legs by side, bodies by how they do, the chosen one lit up. */
@@ -94,13 +124,13 @@ page.bones = (() => {
         const body = chosen ? colors.chosen : crowd.agentSeverity[agent.index] > 1 ? colors.over : colors.body;
         for (const limb of limbs[crowd.arrays.stickIndices[agent.index]]) {
           const tone = limb.side === 0 ? colors.left : limb.side === 1 ? colors.right : body;
-          buffers.paint.array.set([tone.r, tone.g, tone.b, limb.radius * agent.stick.legLength], 4 * bone);
+          paints.set([tone.r, tone.g, tone.b, limb.radius * agent.stick.legLength], 4 * bone);
           bone++;
         }
       }
       const { r, g, b } = colors.chosen;
-      buffers.paint.array.set([r, g, b, 1.5 * THIN * crowd.agents[state.agent].stick.legLength], 4 * bone);
-      buffers.paint.needsUpdate = true;
+      paints.set([r, g, b, 1.5 * THIN * crowd.agents[state.agent].stick.legLength], 4 * bone);
+      tables.paint.needsUpdate = true;
     }
 
     /** Called with the size of a pixel at a distance of 1 when the view changes its size. */
@@ -116,14 +146,25 @@ page.bones = (() => {
     return state.alone ? agent === state.agent : state.shown[agent] === 1 || agent === state.agent;
   }
 
-  /** Bones of a stick figure: joints from and to, side, and over leg length radius and how far the end is raised. */
+  /** Bones of a stick figure: row, joints from and to, side, and over leg length radius and how far the end is raised. */
   function limbsOf({ parents, sides, head }) {
     const limbs = [];
     parents.forEach((parent, joint) => {
-      if (parent >= 0) limbs.push({ from: parent, to: joint, side: sides[joint], radius: THIN, rise: 0 });
+      if (parent < 0) return;
+      limbs.push({ row: limbs.length, from: parent, to: joint, side: sides[joint], radius: THIN, rise: 0 });
     });
-    if (head >= 0) limbs.push({ from: head, to: head, side: 2, radius: HEAD, rise: HEAD });
+    if (head >= 0) limbs.push({ row: limbs.length, from: head, to: head, side: 2, radius: HEAD, rise: HEAD });
     return limbs;
+  }
+
+  /** The same from far away: hips to ankles and pelvis to head, each in the row of a bone of its side. */
+  function coarseOf({ head }, limbs) {
+    const legs = [0, 1].map((side) => {
+      const own = limbs.filter((limb) => limb.side === side);
+      return own.length ? { ...own[0], to: own[Math.max(0, own.length - 2)].to } : null;
+    });
+    if (head < 0 || legs.includes(null)) return limbs;
+    return [{ ...limbs.find((limb) => limb.side === 2), from: 0, to: head }, ...legs];
   }
 
   function palette(THREE) {
@@ -131,15 +172,14 @@ page.bones = (() => {
     return { left: tone("left"), right: tone("right"), body: tone("body"), over: tone("over"), chosen: tone("chosen") };
   }
 
-  /** Unit capsule: normals of half a sphere around either end of a line, which end in `along`; no caps = a tube. */
-  function capsule(THREE, { around, caps }) {
-    const geometry = new THREE.InstancedBufferGeometry();
+  /** Unit capsule: normals of half a sphere around either end of a line, which end in `along`. */
+  function capsule(around, caps) {
     const normals = [];
     const ends = [];
     const indices = [];
     for (let ring = -caps - 1; ring <= caps + 1; ring++) {
       if (ring === 0) continue;
-      const tilt = (Math.sign(ring) * (Math.abs(ring) - 1) * Math.PI) / (2 * Math.max(caps, 1));
+      const tilt = (Math.sign(ring) * (Math.abs(ring) - 1) * Math.PI) / (2 * caps);
       for (let i = 0; i < around; i++) {
         const angle = (2 * Math.PI * i) / around;
         normals.push(Math.cos(tilt) * Math.cos(angle), Math.cos(tilt) * Math.sin(angle), Math.sin(tilt));
@@ -152,10 +192,7 @@ page.bones = (() => {
         indices.push(a, b, a + around, b, b + around, a + around);
       }
     }
-    geometry.setAttribute("position", new THREE.Float32BufferAttribute(normals, 3));
-    geometry.setAttribute("along", new THREE.Float32BufferAttribute(ends, 1));
-    geometry.setIndex(indices);
-    return geometry;
+    return { attributes: { position: [3, normals], along: [1, ends] }, indices };
   }
 
   return { create, isDrawn };

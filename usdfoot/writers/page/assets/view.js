@@ -11,8 +11,9 @@ page.view = (() => {
     let renderer;
     try {
       renderer = new THREE.WebGLRenderer({ antialias: true, powerPreference: "high-performance" });
+      if (!renderer.capabilities.isWebGL2) throw new Error("WebGL 1");
     } catch {
-      holder.append(page.dom.element("p", { class: "empty" }, "This browser has no WebGL: the 3-D view is off."));
+      holder.append(page.dom.element("p", { class: "empty" }, "This browser has no WebGL 2: the 3-D view is off."));
       return { draw() {}, frames: 0 };
     }
     renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
@@ -39,8 +40,9 @@ page.view = (() => {
         view.frames++;
         if (state.follow) follow();
         controls.update();
-        bones.pose();
-        prints.pose();
+        const lens = page.copies.lens(camera, holder.clientHeight);
+        bones.pose(lens);
+        prints.pose(lens);
         renderer.render(scene, camera);
       });
     }

@@ -1,0 +1,49 @@
+"""What bounds a skinned character, against USD's own boxes."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from tests.scenes import BALL_HEIGHT, JOINTS, OFFSETS, Units, add_character, new_stage
+from usdfoot.readers.bounds import read_bounds
+
+
+def bounds_of(stage, path="/World/Hero", skeleton="Skeleton"):
+    return read_bounds(stage.GetRootLayer().identifier, path, skeleton, JOINTS)
+
+
+def test_skin_without_an_extent_pads_by_its_points():
+    stage = new_stage()
+    add_character(stage, "/World/Hero", Units(), with_body=True)
+    body = stage.GetPrimAtPath("/World/Hero/Body")
+    body.RemoveProperty("extent")
+    (bound,) = bounds_of(stage)
+    assert bound.padding == pytest.approx(BALL_HEIGHT, rel=1e-6)
+
+
+def test_without_a_rest_pose_the_bind_pose_pads():
+    stage = new_stage()
+    add_character(stage, "/World/Hero", Units(), with_body=True, with_rest=False)
+    (bound,) = bounds_of(stage)
+    assert bound.padding == pytest.approx(BALL_HEIGHT, rel=1e-6)
+    assert_allclose(bound.rest_matrices[:, 3, :3], OFFSETS, atol=1e-6)
+
+
+def test_without_skin_the_joints_count():
+    stage = new_stage()
+    add_character(stage, "/World/Hero", Units(), root_type="Xform")
+    (bound,) = bounds_of(stage)
+    assert bound.padding == 0.0
+    assert_array_equal(bound.sources, np.arange(len(JOINTS)))
+
+
+def test_every_skeleton_with_skin_counts_by_the_joints_it_shares_with_the_animation():
+    stage = new_stage()
+    add_character(stage, "/World/Hero", Units(), with_body=True)
+    add_character(
+        stage, "/World/Hero/Hair", Units(), joints=["Tuft", *JOINTS[0:1]], offsets=[(0, 2, 0)] * 2, with_body=True
+    )
+    hair, own = sorted(bounds_of(stage), key=lambda bound: len(bound.sources))
+    assert hair.sources.tolist() == [-1, 0]
+    assert_allclose(hair.rest_matrices[0, 3, :3], (0, 2, 0))
+    assert len(own.sources) == len(JOINTS)

@@ -1,0 +1,165 @@
+"""Floors: a JuPedSim simulation for each level, in lockstep; who is where two join is in both (extra `crowd`)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import jupedsim
+import numpy as np
+import shapely
+
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.planning.itineraries import SNUG
+from usdfoot.planning.places import Party
+from usdfoot.planning.scenario import Seeker
+
+__all__ = ["TIME_STEP", "Floors"]
+
+TIME_STEP = 0.05
+"""Of the simulations [s]."""
+TIME_GAP = 0.5
+"""In which people let nobody into the space ahead [s]."""
+SAME = 0.3
+"""A level as near above another [m] is the same ground."""
+ASTRAY = 0.5
+"""Who is so far [m] from where it is on its own level is taken off the other."""
+PACE = 0.03
+"""Changes of speed smaller than this part of it are left out."""
+
+
+class Floors:
+    """N people on the levels of an area.
+
+    JuPedSim knows no heights. So each level is simulated for itself; on the apron that two levels have in common
+    everyone is on both, as its own self on one and as a shadow of itself on the other, so that those behind and those
+    who come the other way see it.
+
+    Args:
+        party: The people and where they start.
+    """
+
+    def __init__(self, party: Party) -> None:
+        self._area, self._seekers = party.area, party.seekers
+        narrowest = min(seeker.radius for seeker in party.seekers)
+        self._floors = [_Floor(_wide(level, narrowest)) for level in party.area.levels]
+        self.levels: IntArray = party.starts.copy()
+        """Level each is on, shape (N,)."""
+        self._ids = [
+            self._floors[level].enter(seeker, seeker.start[[0, 2]])
+            for seeker, level in zip(party.seekers, self.levels, strict=True)
+        ]
+        self._shadows: dict[int, tuple[int, int]] = {}
+        self._points = np.array([seeker.start[[0, 2]] for seeker in party.seekers])
+        self._paces = np.ones(len(party.seekers))
+
+    def iterate(self, count: int) -> FloatArray:
+        """Where everyone is (x, z) after so many time steps [m], shape (N, 2)."""
+        for floor in self._floors:
+            floor.simulation.iterate(count)
+        ids = zip(self.levels.tolist(), self._ids, strict=True)
+        self._points = np.array([self._floors[level].agent(identity).position for level, identity in ids])
+        return self._points
+
+    def steer(self, people: Iterable[int], targets: FloatArray) -> None:
+        """Send people to their targets (N, 2) on the levels they are on."""
+        for index in people:
+            self._floors[self.levels[index]].agent(self._ids[index]).target = tuple(targets[index].tolist())
+
+    def pace(self, paces: FloatArray) -> None:
+        """Let everyone go as much slower than it likes as paces (N,) say."""
+        for index in np.flatnonzero(np.abs(paces - self._paces) > PACE).tolist():
+            self._paces[index] = paces[index]
+            own = self._floors[self.levels[index]].agent(self._ids[index])
+            own.model.desired_speed = paces[index] * self._seekers[index].speed
+
+    def go_over(self, next_levels: IntArray) -> BoolArray:
+        """Take those who are where their next level (N,) begins over to it, -1 = none; gives back who went."""
+        over = np.zeros(len(next_levels), dtype=bool)
+        if not self._shadows and np.all(next_levels < 0):
+            return over
+        heights = self._area.height_at(self.levels, self._points)
+        for index in np.flatnonzero(next_levels >= 0).tolist():
+            level = int(next_levels[index])
+            if self._has(level, index, heights[index]):
+                over[index] = self._enter(index, level)
+        for index, (level, shadow) in list(self._shadows.items()):
+            place, floor = self._points[index], self._floors[level]
+            apart = np.linalg.norm(np.array(floor.agent(shadow).position) - place)
+            if apart > ASTRAY or not self._has(level, index, heights[index]):
+                floor.leave(shadow)
+                del self._shadows[index]
+            elif floor.covers(place):
+                floor.agent(shadow).target = tuple(place.tolist())
+        return over
+
+    def _has(self, level: int, index: int, height: float) -> bool:
+        """Whether the ground one is on at a height [m] belongs to a level."""
+        own = self._area.height_at(np.array([level]), self._points[index : index + 1])[0]
+        return bool(abs(own - height) <= SAME)
+
+    def _enter(self, index: int, level: int) -> bool:
+        """Whether one has gone over to a level; its self on the level it was on becomes a shadow."""
+        before = int(self.levels[index]), self._ids[index]
+        shadow = self._shadows.pop(index, None)
+        if shadow is not None and shadow[0] == level:
+            identity = shadow[1]
+        else:
+            if shadow is not None:
+                self._floors[shadow[0]].leave(shadow[1])
+            try:
+                identity = self._floors[level].enter(self._seekers[index], self._points[index])
+            except RuntimeError:  # somebody stands there; again in a moment
+                return False
+        self._shadows[index] = before
+        self.levels[index], self._ids[index], self._paces[index] = level, identity, 1.0
+        return True
+
+
+def _wide(level: shapely.Polygon, radius: float) -> shapely.Polygon:
+    """A level without what is narrower than a body: JuPedSim sends people of any size through the smallest gap."""
+    room = level.buffer(-SNUG * radius)
+    wide = room.buffer(SNUG * radius, join_style="mitre").intersection(level)
+    return wide if wide.geom_type == "Polygon" else level
+
+
+class _Floor:
+    """The simulation of one level."""
+
+    def __init__(self, level: shapely.Polygon) -> None:
+        model = jupedsim.CollisionFreeSpeedModelV2()
+        self.simulation = jupedsim.Simulation(model=model, geometry=level, dt=TIME_STEP)
+        self.agent = self.simulation.agent
+        self._level, self._rooms = level, dict[float, shapely.Geometry]()
+        self._steering = self.simulation.add_direct_steering_stage()
+        self._journey = self.simulation.add_journey(jupedsim.JourneyDescription([self._steering]))
+        self._inside = level.buffer(-0.05)
+
+    def enter(self, seeker: Seeker, place: FloatArray) -> int:
+        """Put somebody at a place (2,), or as near to it as the walls let it stand; gives back its number here.
+
+        Raises:
+            RuntimeError: If somebody stands there.
+        """
+        if seeker.radius not in self._rooms:
+            self._rooms[seeker.radius] = self._level.buffer(-seeker.radius - 1e-4)
+        room = self._rooms[seeker.radius]
+        if not (shapely.contains_xy(room, *place) or room.is_empty):
+            place = shapely.get_coordinates(shapely.shortest_line(room, shapely.Point(place)))[0]
+        return self.simulation.add_agent(
+            jupedsim.CollisionFreeSpeedModelV2AgentParameters(
+                position=tuple(place.tolist()),
+                journey_id=self._journey,
+                stage_id=self._steering,
+                radius=seeker.radius,
+                desired_speed=seeker.speed,
+                time_gap=TIME_GAP,
+            )
+        )
+
+    def leave(self, identity: int) -> None:
+        """Take somebody off."""
+        self.simulation.mark_agent_for_removal(identity)
+
+    def covers(self, place: FloatArray) -> bool:
+        """Whether a place (2,) can be walked to."""
+        return bool(shapely.contains_xy(self._inside, *place))

@@ -1,0 +1,44 @@
+"""Tuning authored on agent prims: hips, crouch, centre of mass, sway, gravity, comfort."""
+
+from __future__ import annotations
+
+from pxr import Usd
+
+from usdfoot.bridge.tokens import Agent as Token
+from usdfoot.bridge.units import StageUnits
+from usdfoot.errors import SceneError, UsdfootError
+from usdfoot.model.tuning import BodyTuning
+from usdfoot.readers.stage import authored
+
+__all__ = ["read_tuning"]
+
+_TOKENS = {
+    "hip_spacing": Token.HIP_SPACING,
+    "crouch": Token.CROUCH,
+    "com_left": Token.COM_SHIFT,
+    "com_up": Token.COM_SHIFT,
+    "com_ahead": Token.COM_SHIFT,
+    "pitch": Token.PITCH,
+    "sway": Token.SWAY,
+    "gravity": Token.GRAVITY,
+    "comfort": Token.COMFORT,
+}
+_COM_AXES = ("com_left", "com_up", "com_ahead")
+
+
+def read_tuning(prim: Usd.Prim, units: StageUnits) -> BodyTuning:
+    """What an agent prim says, lengths in metres.
+
+    Raises:
+        SceneError: If a value is out of its range.
+    """
+    values = {name: authored(prim, token) for name, token in _TOKENS.items() if name not in _COM_AXES}
+    shift, gravity = authored(prim, Token.COM_SHIFT), values["gravity"]
+    if shift is not None:
+        values.update({name: value * units.meters_per_unit for name, value in zip(_COM_AXES, shift, strict=True)})
+    if gravity is not None:
+        values["gravity"] = gravity * units.meters_per_unit
+    try:
+        return BodyTuning(**values)
+    except UsdfootError as error:
+        raise SceneError(prim.GetPath(), f"{_TOKENS[error.where]} {error.what}", error.remedy) from error

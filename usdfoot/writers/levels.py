@@ -1,0 +1,80 @@
+"""Levels of detail: one asset whose children are the variants of a character, between which renderers choose (UsdLod).
+
+The schemas of UsdLod are authored by name, so that files are the same whether or not the USD at hand has the module.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from pxr import Sdf, Usd, Vt
+
+from usdfoot.bridge import tokens
+from usdfoot.model.levels import DetailLevels
+from usdfoot.writers.layers import LayerFormat, apply_schemas, author, author_targets, define_prim, new_layer
+
+__all__ = ["level_layer", "level_set", "select_levels"]
+
+ValueTypes = Sdf.ValueTypeNames
+
+
+def level_set(prim: Usd.Prim, levels: DetailLevels) -> str | None:
+    """The variant set of a character that has all the levels; None = no set has."""
+    sets = prim.GetVariantSets()
+    for name in sets.GetNames():
+        if set(levels.variants) <= set(sets.GetVariantSet(name).GetVariantNames()):
+            return str(name)
+    return None
+
+
+def select_levels(prim: Usd.Prim, variant_set: str, levels: DetailLevels) -> Iterator[str]:
+    """Names the levels one by one, with the prim's stage showing each by its session layer."""
+    stage = prim.GetStage()
+    stage.SetEditTarget(stage.GetSessionLayer())
+    for variant in levels.variants:
+        stage.GetPrimAtPath(prim.GetPath()).GetVariantSet(variant_set).SetVariantSelection(variant)
+        yield variant
+
+
+def level_layer(
+    name: str,
+    references: Sequence[Sdf.Reference],
+    levels: DetailLevels,
+    *,
+    selects: str | None,
+    layer_format: LayerFormat,
+) -> Sdf.Layer:
+    """The asset: ``/<name>`` with the levels below ``Levels`` and what chooses between them beside that.
+
+    Programs that know nothing of levels show the first: the others are invisible, as UsdLod recommends.
+
+    Args:
+        name: Of the character.
+        references: To the character, one a level.
+        levels: Variants and distances.
+        selects: Variant set to select the levels in; None = each reference is to another asset.
+        layer_format: Stage metadata.
+    """
+    layer = new_layer(layer_format, text=True)
+    layer.defaultPrim = name
+    with Sdf.ChangeBlock():
+        define_prim(layer, f"/{name}", "SkelRoot").kind = "component"
+        root = define_prim(layer, f"/{name}/Levels", "Xform")
+        apply_schemas(root, [tokens.Lod.ROOT])
+        author_targets(root, tokens.Lod.HEURISTICS, [f"/{name}/Distance"])
+        author(root, tokens.Lod.DEFAULT_INDEX, ValueTypes.Int, 0)
+        for number, (variant, reference) in enumerate(zip(levels.variants, references, strict=True)):
+            prim = define_prim(layer, f"/{name}/Levels/Level{number}", "SkelRoot")
+            prim.referenceList.prependedItems = [reference]
+            prim.kind = "subcomponent"
+            if selects is not None:
+                prim.variantSelections[selects] = variant
+            author(prim, "xformOpOrder", ValueTypes.TokenArray, Vt.TokenArray(), uniform=True)  # agents say where
+            if number:
+                author(prim, "visibility", ValueTypes.Token, "invisible")
+        distance = define_prim(layer, f"/{name}/Distance", tokens.Lod.DISTANCE)
+        author(distance, tokens.Lod.DOMAIN, ValueTypes.Token, "imaging", uniform=True)
+        scale = layer_format.units.meters_per_unit
+        thresholds = Vt.FloatArray([metres / scale for metres in levels.distances])
+        author(distance, tokens.Lod.THRESHOLDS, ValueTypes.FloatArray, thresholds, uniform=True)
+    return layer
