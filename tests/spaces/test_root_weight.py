@@ -120,6 +120,23 @@ def test_the_error_grows_with_the_root_weight(beyond: str, generator: np.random.
     assert np.diff(errors, axis=0).min() >= -1e-9
 
 
+def test_where_all_root_weights_rise_a_chain_of_steps_may_err_less() -> None:
+    """Each step starts where the last one landed, which can be to the side that its root's landing is not."""
+    misses = np.array([1.0, -0.1, -0.1])
+    ways = misses / 0.9 - np.array([0.0, *misses[:-1]])  # from footsteps to the roots' landings, started as planned
+
+    def mean_miss(root_weight: float) -> float:
+        point, missed, total = np.zeros((1, 3, 2)), np.zeros((1, 2)), 0.0
+        for way in ways:
+            root = missed + [[way, 0.0]]
+            missed = solve_root_weight(point, np.array([[1.0, 0.0, 0.0]]), root, np.array([root_weight])).shifts
+            total += float(np.abs(missed).sum()) / 3.0
+        return total
+
+    assert mean_miss(0.9) == pytest.approx(0.4)
+    assert mean_miss(0.92) < mean_miss(0.9)
+
+
 @both
 def test_the_largest_root_weight_meets_the_tolerance_and_no_more(beyond: str, generator: np.random.Generator) -> None:
     corners, weights, roots, _ = cases(generator)
