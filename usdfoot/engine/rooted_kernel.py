@@ -276,7 +276,7 @@ def mix_step(
 
 @wp.func
 def beyond_reach(left: wp.vec2d, stride: wp.vec2d, reach: wp.float64, longest: wp.float64) -> wp.vec2d:
-    """How far a landing has to fall short of its footstep, as `landings.beyond_reach` has it [m]."""
+    """How far a landing has to fall short of its footstep, as `reach.beyond_reach` has it [m]."""
     beyond_ik = left * wp.max(wp.float64(1.0) - reach / wp.max(wp.length(left), wp.float64(1e-12)), ZERO)
     beyond_leg = stride * wp.max(wp.float64(1.0) - longest / wp.max(wp.length(stride), wp.float64(1e-12)), ZERO)
     if wp.length(beyond_leg) > wp.length(beyond_ik):
