@@ -134,6 +134,8 @@ def _off_edges(feet: FootTable, ground: Ground) -> FootTable:
     """The table with feet moved off the edges of treads, where that brings them into nobody else's."""
     points, near = feet.positions[:, [0, 2]], feet.positions[:, 1]
     settled = settle_on_treads(ground, points, feet.yaws, near, heels=feet.heels, toes=feet.toes)
+    if np.array_equal(settled, points):
+        return feet
     moved = replace(feet, positions=np.insert(settled, 1, near, axis=1))
     met = find_collisions(moved).steps.ravel()
     back = np.concatenate([met, np.minimum(met + 2, len(near) - 1)])
