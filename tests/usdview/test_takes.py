@@ -5,10 +5,10 @@ import pytest
 from pxr import Sdf, Usd, UsdSkel
 
 from tests.batch.conftest import digests
-from usdfoot.errors import UsdfootError
+from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.usdview.overlays import shown_kinds, toggle_overlay
 from usdfoot.usdview.selection import Selection
-from usdfoot.usdview.takes import animate_again, drop_takes
+from usdfoot.usdview.takes import animate_again, drop_takes, keep_take
 
 NOW = Usd.TimeCode(40.0)
 ONE = Selection(paths=(Sdf.Path("/Crowd/Agents/Agent_1"),))
@@ -47,6 +47,30 @@ def test_a_later_take_is_shown_over_an_earlier_one(shot, opened):
     assert (first.folder.name, second.folder.name) == ("0001", "0002")
     assert root_weights(opened, "Agent_1").max() == pytest.approx(0.5)
     assert drop_takes(opened, Selection(), NOW) == 2
+
+
+def test_a_take_is_kept_in_the_crowd(shot, opened):
+    was = rotations(opened, "Agent_0")
+    animate_again(opened, ONE, NOW, root_weight=0.5)
+    shown = rotations(opened, "Agent_1")
+    assert sorted(keep_take(opened, Selection(), NOW).results) == ["Agent_0", "Agent_1", "Agent_2"]
+    assert opened.GetSessionLayer().empty and not any((shot / "crowd" / "takes").iterdir())
+    fresh = Usd.Stage.Open(str(shot / "crowd" / "crowd.usd"))
+    for stage in (opened, fresh):
+        np.testing.assert_allclose(rotations(stage, "Agent_1"), shown, atol=1e-5)
+        assert np.array_equal(rotations(stage, "Agent_0"), was)
+    animate_again(opened, ONE, NOW, seam="crossfade")
+    with pytest.raises(SceneError, match=r"and their seam is one that is asked of all\. make a take of all agents"):
+        keep_take(opened, ONE, NOW)
+    assert len(opened.GetSessionLayer().subLayerPaths) > 0  # still shown
+    drop_takes(opened, ONE, NOW)
+    take = animate_again(opened, Selection(), NOW, seam="crossfade", root_weight=0.0)
+    shown = rotations(opened, "Agent_0")
+    keep_take(opened, Selection(), NOW)
+    np.testing.assert_allclose(rotations(opened, "Agent_0"), shown, atol=1e-5)
+    assert not take.folder.exists()
+    with pytest.raises(SceneError, match="the session layer: shows no take"):
+        keep_take(opened, Selection(), NOW)
 
 
 def test_an_option_out_of_range_leaves_nothing(shot, opened):

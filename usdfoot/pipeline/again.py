@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,15 +12,16 @@ import numpy as np
 from usdfoot.bridge.tokens import File
 from usdfoot.errors import PlanError, SceneError, UsdfootError
 from usdfoot.model.plan import FootstepPlan
+from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.animate import animate
 from usdfoot.pipeline.report import AnimateReport, call_of, options_of
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.stage import start_code
-from usdfoot.readers.written import WrittenCrowd, read_agent
+from usdfoot.readers.written import WrittenCrowd, agent_names, read_agent, read_written_crowd
 from usdfoot.writers.plan_edits import restore_layer, save_plan_edit
 from usdfoot.writers.root import SUBLAYERS
 
-__all__ = ["TAKES", "Take", "edit_plan", "make_take", "remake"]
+__all__ = ["TAKES", "Take", "edit_plan", "keep_take", "make_take", "remake"]
 
 TAKES = "takes"
 """Folder of takes within a crowd's."""
@@ -37,10 +38,14 @@ class Take:
     report: AnimateReport
 
 
-def remake(crowd: WrittenCrowd) -> AnimateReport:
+def remake(crowd: WrittenCrowd, *, options: MotionOptions | None = None) -> AnimateReport:
     """The crowd made again in its folder as it was asked for, with what artists changed since in overrides.usda.
 
     Chunks in which nothing changed are kept.
+
+    Args:
+        crowd: As read.
+        options: None = as it was asked for.
 
     Raises:
         SceneError: If its scene is not known or cannot be read.
@@ -52,7 +57,7 @@ def remake(crowd: WrittenCrowd) -> AnimateReport:
         crowd.folder,
         agents=call.agents,
         frames=call.frames,
-        options=options_of(crowd.provenance),
+        options=options or options_of(crowd.provenance),
         collect=call.collect,
         levels=call.levels,
         chunk_size=call.chunk_size,
@@ -117,22 +122,62 @@ def edit_plan(crowd: WrittenCrowd, name: str, edit: Callable[[FootstepPlan], Foo
         SceneError: If the crowd's scene is not known or cannot be read.
         OutputError: If overrides.usda or the folder cannot be written to.
     """
+    return _edit_plans(crowd, {name: edit})
+
+
+def keep_take(crowd: WrittenCrowd, folder: Path) -> AnimateReport:
+    """Make the crowd again so that it has the motion of a take; gives back what was made.
+
+    What was asked of everybody becomes what is asked of the crowd. Of some agents the root weight can be kept: as the
+    `usdfoot:plan:rootWeights` of their plans in overrides.usda.
+
+    Args:
+        crowd: As read, without the take.
+        folder: Of the take.
+
+    Raises:
+        SceneError: If the take is not there, or it asks of some agents what can only be asked of all.
+        PlanError: If the agents cannot be animated so.
+        OutputError: If overrides.usda or the folder cannot be written to.
+    """
+    take = read_written_crowd(folder / File.CROWD)
+    was, now = options_of(crowd.provenance), options_of(take.provenance)
+    if set(agent_names(take)) >= set(agent_names(crowd)):
+        return remake(crowd, options=now)
+    weight = now.root_weight
+    if now.seam != was.seam or was.root_weight is not None or not weight:
+        what = "seam" if now.seam != was.seam else "root weight"
+        raise SceneError(
+            folder, f"holds some agents, and their {what} is one that is asked of all", "make a take of all agents"
+        )
+    return _edit_plans(
+        crowd, {name: lambda plan: replace(plan, root_weights=np.full(len(plan), weight)) for name in agent_names(take)}
+    )
+
+
+def _edit_plans(crowd: WrittenCrowd, edits: Mapping[str, Callable[[FootstepPlan], FootstepPlan]]) -> AnimateReport:
+    """As `edit_plan`, for several agents at once, by name."""
     _scene_of(crowd)
-    before = read_agent(crowd, name).plan
-    after = edit(before)
-    prim = crowd.stage.GetPrimAtPath(before.name)
-    frame = matrices_of(prim, np.array([start_code(crowd.stage).GetValue()]))[0]
-    kept = save_plan_edit(crowd.folder / File.OVERRIDES, after, before=before, units=crowd.units, frame=frame)
+    file = crowd.folder / File.OVERRIDES
+    changes = []
+    for name, edit in edits.items():
+        before = read_agent(crowd, name).plan
+        prim = crowd.stage.GetPrimAtPath(before.name)
+        frame = matrices_of(prim, np.array([start_code(crowd.stage).GetValue()]))[0]
+        changes.append((edit(before), before, frame))
+    kept = [save_plan_edit(file, after, before=was, units=crowd.units, frame=frame) for after, was, frame in changes]
     try:
         report = remake(crowd)
-        reasons = [] if name in report.results else [problem.message for problem in report.skipped]
+        lost = not set(edits) <= set(report.results)
+        reasons = [problem.message for problem in report.skipped] if lost else []
     except UsdfootError as error:
         report, reasons = None, [str(error)]
     if report is None or reasons:
-        restore_layer(crowd.folder / File.OVERRIDES, kept)
+        restore_layer(file, kept[0])
         if report is not None:
             remake(crowd)
-        raise PlanError(before.name, "cannot be walked as edited, and stays as it was", names=reasons)
+        where = ", ".join(was.name for _, was, _ in changes)
+        raise PlanError(where, "cannot be walked as edited, and stays as it was", names=reasons)
     return report
 
 

@@ -19,7 +19,7 @@ from usdfoot.usdview.dialogs import ask_choice, ask_file, ask_number
 from usdfoot.usdview.footsteps import add_after_selected, delete_selected, move_selected, move_selected_to_point
 from usdfoot.usdview.overlays import remove_overlays, save_overlay, shown_kinds, toggle_overlay
 from usdfoot.usdview.selection import Selection
-from usdfoot.usdview.takes import animate_again, drop_takes
+from usdfoot.usdview.takes import animate_again, drop_takes, keep_take
 from usdfoot.usdview.worst import find_worst_step
 
 __all__ = [
@@ -29,6 +29,7 @@ __all__ = [
     "delete",
     "drop",
     "jump_to_worst",
+    "keep",
     "move",
     "move_to_point",
     "plan_along",
@@ -117,6 +118,11 @@ def change_seam(usdviewApi: Any) -> None:
 def drop(usdviewApi: Any) -> None:
     """Show the crowd as it was and remove the takes."""
     _do(usdviewApi, lambda: drop_takes(*_asked(usdviewApi)), lambda count: f"{count} takes dropped")
+
+
+def keep(usdviewApi: Any) -> None:
+    """Make the crowd again as the take shown last is."""
+    _do(usdviewApi, lambda: keep_take(*_asked(usdviewApi)), _told)
 
 
 def move(usdviewApi: Any) -> None:

@@ -28,6 +28,7 @@ MENU = (
         (
             ("change_root_weight", "Root Weight...", "The selected agents with another root weight"),
             ("change_seam", "Seam...", "The selected agents with another way from step to step"),
+            ("keep", "Keep Take", "Make the crowd again as the take shown last is, and drop the takes"),
             ("drop", "Drop Takes", "Show the crowd as it was and remove the takes"),
         ),
     ),
