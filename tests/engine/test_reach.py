@@ -11,45 +11,88 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from tests.builders import Gait
-from tests.engine.plans import way
+from tests.engine.plans import crowd, way
 from tests.engine.walkers import WALKS, in_world, library_of
-from usdfoot.engine.animate import prepare_library
+from usdfoot.engine.animate import animate_crowd, prepare_library
 from usdfoot.engine.options import EngineOptions
 from usdfoot.model.plan import FootstepPlan
 
 FAR = 5
 
 
-def with_far_step(distance: float) -> FootstepPlan:
-    """A walk whose sixth footstep lies `distance` to the outside of where it belongs [m]."""
+def with_far_step(where: tuple[float, float, float], far: int = FAR) -> FootstepPlan:
+    """A walk with a footstep that lies `where` from where it belongs: to the outside, up, ahead [m]."""
     plan = way(10, length=0.5)
     positions = plan.positions.copy()
-    positions[FAR, 0] += np.where(plan.sides[FAR] == 0, distance, -distance)
+    positions[far] += np.array(where) * [np.where(plan.sides[far] == 0, 1.0, -1.0), 1.0, 1.0]
     return replace(plan, positions=positions)
 
 
 def test_a_step_out_of_reach_is_reported_and_the_next_ones_are_exact_again(animate):
-    results = animate([with_far_step(1.2)], reach=0.1, rate=60.0)[0].results
-    others = np.delete(np.arange(10), [FAR, FAR + 1])
-    assert results.status[FAR] == "unreachable"
-    assert results.status[FAR + 1] == "unreachable" or results.placement_error[FAR + 1] < 1e-3
-    assert {results.status[step] for step in others} <= {"ok", "outsideHull"}
-    assert results.placement_error[others].max() < 1e-3
+    """The foot comes down where the one that stands stays and the next footstep is kept: one error, on one step."""
+    cases = [
+        (far, where)
+        for far in (1, FAR, 8, 9)
+        for where in ((1.2, 0.0, 0.0), (0.0, 0.0, 1.1), (0.4, 0.0, 1.5), (0.6, 0.2, 0.9))
+    ]
+    motions = animate([with_far_step(where, far) for far, where in cases], rate=60.0)
+    for (far, _), motion in zip(cases, motions, strict=True):
+        results, others = motion.results, np.delete(np.arange(10), far)
+        assert results.status[far] == "unreachable"
+        assert results.placement_error[far] > 0.1
+        assert {results.status[step] for step in others} <= {"ok", "outsideHull"}
+        assert results.placement_error[others].max() < 1e-3
+        assert results.slide.max() < 1e-3
+        assert results.yaw_error.max() < np.radians(0.5)
+
+
+def test_feet_that_stand_stay_however_far_the_next_step_goes(animate):
+    """Two far steps in a row, up or down: the body goes to where both legs reach, down first, then between the feet."""
+    plan = way(10, step_time=0.6)
+    moved = ((np.arange(10) > 3) * 1.0 + (np.arange(10) > 4))[:, None]
+    plans = [
+        replace(plan, positions=plan.positions + moved * np.array([0.0, 0.5 * rise, distance - 0.55]))
+        for rise in (-0.45, -0.2, 0.0, 0.2, 0.45)
+        for distance in (1.0, 1.3, 1.6)
+    ]
+    for motion in animate(plans, rate=60.0):
+        results = motion.results
+        kept = np.isin(results.status, ["ok", "outsideHull"])
+        assert kept[[0, 1, 2, 3, 7, 8, 9]].all()
+        assert results.placement_error[kept].max() < 1e-3
+        assert results.slide.max() < 1e-3
+        assert results.yaw_error.max() < np.radians(0.5)
+
+
+@pytest.mark.parametrize(("rise", "status"), [(0.45, "ok"), (-0.45, "ok"), (0.6, "unreachable"), (-0.6, "unreachable")])
+def test_a_step_higher_than_legs_reach_is_reported(animate, rise, status):
+    plan = way(8, step_time=0.8)
+    positions = plan.positions + np.array([0.0, rise, 0.0]) * (np.arange(8) > 3)[:, None]
+    results = animate([replace(plan, positions=positions)], rate=60.0)[0].results
+    assert results.status == ("ok",) * 4 + (status,) + ("ok",) * 3
     assert results.slide.max() < 1e-3
+
+
+def test_footsteps_out_of_reach_are_named(walker_library):
+    scene = crowd(walker_library.source, [with_far_step((0.0, 0.0, 1.5))])
+    _, problems = animate_crowd(scene)
+    warnings = [problem.message for problem in problems if "out of reach" in problem.message]
+    assert len(warnings) == 1
+    assert f"first footstep {FAR}" in warnings[0]
 
 
 def test_an_unreachable_step_is_placed_as_far_as_ik_may_pull(animate):
     """It reports how far the clips' landing is from it; IK takes `reach` of that."""
     for reach in (0.05, 0.1, 0.15):
-        results = animate([with_far_step(1.2)], reach=reach, rate=60.0)[0].results
-        assert results.status[FAR] == "unreachable"
-        assert results.blend_error[FAR] > 0.4
-        assert_allclose(results.placement_error[FAR], results.blend_error[FAR] - reach, atol=2e-3)
+        results = animate([with_far_step((1.2, 0.0, 0.0), 9)], reach=reach, rate=60.0)[0].results
+        assert results.status[9] == "unreachable"
+        assert results.blend_error[9] > 0.4
+        assert_allclose(results.placement_error[9], results.blend_error[9] - reach, atol=2e-3)
 
 
 def test_a_longer_reach_leaves_less_to_miss(animate):
     missed = [
-        animate([with_far_step(1.2)], reach=reach, rate=60.0)[0].results.placement_error[FAR]
+        animate([with_far_step((1.2, 0.0, 0.0))], reach=reach, rate=60.0)[0].results.placement_error[FAR]
         for reach in (0.02, 0.1, 0.2)
     ]
     assert missed[0] > missed[1] > missed[2]
@@ -146,12 +189,11 @@ def test_clip_weights_are_listed_step_by_step(animate):
 
 
 def test_a_footstep_whose_foot_is_pulled_along_is_not_called_ok(animate):
-    """A step so long and high that the leg behind is too short: its footstep is met on the mean, but does not stay."""
+    """Told that legs span more than they do: footsteps are met on the mean, but feet do not stay."""
     plan = way(8, length=1.06, step_time=0.55)
-    positions = plan.positions + np.array([0.0, 0.4, 0.0]) * (np.arange(8) > 3)[:, None]
-    results = animate([replace(plan, positions=positions)], rate=60.0)[0].results
-    assert results.placement_error[3] < 3e-3 < results.slide[3]
-    assert results.status[3] == "ikLimited"
-    others = np.delete(np.arange(8), 3)
-    assert set(np.array(results.status)[others]) <= {"ok", "outsideHull"}
-    assert results.slide[others].max() < 1e-3
+    positions = plan.positions + np.array([0.0, 0.0, 0.9]) * (np.arange(8) > 3)[:, None]
+    options = EngineOptions(longest_step=3.0)
+    results = animate([replace(plan, positions=positions)], options=options, reach=2.0, rate=60.0)[0].results
+    pulled = np.flatnonzero(results.slide > 3e-3)
+    assert pulled.size
+    assert {results.status[step] for step in pulled} == {"ikLimited"}

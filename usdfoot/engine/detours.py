@@ -41,6 +41,11 @@ FIRST_GAINS = np.array([5.0, 2.2, 1.4])
 EASY_SPEED, STEEP_SPEED = 0.5, 1.5
 """Speeds at which a foot has to rise or fall: up to the first as it comes, from the second wholly eased [m/s]."""
 
+UPRIGHT_SPEED = 6.0
+"""Speed at which a foot has to rise or fall from which it has the longest time for the height alone [m/s]."""
+MOST_UPRIGHT = 0.3
+"""Longest part of a swing, at either end, in which the foot only rises or falls."""
+
 BLIND_HEIGHT = 0.6
 """Ground higher than this over both prints is not stepped over: a wall or another level [m]."""
 
@@ -84,10 +89,10 @@ def plan_detours(
     offsets = _beside_leg(layout, rows, balls[:, ::BETWEEN])
     aside = KNOT_SHARES @ offsets
     missing = _missing_heights(layout, rows, balls + aside, heels + aside, ground)
-    steep = _steepness(missing, ends - begins)
-    eased = np.flatnonzero(steep.any(axis=1))
+    speeds = _height_speeds(missing, ends - begins)
+    eased = np.flatnonzero(speeds.max(axis=1, initial=0.0) > EASY_SPEED)
     if eased.size:
-        hurry = _hurry(balls[eased], steep[eased])
+        hurry = _hurry(balls[eased], speeds[eased])
         offsets[eased] += hurry[:, ::BETWEEN]
         aside = aside[eased] + hurry
         missing[eased] = _missing_heights(layout, rows[eased], balls[eased] + aside, heels[eased] + aside, ground)
@@ -159,8 +164,8 @@ def _missing_heights(
     return missing
 
 
-def _steepness(missing: FloatArray, durations: FloatArray) -> FloatArray:
-    """How much the begins and ends of swings are to be eased, 0..1, shape (N, 2).
+def _height_speeds(missing: FloatArray, durations: FloatArray) -> FloatArray:
+    """Speeds at which the feet have to rise at the begins and fall at the ends of swings [m/s], shape (N, 2).
 
     Args:
         missing: What the soles lack, shape (N, FINE) [m].
@@ -168,23 +173,33 @@ def _steepness(missing: FloatArray, durations: FloatArray) -> FloatArray:
     """
     fractions = np.linspace(0.0, 1.0, FINE)[1:-1]
     inner = missing[:, 1:-1] / durations[:, None]
-    speeds = np.stack([np.max(inner / fractions, axis=1), np.max(inner / (1.0 - fractions), axis=1)], axis=1)
-    return np.clip((speeds - EASY_SPEED) / (STEEP_SPEED - EASY_SPEED), 0.0, 1.0)
+    return np.stack([np.max(inner / fractions, axis=1), np.max(inner / (1.0 - fractions), axis=1)], axis=1)
 
 
-def _hurry(balls: FloatArray, steep: FloatArray) -> FloatArray:
-    """Level offsets (N, FINE, 3) that let balls (N, FINE, 3) lag first and hurry then, as `steep` (N, 2) as they are.
+def _hurry(balls: FloatArray, speeds: FloatArray) -> FloatArray:
+    """Level offsets (N, FINE, 3) that let balls (N, FINE, 3) lag first and hurry then.
 
-    The instant looked up on the ball's own path is t - b t (1 - t)^2 + e t^2 (1 - t), at rest at the ends if b = e = 1.
+    The instant looked up on the ball's own path is t - b t (1 - t)^2 + e t^2 (1 - t), at rest at the ends if b = e = 1,
+    of a time t that stands still while the foot only rises or falls.
+
+    Args:
+        balls: Along the swings [m], shape (N, FINE, 3).
+        speeds: At which they have to rise and fall [m/s], shape (N, 2).
     """
-    times = np.linspace(0.0, 1.0, FINE)
-    begin, end = steep[:, :1], steep[:, 1:]
+    begin, end = np.split(_share(speeds, EASY_SPEED, STEEP_SPEED), 2, axis=1)
+    rising, falling = np.split(MOST_UPRIGHT * _share(speeds, STEEP_SPEED, UPRIGHT_SPEED), 2, axis=1)
+    times = np.clip((np.linspace(0.0, 1.0, FINE) - rising) / (1.0 - rising - falling), 0.0, 1.0)
     shifted = times - begin * times * (1.0 - times) ** 2 + end * times**2 * (1.0 - times)
     place = shifted * (FINE - 1)
     before = np.minimum(place.astype(np.intp), FINE - 2)[..., None]
     share = place[..., None] - before
     first, second = (np.take_along_axis(balls, index, axis=1) for index in (before, before + 1))
     return (first + share * (second - first) - balls) * [1.0, 0.0, 1.0]
+
+
+def _share(values: FloatArray, low: float, high: float) -> FloatArray:
+    """Where values are between two bounds, 0..1."""
+    return np.clip((values - low) / (high - low), 0.0, 1.0)
 
 
 def _lifts(missing: FloatArray) -> FloatArray:

@@ -9,7 +9,8 @@ import numpy as np
 import warp as wp
 
 from usdfoot.engine.legs import LegRig
-from usdfoot.engine.plant import MOST_DROP, FootArrays, standing_foot
+from usdfoot.engine.pelvis import MOST_DROP
+from usdfoot.engine.plant import FootArrays, standing_foot
 from usdfoot.engine.poses import Feet, Layout
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray

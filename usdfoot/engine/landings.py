@@ -14,7 +14,7 @@ from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.examples import LIFTOFF_PHASES, Examples
 
-__all__ = ["GROUND_AXES", "beyond_reach", "blend_landings", "blend_twists", "stand_blend", "with_steps"]
+__all__ = ["GROUND_AXES", "blend_landings", "blend_twists", "stand_blend", "with_steps"]
 
 GROUND_AXES = np.array([0, 2])
 
@@ -77,21 +77,3 @@ def blend_landings(
     settle = (library.landings - library.swing_balls[:, -1, GROUND_AXES])[examples]  # from the strike until flat
     landings = balls.numpy()[:, GROUND_AXES] + np.einsum("nk,nkd->nd", weights, settle)
     return planar.rotate(-np.sum(weights * library.turns[examples], axis=1), landings)
-
-
-def beyond_reach(setup: Setup, steps: IntArray, offsets: FloatArray, reach: FloatArray) -> FloatArray:
-    """How far landings of the segments `steps` (N,) have to fall short of their footsteps, (x, z) [m], shape (N, 2).
-
-    What is left of `offsets` (N, 2) beyond the agents' `reach` (A,), or of the step beyond `longest_step` legs.
-    """
-    segments, positions = setup.segments, setup.contacts.positions
-    distance = np.linalg.norm(offsets, axis=1)
-    beyond_ik = offsets * np.maximum(1.0 - reach[segments.agents[steps]] / np.maximum(distance, 1e-12), 0.0)[:, None]
-    supports = segments.supports[steps]
-    grounded = setup.contacts.liftoffs[supports] >= setup.contacts.strikes[supports + 1]
-    strides = (positions[supports + 1] - positions[supports])[:, GROUND_AXES]
-    longest = np.where(grounded, setup.options.longest_step * setup.leg_length, np.inf)
-    lengths = np.linalg.norm(strides, axis=1)
-    beyond_leg = strides * np.maximum(1.0 - longest / np.maximum(lengths, 1e-12), 0.0)[:, None]
-    farther = np.linalg.norm(beyond_leg, axis=1) > np.linalg.norm(beyond_ik, axis=1)
-    return np.where(farther[:, None], beyond_leg, beyond_ik)

@@ -26,7 +26,7 @@ class EngineOptions:
     space: str = "neighbours"
     """What a step is blended from: neighbours = the examples around its footstep that are also most like it in timing,
     turn, rise and departure; delaunay = those of the Delaunay triangle ([B] 4.3); 3d = those of the tetrahedron of
-    landing and root speed ([B] 7), which leaves nothing for root weights."""
+    landing and root speed ([B] 7)."""
     band: str = "polar"
     """How root velocities are weighted: polar = over their bearing and speed ([B] 4.2); cartesian = over x and z."""
     correction: bool = True
@@ -43,6 +43,8 @@ class EngineOptions:
     """Time over which a seam's jump decays on either side, at most the step [s]."""
     longest_step: float = 1.5
     """Longest step without a flight, in lengths of the leg; a footstep beyond it is out of reach."""
+    highest_step: float = 0.6
+    """Highest step up or down without a flight, in lengths of the leg; a footstep beyond it is out of reach."""
     stand_time: float = 0.5
     """A double support longer than this is stood through [s]."""
     least_time_warp: float = 0.5

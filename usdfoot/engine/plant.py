@@ -5,18 +5,19 @@ from __future__ import annotations
 import warp as wp
 
 from usdfoot.engine.legs import Leg, LegRig, bend_leg, leg_kinematics, rotation_by
+from usdfoot.engine.pelvis import longest_leg, moved_leg, pelvis_offset, ramp, soft_positive
 
 __all__ = ["FootArrays", "measure_legs", "plant_feet"]
 
 
 MOST_RAISE = wp.constant(1.2)
 """Largest pitch of a foot on its ball [rad]."""
-PAST_UPRIGHT = wp.constant(0.3)
-"""How far the ankle of a foot that is raised to reach may pass its ball [rad], however deep the step."""
+SHORT_OF_UPRIGHT = wp.constant(0.05)
+"""How far the ankle of a foot that is raised to reach stays behind its ball [rad], so that it keeps its heading."""
 
 
-MOST_DROP = wp.constant(0.35)
-"""Most that the pelvis comes down for a leg, over the leg's length."""
+SLACK = wp.constant(0.12)
+"""From how much before its reach a swinging leg takes its foot along, over the leg's reach."""
 EASE_TIME = wp.constant(0.25)
 """The pelvis begins to sink at most so long before a strike that needs it low, and rises as long after [s]."""
 
@@ -61,22 +62,10 @@ def smootherstep(x: float) -> float:
 
 
 @wp.func
-def soft_positive(x: float, width: float) -> float:
-    """Smooth max(x, 0), above it by at most half the width."""
-    return 0.5 * (x + wp.sqrt(x * x + width * width))
-
-
-@wp.func
 def heel_raise(rig: LegRig, side: int, leg: Leg) -> float:
     """Pitch of the blended foot against flat [rad], > 0 with the heel raised."""
     forward = wp.quat_rotate(leg.rotation_of_ankle, rig.flat_forwards[side])
     return -wp.asin(wp.clamp(forward[1], -1.0, 1.0))
-
-
-@wp.func
-def longest_leg(rig: LegRig, leg: Leg) -> float:
-    """Distance from hip to ankle that the leg may be stretched to [m]."""
-    return rig.reach * (wp.length(leg.knee - leg.hip) + wp.length(leg.ankle - leg.knee))
 
 
 @wp.func
@@ -97,7 +86,7 @@ def reaching_raise(ankle: wp.vec3f, ball: wp.vec3f, hip: wp.vec3f, lateral: wp.v
     now = wp.atan2(wp.dot(wp.cross(foot, leg), lateral), wp.dot(foot, leg))
     up = wp.vec3f(0.0, 1.0, 0.0) - lateral[1] * lateral
     upright = wp.atan2(wp.dot(wp.cross(foot, up), lateral), wp.dot(foot, up))
-    return wp.min(now - apart, wp.min(MOST_RAISE, upright + PAST_UPRIGHT))
+    return wp.min(now - apart, wp.min(MOST_RAISE, upright - SHORT_OF_UPRIGHT))
 
 
 @wp.func
@@ -177,16 +166,6 @@ def foot_pose(rig: LegRig, feet: FootArrays, contact: int, side: int, time: floa
 
 
 @wp.func
-def needed_drop(rig: LegRig, leg: Leg, ankle: wp.vec3f) -> float:
-    """How far the pelvis must come down for the leg to reach the ankle's place, as far as it may."""
-    longest = longest_leg(rig, leg)
-    offset = leg.hip - ankle
-    flat = offset[0] * offset[0] + offset[2] * offset[2]
-    height = wp.sqrt(wp.max(longest * longest - flat, 0.0))
-    return wp.min(offset[1] - height, MOST_DROP * longest)
-
-
-@wp.func
 def landing_drop(feet: FootArrays, contact: int, time: float) -> float:
     """How far the pelvis is lowered for the strike that is nearest, before it and after it."""
     row = contact
@@ -197,6 +176,33 @@ def landing_drop(feet: FootArrays, contact: int, time: float) -> float:
         room = feet.strikes[row] - feet.liftoffs[contact]
         away = feet.strikes[row] - time
     return feet.drops[row] * (1.0 - smootherstep(wp.abs(away) / wp.min(room, EASE_TIME)))
+
+
+@wp.func
+def hold(feet: FootArrays, contact: int, time: float) -> float:
+    """How far the pelvis keeps to what a foot needs, 0..1: wholly in contact, less and less away from it.
+
+    In mid swing the foot comes along with the body instead.
+    """
+    begin = feet.liftoffs[contact]
+    end = feet.strikes[feet.following[contact]]
+    away = wp.min(time - begin, end - time)
+    return 1.0 - smootherstep(away / wp.max(wp.min(0.5 * (end - begin), EASE_TIME), 1.0e-3))
+
+
+@wp.func
+def taken_along(rig: LegRig, leg: Leg, pose: FootPose, hold: float) -> FootPose:
+    """The foot where the leg reaches it, with the knee never quite straight where the pelvis does not keep to it."""
+    reach = pose.ankle - leg.hip
+    span = wp.length(reach)
+    longest = longest_leg(rig, leg)
+    near = FootPose()
+    near.rotation = pose.rotation
+    near.toes = pose.toes
+    near.ankle = leg.hip + reach * (
+        1.0 - ramp(span - longest, 0.004 + SLACK * (1.0 - hold) * longest) / wp.max(span, 1.0e-3)
+    )
+    return near
 
 
 @wp.func
@@ -261,19 +267,16 @@ def plant_feet(
         left_pose = nudged_foot(rig, 0, left_pose, shifts[frame, 0], turns[frame, 0])
         right_pose = nudged_foot(rig, 1, right_pose, shifts[frame, 1], turns[frame, 1])
     eased = landing_drop(feet, contacts[frame, 0], time) + landing_drop(feet, contacts[frame, 1], time)
-    first = soft_positive(needed_drop(rig, left, left_pose.ankle) - eased, 0.004)
-    second = soft_positive(needed_drop(rig, right, right_pose.ankle) - eased, 0.004)
-    drop = eased + second + soft_positive(first - second, 0.004)
-    down = wp.vec3f(0.0, -drop, 0.0)
-    pelvis_positions[frame] = pelvis + down
-    left.hip += down
-    left.knee += down
-    left.ankle += down
-    left.ball += down
-    right.hip += down
-    right.knee += down
-    right.ankle += down
-    right.ball += down
+    left_hold = hold(feet, contacts[frame, 0], time)
+    right_hold = hold(feet, contacts[frame, 1], time)
+    offset = pelvis_offset(rig, left, right, left_pose.ankle, right_pose.ankle, left_hold, right_hold, eased)
+    left = moved_leg(left, offset)
+    right = moved_leg(right, offset)
+    if time > feet.liftoffs[contacts[frame, 0]]:
+        left_pose = taken_along(rig, left, left_pose, left_hold)
+    if time > feet.liftoffs[contacts[frame, 1]]:
+        right_pose = taken_along(rig, right, right_pose, right_hold)
+    pelvis_positions[frame] = pelvis + offset
     finish_foot(rig, feet, contacts[frame, 0], 0, left_pose, left, rotations, frame)
     finish_foot(rig, feet, contacts[frame, 1], 1, right_pose, right, rotations, frame)
 

@@ -7,12 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdfoot.engine.corrections import correct_steps
-from usdfoot.engine.landings import GROUND_AXES, beyond_reach, blend_twists, stand_blend, with_steps
+from usdfoot.engine.landings import GROUND_AXES, blend_twists, stand_blend, with_steps
 from usdfoot.engine.poses import Setup, StepBlend
 from usdfoot.engine.queries import step_queries
+from usdfoot.engine.reach import beyond_reach, find_high_steps, give_way
 from usdfoot.engine.root import lay_root
 from usdfoot.engine.root_goals import RootGoals
 from usdfoot.engine.root_weights import RootedSteps, weigh_rooted
+from usdfoot.engine.rooted_solids import weigh_solid
 from usdfoot.engine.segments import cut_segments
 from usdfoot.engine.styles import continue_styles
 from usdfoot.engine.time_warps import blended_durations, longest_step
@@ -21,6 +23,9 @@ from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable, with_headings
 from usdfoot.model.examples import event_knots
 from usdfoot.spaces.library import FootstepSpaces, left_landings
+
+GIVE_WAYS = 5
+"""How often a foot that was moved comes back farther at most."""
 
 __all__ = ["Landings", "align_events", "reach_footsteps", "weigh_steps"]
 
@@ -36,7 +41,7 @@ class Landings:
     time_warp: FloatArray
     """Planned duration over the blended one."""
     limited: BoolArray
-    """Whether the landing lies farther from the footstep than IK may pull it."""
+    """Whether the footstep is out of reach: of IK from the landing, or of the legs."""
     velocity_error: FloatArray
     """Mean root velocity of the blended examples, at their own pace, to the wanted one [m/s]."""
     rooted: RootedSteps
@@ -59,9 +64,12 @@ def weigh_steps(
         The setup with contacts as executed, the blend of each segment, and how the landings meet.
     """
     blend = stand_blend(len(setup.segments), stand, width=8 if goals.rooted.any() else 4)
-    setup, blend, rooted = weigh_rooted(setup, spaces, goals, blend, reach=reach)
+    weigh = weigh_solid if setup.options.space == "3d" else weigh_rooted
+    setup, blend, rooted = weigh(setup, spaces, goals, blend, reach=reach)
     setup, blend, reached = reach_footsteps(setup, spaces, ~setup.segments.stands & ~goals.rooted, blend, reach=reach)
-    offsets = np.linalg.norm(reached.offsets, axis=1)
+    offsets, high = np.linalg.norm(reached.offsets, axis=1), np.zeros(len(setup.segments), dtype=bool)
+    steps = np.flatnonzero(~setup.segments.stands)
+    high[steps] = find_high_steps(setup, steps)
     return (
         align_events(setup, blend),
         blend,
@@ -69,7 +77,7 @@ def weigh_steps(
             blend_error=np.where(goals.rooted, rooted.blend_errors, offsets),
             hull_distance=np.where(goals.rooted, rooted.hull_distances, reached.hull_distances),
             time_warp=reached.time_warps,
-            limited=reached.limited | rooted.limited,
+            limited=reached.limited | rooted.limited | high,
             velocity_error=_velocity_errors(setup, spaces, goals, blend),
             rooted=rooted,
         ),
@@ -95,6 +103,8 @@ def reach_footsteps(
 ) -> tuple[Setup, StepBlend, Reached]:
     """Weights of the `wanted` (M,) segments, none of them a stand; footsteps out of reach are moved.
 
+    A foot that was moved comes back farther where that lets the next footstep be kept.
+
     Args:
         setup: Contacts as planned.
         spaces: Footstep spaces of the setup's examples.
@@ -103,17 +113,21 @@ def reach_footsteps(
         reach: Largest distance from blended landing to footstep for each agent [m], shape (A,).
     """
     segments, count, steps = setup.segments, len(setup.segments), np.flatnonzero(wanted)
-    limited, moved = np.zeros(count, dtype=bool), np.zeros((count, 2))
+    limited, moved, given = np.zeros(count, dtype=bool), np.zeros((count, 2)), np.zeros(count, dtype=int)
     setup, blend, landings = _solve(setup, spaces, steps, blend)
     while True:
         excess = np.zeros((count, 2))
         excess[steps] = beyond_reach(setup, steps, landings.offsets[steps], reach)
-        over = wanted & (np.abs(excess).max(axis=1) > 1e-6) & ~limited
+        over = wanted & (np.abs(excess).max(axis=1) > setup.options.landing_tolerance) & ~limited
         first = _first_of_agent(segments.agents, over)
         if not first.any():
             break
-        limited |= first
-        shift = excess * first[:, None]
+        excess *= first[:, None]
+        shift = np.where(given[:, None] < GIVE_WAYS, give_way(setup, moved, excess), 0.0)
+        given += shift.any(axis=1)
+        held = first & ~np.isin(segments.agents, segments.agents[shift.any(axis=1)])
+        limited |= held
+        shift += excess * held[:, None]
         moved += shift
         setup = _move_targets(setup, shift)
         again = wanted & np.isin(segments.agents, segments.agents[first])

@@ -5,7 +5,8 @@ from __future__ import annotations
 import warp as wp
 
 from usdfoot.engine.legs import Leg, LegRig, bend_leg, leg_kinematics
-from usdfoot.engine.plant import longest_leg, smootherstep, soft_positive
+from usdfoot.engine.pelvis import longest_leg, soft_positive
+from usdfoot.engine.plant import smootherstep
 
 __all__ = ["GaitArrays", "pose_legs", "pose_upper_body"]
 

@@ -1,0 +1,98 @@
+"""Reach: which footsteps no step lands on, where the foot is planted instead, and what is said of it ([B] 5)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from usdfoot.engine.poses import Setup
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.agent import Agent
+from usdfoot.model.motion import Motion
+from usdfoot.model.report import Problem
+
+__all__ = ["beyond_reach", "find_high_steps", "give_way", "unreached_steps"]
+
+LEAST_GAIN = 0.5
+"""A foot gives way to the next footstep only where each metre of it brings that nearer by so much."""
+
+
+def beyond_reach(setup: Setup, steps: IntArray, offsets: FloatArray, reach: FloatArray) -> FloatArray:
+    """How far landings of the segments `steps` (N,) have to fall short of their footsteps, (x, z) [m], shape (N, 2).
+
+    What is left of `offsets` (N, 2) beyond the agents' `reach` (A,), or of the step beyond `longest_step` legs.
+    """
+    segments, positions = setup.segments, setup.contacts.positions
+    distance = np.linalg.norm(offsets, axis=1)
+    beyond_ik = offsets * np.maximum(1.0 - reach[segments.agents[steps]] / np.maximum(distance, 1e-12), 0.0)[:, None]
+    supports = segments.supports[steps]
+    strides = (positions[supports + 1] - positions[supports])[:, [0, 2]]
+    longest = np.where(_grounded(setup, steps), setup.options.longest_step * setup.leg_length, np.inf)
+    lengths = np.linalg.norm(strides, axis=1)
+    beyond_leg = strides * np.maximum(1.0 - longest / np.maximum(lengths, 1e-12), 0.0)[:, None]
+    farther = np.linalg.norm(beyond_leg, axis=1) > np.linalg.norm(beyond_ik, axis=1)
+    return np.where(farther[:, None], beyond_leg, beyond_ik)
+
+
+def find_high_steps(setup: Setup, steps: IntArray) -> BoolArray:
+    """Which of the segments `steps` (N,) rise or fall by more than `highest_step` legs without a flight, shape (N,).
+
+    Nothing nearer would be on the ground, so their feet are put where they are planned all the same.
+    """
+    heights, supports = setup.contacts.positions[:, 1], setup.segments.supports[steps]
+    rises = np.abs(heights[supports + 1] - heights[supports])
+    return np.asarray(_grounded(setup, steps) & (rises > setup.options.highest_step * setup.leg_length))
+
+
+def _grounded(setup: Setup, steps: IntArray) -> BoolArray:
+    """Whether segments (N,) have no flight."""
+    supports = setup.segments.supports[steps]
+    return np.asarray(setup.contacts.liftoffs[supports] >= setup.contacts.strikes[supports + 1])
+
+
+def give_way(setup: Setup, moved: FloatArray, excess: FloatArray) -> FloatArray:
+    """How much farther feet come back that were moved, so that the next footstep can be kept, (x, z) [m], (M, 2).
+
+    A foot comes back the way it was moved, where it is sure to be in reach, if that is towards the next footstep.
+
+    Args:
+        setup: Contacts as they are and M segments.
+        moved: How far back the foot that each leads to was moved, (x, z) [m], shape (M, 2).
+        excess: How far the landing of each falls short of its footstep, 0 of those that do not ask, shape (M, 2) [m].
+    """
+    segments, contacts = setup.segments, setup.contacts
+    leading = np.full(len(contacts.sides), -1)
+    steps = np.flatnonzero(~segments.stands)
+    leading[segments.supports[steps] + 1] = steps
+    planned = contacts.steps[segments.supports[steps] + 1] >= 0
+    asking = steps[planned & excess[steps].any(axis=1)]
+    asked = leading[segments.supports[asking]]
+    asking, asked = asking[asked >= 0], asked[asked >= 0]
+    back = moved[asked] / np.maximum(np.linalg.norm(moved[asked], axis=1, keepdims=True), 1e-12)
+    missing = np.linalg.norm(excess[asking], axis=1, keepdims=True)
+    gain = -np.sum(back * excess[asking], axis=1, keepdims=True) / missing
+    farther = np.zeros_like(moved)
+    farther[asked] = np.where(gain > LEAST_GAIN, back * missing / np.maximum(gain, LEAST_GAIN), 0.0)
+    return farther
+
+
+def unreached_steps(agents: Sequence[Agent], motions: Sequence[Motion]) -> list[Problem]:
+    """A warning for every agent with footsteps out of reach: which, by how much, and what would be right."""
+    plans = {agent.name: (agent.source, agent.plan) for agent in agents}
+    problems = []
+    for motion in motions:
+        out = np.flatnonzero(np.array(motion.results.status) == "unreachable")
+        if not out.size:
+            continue
+        source, plan = plans[motion.name]
+        rises = np.diff(plan.positions[:, 1], prepend=plan.positions[0, 1])[out]
+        missed = motion.results.placement_error[out]
+        worst = int(np.argmax(np.maximum(missed, np.abs(rises))))
+        message = (
+            f"{plan.name}: {out.size} footstep(s) are out of reach, first footstep {out[0]}; the foot comes down "
+            f"{missed[worst]:.2f} m from footstep {out[worst]}, which is {rises[worst]:+.2f} m above the one before. "
+            "put them nearer, or a footstep between (`usdfoot plan lint` names each)"
+        )
+        problems.append(Problem(severity="warning", where=source, message=message))
+    return problems
