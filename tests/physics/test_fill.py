@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from tests.builders import Gait
 from tests.engine.plans import crowd, way
 from tests.engine.walkers import WALKS, library_of
 from usdfoot.analysis.examples import build_examples
@@ -19,6 +20,8 @@ from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.planning.reach import reach_of_biped
 from usdfoot.spaces.holes import HoleOptions
 from usdfoot.spaces.library import end_landings, left_landings
+
+RUNS = tuple(Gait(step_length=length, step_time=0.36, duty=0.33, step_width=0.12) for length in (0.9, 1.0, 1.1))
 
 
 @pytest.fixture(scope="module")
@@ -45,6 +48,14 @@ def test_every_hole_gets_a_marked_clip(filled):
     assert filled.clips[0].name == "/Clips/synthetic_007"
     assert all(clip.synthetic and clip.style == "default" and clip.mirror for clip in filled.clips)
     assert filled.filled.clips == (*filled.source.clips, *filled.clips)
+
+
+def test_no_runs_are_made_from_walks(filled):
+    assert not any(hole.flight for hole in filled.holes)
+    assert filled.styles_without_runs == ("default",)
+    both = prepare_library(library_of((*WALKS, *RUNS)), MotionOptions())
+    outline = reach_of_biped(both.source.biped).outline
+    assert fill_library(both, outline, name="/Clips/synthetic_", holes=HoleOptions(gap=9.0)).styles_without_runs == ()
 
 
 def test_the_steps_land_in_the_holes(filled, synthetic):

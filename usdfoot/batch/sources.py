@@ -20,6 +20,7 @@ class SourceFigures:
 
     def __init__(self) -> None:
         self._clips: dict[tuple[int, str], dict[str, FloatArray]] = {}
+        self._figures: dict[tuple[int, frozenset[str]], dict[str, float]] = {}
 
     def of(self, crowd: Crowd, motions: Sequence[Motion]) -> dict[str, dict[str, float]]:
         """99th percentiles over the clips each agent blends, in radians and seconds.
@@ -33,7 +34,7 @@ class SourceFigures:
             agent without clips has none.
         """
         libraries = {agent.name: agent.library for agent in crowd.agents}
-        known: dict[tuple[int, frozenset[str]], dict[str, float]] = {}
+        known = self._figures
         for motion in motions:
             index, names = key = libraries[motion.name], frozenset(motion.results.clips)
             if key not in known:

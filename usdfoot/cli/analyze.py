@@ -53,7 +53,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--fill",
         action="store_true",
-        help="make steps of physics, in the style of the nearest clips, for landings no clip shows; -o adds them",
+        help="make steps of physics, in the style of the nearest clips, for landings no clip shows; -o adds them. "
+        "It is for libraries that lack a movement: runs are made from runs only, never from walks",
     )
     parser.add_argument(
         "--fill-gap", type=float, metavar="METRES", help="altitude of a triangle of landings that is a hole (0.2)"
@@ -89,6 +90,9 @@ def run(arguments: argparse.Namespace) -> int:
     for filled in report.filled:
         name, holes = filled.source.skeleton.name, len(filled.holes)
         console.print(f"{name}: {len(filled.clips)} of {holes} holes filled with synthetic clips", soft_wrap=True)
+        if filled.styles_without_runs:
+            styles = ", ".join(filled.styles_without_runs)
+            console.print(f"{name}: no clip of style {styles} runs, and no run is made from walks", soft_wrap=True)
     for picture in report.plots:
         console.print(f"drew {picture}", soft_wrap=True)
     return 1 if any(problem.severity == "error" for problem in report.problems) else 0

@@ -22,14 +22,14 @@ def comfortable_unknowns(samples: Samples, knots: Knots, start: FloatArray) -> F
         knots: Of all agents.
         start: Kept where it is fixed, and of agents none of whose knots stands, shape (K, 6).
     """
-    tops = samples.anchors + samples.nominal_lengths[..., None] * np.array([0.0, 1.0, 0.0])
-    loads = samples.leg_shares
-    carried = np.concatenate([np.einsum("ml,mlx->mx", loads, tops), loads.sum(axis=1)[:, None]], axis=1)
-    instants = samples.times.shape[1]
-    first = np.arange(len(knots.begins)) * instants
+    instants, count = samples.times.shape[1], len(knots.begins)
+    beside = np.arange(count)[:, None] * instants + [0, instants - 1]  # (S, 2)
+    loads = samples.leg_shares[beside]
+    tops = samples.anchors[beside] + samples.nominal_lengths[beside][..., None] * np.array([0.0, 1.0, 0.0])
+    carried = np.concatenate([np.einsum("sil,silx->six", loads, tops), loads.sum(axis=2)[..., None]], axis=2)
     sums = np.zeros((len(start), 4))
-    sums[knots.begins] += carried[first]
-    sums[knots.begins + 1] += carried[first + instants - 1]
+    sums[knots.begins] += carried[:, 0]
+    sums[knots.begins + 1] += carried[:, 1]
     standing = np.flatnonzero(sums[:, 3] > 0.0)
     if not standing.size:
         return start.copy()

@@ -41,6 +41,8 @@ class FilledLibrary:
     """Synthetic: a stride each, with its events; fewer than holes where legs do not reach."""
     problems: tuple[Problem, ...]
     """Holes that could not be filled."""
+    styles_without_runs: tuple[str, ...] = ()
+    """Styles of which no clip runs: none are made, since a run is no walk over other footsteps."""
 
     @property
     def filled(self) -> ClipLibrary:
@@ -60,7 +62,8 @@ def fill_library(
     """Synthetic clips for the holes of a library.
 
     Into each hole leads a stride plan, walked by clips of the library (of the nearest triangle or edge, led by IK the
-    rest of the way) with the pelvis on the optimised centre of mass. The stride of it that lands there is a clip.
+    rest of the way) with the pelvis on the optimised centre of mass. The stride of it that lands there is a clip. Holes
+    of walks are filled from walks, and holes of runs from runs.
 
     Args:
         library: Clips, analysed.
@@ -72,8 +75,12 @@ def fill_library(
     """
     options = options or MotionOptions()
     found = find_holes(library.spaces, outline, holes)
+    styles = {
+        flight: {style for style, flies, _ in library.spaces.spaces if flies == flight} for flight in (False, True)
+    }
+    walked_only = tuple(sorted(styles[False] - styles[True]))
     if not found:
-        return FilledLibrary(source=library.source, holes=(), clips=(), problems=())
+        return FilledLibrary(source=library.source, holes=(), clips=(), problems=(), styles_without_runs=walked_only)
     agents = [_walker(hole, library, f"{name}{number:03d}") for number, hole in enumerate(found, start=first)]
     crowd = _crowd(library.source, agents)
     motions, problems = animate_apart(partial(animate_hybrids, library, crowd=crowd, options=options), agents)
@@ -86,7 +93,13 @@ def fill_library(
             problems.append(_out_of_reach(agent, hole, worst))
         else:
             clips.append(_clip_of(library.source, motion, agent, hole, crowd))
-    return FilledLibrary(source=library.source, holes=tuple(found), clips=tuple(clips), problems=tuple(problems))
+    return FilledLibrary(
+        source=library.source,
+        holes=tuple(found),
+        clips=tuple(clips),
+        problems=tuple(problems),
+        styles_without_runs=walked_only,
+    )
 
 
 def _walker(hole: Hole, library: PreparedLibrary, name: str) -> Agent:

@@ -52,12 +52,11 @@ class FootHeadings:
 
     def moving_means(self, agents: IntArray, times: FloatArray, *, window: float) -> FloatArray:
         """Mean yaw of both feet over the window [s] around each time, continuous [rad], shape (F,)."""
-        total = np.zeros(len(times))
-        for side in (0, 1):
-            feet = 2 * agents + side
-            later, earlier = self._integral(feet, times + 0.5 * window), self._integral(feet, times - 0.5 * window)
-            total += later - earlier
-        return total / (2.0 * window)
+        feet = 2 * agents + np.arange(2)[:, None]  # (2, F)
+        edges = times + np.array([0.5, -0.5])[:, None, None] * window  # (2, 1, F)
+        feet, edges = np.broadcast_arrays(feet, edges)
+        later, earlier = self._integral(feet.ravel(), edges.ravel()).reshape(feet.shape)
+        return (later - earlier).sum(axis=0) / (2.0 * window)
 
     def _integral(self, feet: IntArray, times: FloatArray) -> FloatArray:
         rows = locate(self.feet, self.begins, self.origins, feet, times)

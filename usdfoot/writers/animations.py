@@ -10,6 +10,7 @@ from usdfoot.bridge.scene import Character
 from usdfoot.bridge.units import StageUnits
 from usdfoot.model.contacts import FootContacts
 from usdfoot.writers.layers import apply_schemas, author, author_samples, define_prim, quaternion_array, rounded_codes
+from usdfoot.writers.layers_over import author_times
 from usdfoot.writers.poses import PosedAgent
 
 __all__ = ["write_animation"]
@@ -63,8 +64,7 @@ def _write_contacts(
         (names.FLAT_TIMES[side], contacts.flat_times),
         (names.LIFTOFF_TIMES[side], contacts.liftoff_times),
     ):
-        codes = [Sdf.TimeCode(code) for code in rounded_codes(units.times_to_codes(times)).tolist()]
-        author(prim, name, ValueTypes.TimeCodeArray, Sdf.TimeCodeArray(codes), uniform=True)
+        author_times(prim, name, times, units)
     positions = np.ascontiguousarray(units.points_to_stage(contacts.positions), dtype=np.float32)
     author(prim, names.POSITIONS[side], ValueTypes.Point3fArray, Vt.Vec3fArray.FromNumpy(positions), uniform=True)
     author(prim, names.BALL_HEIGHT[side], ValueTypes.Float, ball_height, uniform=True)

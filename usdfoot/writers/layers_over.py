@@ -43,5 +43,4 @@ def layer_over(output: str | os.PathLike[str], info: StageInfo, *, default_prim:
 def author_times(prim: Sdf.PrimSpec, name: str, times: FloatArray, units: StageUnits) -> None:
     """A uniform timecode[] attribute of times [s]."""
     codes = rounded_codes(units.times_to_codes(times)).tolist()
-    value = Sdf.TimeCodeArray([Sdf.TimeCode(code) for code in codes])
-    author(prim, name, Sdf.ValueTypeNames.TimeCodeArray, value, uniform=True)
+    author(prim, name, Sdf.ValueTypeNames.TimeCodeArray, Sdf.TimeCodeArray(codes), uniform=True)
