@@ -4,6 +4,8 @@ Animates the agents of a scene at every root weight and prints, over all steps: 
 footstep, how far the mean root velocity of the blended clips is from the wanted one, how many steps gave up their
 footstep, and the largest slide of a planted ball. --plot draws the first two.
 
+Agents with a trajectory walk the footsteps planned for it, the same at every weight.
+
 Example: python tools/tradeoff.py stages/stepping_stones.usda --plot build/tradeoff.png
 """
 
@@ -22,6 +24,7 @@ from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import UsdfootError
 from usdfoot.model.agent import Crowd
 from usdfoot.pipeline.plots import require_matplotlib
+from usdfoot.planning.followers import plan_followers
 from usdfoot.readers.scene import read_scene
 
 
@@ -49,6 +52,7 @@ def trade(crowd: Crowd, weights: Sequence[float], *, beyond: str) -> list[Tradeo
         UsdfootError: If no agent can be animated.
     """
     libraries = PreparedLibraries(EngineOptions())
+    crowd, _, _ = plan_followers(crowd, options=EngineOptions(), libraries=libraries)
     found = []
     for weight in weights:
         options = EngineOptions(root_weight=weight, beyond_beta=beyond)

@@ -205,9 +205,33 @@ def test_the_space_of_landing_and_root_speed_keeps_footsteps_and_is_nearer_to_th
     assert solid.velocity_error.mean() < plain.velocity_error.mean()
 
 
-def test_the_space_of_landing_and_root_speed_takes_no_root_weight(walker_library):
-    with pytest.raises(UsdfootError, match="the space 3d weighs root speeds already"):
-        synthesise(walker_library, [weighted(uneven(), 0.5)], options=EngineOptions(space="3d"))
+@both
+def test_the_space_of_landing_and_root_speed_weighs_roots_too(animate, walker_library, beyond):
+    """Footsteps are kept up to beta, the root velocity at 1; errors grow, are foreseen, and nothing slides."""
+    weights = (0.0, 0.3, 0.6, 0.8, 0.9, 1.0)
+    options = EngineOptions(space="3d", beyond_beta=beyond)
+    plans = [weighted(uneven(), weight) for weight in weights]
+    steps = synthesise(walker_library, plans, options=options)
+    rooted, rows = steps.landings.rooted, ~steps.setup.segments.stands
+    assert_allclose(rooted.predicted_errors[rows], rooted.blend_errors[rows], atol=1e-3)
+    inside = rows & (rooted.root_weights <= rooted.betas) & (rooted.hull_distances == 0.0)
+    assert inside.sum() > 10 and rooted.blend_errors[inside].max() < 1e-3
+    assert steps.landings.velocity_error[rooted.root_weights == 1.0].max() < 0.1
+    lengths = steps.blend.weights[rows]
+    assert lengths.min() >= 0.0
+    assert_allclose(lengths.sum(axis=1), 1.0, atol=1e-12)
+    results = [motion.results for motion in animate(plans, options=options)]
+    assert max(own.slide.max() for own in results) < 1e-3
+    means = np.array([own.blend_error.mean() for own in results])
+    assert np.all(np.diff(means) > -1e-3) and means[-1] > 0.01 + means[0]
+    assert "rootWeighted" not in results[1].status and "rootWeighted" in results[-1].status
+
+
+def test_in_the_space_of_landing_and_root_speed_the_largest_root_weight_keeps_the_tolerance(animate):
+    options = EngineOptions(space="3d", root_weight_within=0.02)
+    results = animate([uneven()], options=options, rate=60.0)[0].results
+    assert results.placement_error.max() <= 0.02 + 1e-3
+    assert results.root_weight.mean() > 0.3
 
 
 def test_cartesian_bands_keep_root_velocities_in_their_own_way(walker_library):

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from tests.strategies import seeds
-from usdfoot.spaces.root_velocity import build_root_velocity_space, pick_heaviest, solve_root_velocities
+from usdfoot.spaces.root_velocity import build_root_velocity_space, solve_root_velocities
 
 FAN = np.array([[0.0, 0.0], [0.0, 0.7], [0.0, 1.4], [0.0, 2.1], [0.5, 0.5], [-0.5, 0.5], [0.4, 1.2], [0.0, -0.8]])
 """Idle, walks of three speeds, diagonal ones and one backward [m/s]."""
@@ -149,24 +149,3 @@ def test_the_cartesian_bands_are_their_formula(generator: np.random.Generator) -
             others = np.delete(FAN, i, axis=0) - own
             influences.append(max(0.0, min(1.0 - (query - own) @ other / (other @ other) for other in others)))
         assert_allclose(found, np.array(influences) / sum(influences), atol=1e-12)
-
-
-@given(seed=seeds, count=st.integers(1, 8))
-def test_the_heaviest_are_picked_in_order(seed: int, count: int) -> None:
-    weights = np.random.default_rng(seed).dirichlet(np.ones(6), 20)
-    examples, kept = pick_heaviest(weights, count)
-    assert kept.min() >= 0.0 and examples.shape == kept.shape == (20, count)
-    assert_allclose(kept.sum(axis=1), 1.0, atol=1e-12)
-    assert np.all(np.diff(kept, axis=1) <= 1e-15)
-    if count >= 6:
-        assert_allclose(kept[:, :6], np.take_along_axis(weights, examples[:, :6], axis=1), atol=1e-12)
-        assert not kept[:, 6:].any()
-
-
-def test_none_of_the_heaviest_leaves_or_enters_with_a_jump() -> None:
-    weights = np.linspace([0.5, 0.3, 0.15, 0.05], [0.5, 0.05, 0.15, 0.3], 1001)
-    examples, kept = pick_heaviest(weights, 2)
-    spread = np.zeros_like(weights)
-    np.add.at(spread, (np.arange(1001)[:, None], examples), kept)
-    assert np.abs(np.diff(spread, axis=0)).max() < 0.005
-    assert_allclose(pick_heaviest(np.full((1, 4), 0.25), 2)[1], 0.5)

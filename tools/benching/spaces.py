@@ -10,11 +10,10 @@ from usdfoot.engine.animate import PreparedLibrary, prepare_library, prepare_ste
 from usdfoot.engine.options import EngineOptions
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.clip import ClipLibrary
-from usdfoot.spaces.library import SideSpace
-from usdfoot.spaces.root_velocity import pick_heaviest, solve_root_velocities
-from usdfoot.spaces.roots import ROOT_EXAMPLES
+from usdfoot.spaces.features import example_features
+from usdfoot.spaces.library import SideSpace, end_landings, has_flight, left_landings
+from usdfoot.spaces.roots import find_roots
 from usdfoot.spaces.tetrahedra import solve_tetrahedra
-from usdfoot.spaces.tilt import tilt_weights
 
 __all__ = ["space_figures"]
 
@@ -66,7 +65,11 @@ def _roughness(library: PreparedLibrary, *, solid: bool) -> float:
             values[space.examples[start]] * (1.0 - shares) + values[space.examples[end]] * shares
             for values in (spaces.landings, spaces.velocities)
         )
-        weights = _solid_weights(space, landings, velocities) if solid else _band_weights(space, velocities)
+        weights = (
+            _solid_weights(space, landings, velocities)
+            if solid
+            else _band_weights(library, space.examples[start], velocities)
+        )
         largest = max(largest, float(np.abs(np.diff(weights, axis=0)).max()))
     return largest
 
@@ -78,10 +81,19 @@ def _solid_weights(space: SideSpace, landings: FloatArray, velocities: FloatArra
     return weights
 
 
-def _band_weights(space: SideSpace, velocities: FloatArray) -> FloatArray:
-    solved = solve_root_velocities(space.roots, velocities)
-    picked, heaviest = pick_heaviest(solved.weights, ROOT_EXAMPLES)
-    tilted = tilt_weights(heaviest, space.roots.velocities[picked], velocities)
-    weights = np.zeros((len(velocities), len(space.examples)))
-    np.add.at(weights, (np.arange(len(velocities))[:, None], picked), tilted)
+def _band_weights(library: PreparedLibrary, start: int, velocities: FloatArray) -> FloatArray:
+    """Weights of the library's examples (N, E) for velocities wanted of steps that are otherwise like one of them."""
+    examples, rows = library.examples, np.full(len(velocities), start)
+    sides = examples.swing_sides[rows]
+    found = find_roots(
+        library.spaces,
+        left_landings(velocities, sides),
+        end_landings(examples)[rows],
+        features=example_features(examples)[rows],
+        swing_sides=sides,
+        flights=has_flight(examples.durations, examples.support_liftoffs)[rows],
+        styles=[examples.styles[start]] * len(rows),
+    )
+    weights = np.zeros((len(velocities), len(examples)))
+    np.add.at(weights, (np.arange(len(velocities))[:, None], found.examples), found.weights)
     return weights

@@ -1,4 +1,4 @@
-"""Warp kernel over blends: where the swing ball is at the end of a step, seen from the support ball at its start."""
+"""Where the swing ball is at the end of a blended step, seen from the support ball at its start, as a Warp kernel."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import warp as wp
 
 from usdfoot.engine.kernels import LibraryArrays
 
-__all__ = ["land_swing_balls"]
+__all__ = ["land_swing_balls", "swing_landing"]
 
 
 @wp.func
@@ -72,6 +72,28 @@ def mixed_ball(
     return offset
 
 
+@wp.func
+def swing_landing(
+    library: LibraryArrays,
+    examples: wp.array2d(dtype=wp.int32),
+    weights: wp.array2d(dtype=wp.float32),
+    blend: int,
+    side: int,
+    anchor: float,
+) -> wp.vec3f:
+    """Ball of the swing foot `side` at a blend's last sample, placed as `place_pelvis` places it, in the support frame.
+
+    `anchor` is the last sample at which the support foot stands.
+    """
+    last = float(library.rotations.shape[1] - 1)
+    landing = mixed_position(library.support_balls, examples, weights, blend, anchor)
+    landing -= mixed_ball(library, examples, weights, blend, anchor, 1 - side)
+    landing -= mixed_position(library.pelvis_positions, examples, weights, blend, anchor)
+    landing += mixed_position(library.pelvis_positions, examples, weights, blend, last)
+    landing += mixed_ball(library, examples, weights, blend, last, side)
+    return landing
+
+
 @wp.kernel(enable_backward=False)
 def land_swing_balls(
     library: LibraryArrays,
@@ -81,14 +103,6 @@ def land_swing_balls(
     anchors: wp.array(dtype=wp.float32),
     landings: wp.array(dtype=wp.vec3f),
 ) -> None:
-    """Swing ball of each blend at the last sample, placed as `place_pelvis` places it, in the support frame."""
+    """`swing_landing` of every blend."""
     blend = wp.tid()
-    side = swing_sides[blend]
-    last = float(library.rotations.shape[1] - 1)
-    anchor = anchors[blend]
-    landing = mixed_position(library.support_balls, examples, weights, blend, anchor)
-    landing -= mixed_ball(library, examples, weights, blend, anchor, 1 - side)
-    landing -= mixed_position(library.pelvis_positions, examples, weights, blend, anchor)
-    landing += mixed_position(library.pelvis_positions, examples, weights, blend, last)
-    landing += mixed_ball(library, examples, weights, blend, last, side)
-    landings[blend] = landing
+    landings[blend] = swing_landing(library, examples, weights, blend, swing_sides[blend], anchors[blend])

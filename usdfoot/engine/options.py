@@ -26,7 +26,7 @@ class EngineOptions:
     space: str = "neighbours"
     """What a step is blended from: neighbours = the examples around its footstep that are also most like it in timing,
     turn, rise and departure; delaunay = those of the Delaunay triangle ([B] 4.3); 3d = those of the tetrahedron of
-    landing and root speed ([B] 7), which leaves nothing for root weights."""
+    landing and root speed ([B] 7)."""
     band: str = "polar"
     """How root velocities are weighted: polar = over their bearing and speed ([B] 4.2); cartesian = over x and z."""
     correction: bool = True

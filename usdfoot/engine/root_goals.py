@@ -9,7 +9,6 @@ import numpy as np
 
 from usdfoot.engine.given_roots import given_roots
 from usdfoot.engine.poses import Setup
-from usdfoot.errors import UsdfootError
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.agent import Agent
@@ -43,8 +42,6 @@ def root_goals(setup: Setup, agents: Sequence[Agent]) -> RootGoals:
     if options.root_weight_within is not None:
         weights[steps] = 1.0 if options.root_weight is None else options.root_weight
         asked[steps] = True
-    if options.space == "3d" and asked.any():
-        raise UsdfootError("root weight", "the space 3d weighs root speeds already", "choose neighbours or delaunay")
     rooted = np.isin(segments.agents, segments.agents[asked]) & ~segments.stands
     velocities = np.zeros((count, 2))
     velocities[steps] = _given_velocities(setup, agents, steps, _planned_velocities(setup, steps))

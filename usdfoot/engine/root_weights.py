@@ -2,35 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
-from typing import TypeVar
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+import warp as wp
 
 from usdfoot.engine.corrections import correct_steps
-from usdfoot.engine.landings import GROUND_AXES, blend_landings, blend_twists, with_steps
+from usdfoot.engine.landings import GROUND_AXES, blend_twists, with_steps
 from usdfoot.engine.poses import Setup, StepBlend
 from usdfoot.engine.queries import StepQueries, step_queries
-from usdfoot.engine.reach import beyond_reach
 from usdfoot.engine.root_goals import RootGoals
-from usdfoot.engine.styles import continue_styles
-from usdfoot.maths import planar
-from usdfoot.maths.types import BoolArray, FloatArray, IntArray
-from usdfoot.spaces.library import FootstepSpaces, left_landings
-from usdfoot.spaces.root_weight import (
-    RootWeighted,
-    find_largest_root_weight,
-    is_in_triangle,
-    replace_corners,
-    solve_root_weight,
+from usdfoot.engine.rooted_kernel import (
+    WIDTH,
+    BlendArrays,
+    LandingArrays,
+    MixedStep,
+    MixOptions,
+    RootedStep,
+    mix_in_turn,
 )
-from usdfoot.spaces.roots import find_roots
+from usdfoot.engine.styles import continue_styles
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.examples import LIFTOFF_PHASES
+from usdfoot.spaces.device_spaces import device_spaces
+from usdfoot.spaces.features import step_coordinates
+from usdfoot.spaces.library import FootstepSpaces, left_landings
+from usdfoot.spaces.roots import RootSteps, find_roots
 from usdfoot.spaces.triples import weigh_triples
 
-__all__ = ["RootedSteps", "weigh_rooted"]
-
-_Table = TypeVar("_Table", "_Corners", "_Roots", "_Mix")
+__all__ = ["RootedSteps", "root_steps", "weigh_rooted"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,38 +67,6 @@ class RootedSteps:
         )
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Corners:
-    """Examples around the footsteps of N steps."""
-
-    examples: IntArray  # (N, 3)
-    biases: FloatArray  # from their mean landing to where their blend lands, left-swing coordinates [m], (N, 2)
-    hull_distances: FloatArray  # [m], (N,)
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Roots:
-    """Root examples of N steps."""
-
-    examples: IntArray  # (N, 5)
-    weights: FloatArray  # (N, 5)
-    landings: FloatArray  # where their blend lands as measured, left-swing coordinates [m], (N, 2)
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Mix:
-    """N steps mixed from the corners of their footstep and the root's examples; vectors in left-swing coordinates."""
-
-    examples: IntArray  # heaviest first, (N, 8)
-    weights: FloatArray  # (N, 8)
-    root_weights: FloatArray  # (N,)
-    betas: FloatArray  # (N,)
-    given_up: FloatArray  # (N,)
-    short: FloatArray  # from where the closed form says they land to the footstep [m], (N, 2)
-    missed: FloatArray  # from where they land as measured to the footstep [m], (N, 2)
-    moves: FloatArray  # from the footstep to where the foot is planted instead [m], 0 up to beta, (N, 2)
-
-
 def weigh_rooted(
     setup: Setup, spaces: FootstepSpaces, goals: RootGoals, blend: StepBlend, *, reach: FloatArray
 ) -> tuple[Setup, StepBlend, RootedSteps]:
@@ -105,8 +74,8 @@ def weigh_rooted(
 
     Each step is first brought onto its footstep; then the root's examples are mixed in. Where lambda4 goes beyond beta
     the footstep is given up: the foot is planted where the mix lands and the next step starts there. Outside the hull
-    IK pulls less and less of what is missing, nothing at lambda4 = 1. All steps are mixed at once as planned; then,
-    in turn, those that start elsewhere than planned are mixed again.
+    IK pulls less and less of what is missing, nothing at lambda4 = 1. Root examples are the plan's wherever a step
+    starts, and so are those around its footstep as long as this lies between them.
 
     Args:
         setup: Contacts as planned.
@@ -122,188 +91,126 @@ def weigh_rooted(
     results = RootedSteps.none(len(setup.segments))
     if not rooted.size:
         return setup, blend, results
-    planned, supports = setup.contacts.positions, setup.segments.supports[rooted]
     queries = step_queries(setup, rooted)
-    roots = _find_roots(setup, spaces, goals.velocities[rooted], queries)
-    corners = _find_corners(setup, spaces, queries, rooted, corrections=setup.options.corrections)
-    mix = _mix(setup, spaces, goals, rooted, queries, roots, corners)
-    for turn in _in_turn(setup.segments.agents[rooted]):
-        moved = np.any(setup.contacts.positions != planned, axis=1)
-        stale = turn[moved[supports[turn]] | moved[supports[turn] - 1]]
-        if stale.size:
-            own = step_queries(setup, rooted[stale])
-            kept = _keep_corners(setup, spaces, own, _rows(corners, stale))
-            corners = _put(corners, stale, kept)
-            again = _mix(setup, spaces, goals, rooted[stale], own, _rows(roots, stale), kept)
-            mix = _put(mix, stale, again)
-        rows, headings = rooted[turn], (queries.headings + queries.turns)[turn]
-        sides = queries.swing_sides[turn]
-        moves = planar.rotate(headings, left_landings(mix.moves[turn], sides))
-        left = planar.rotate(headings, left_landings(mix.missed[turn], sides)) + moves
-        setup = _plant_at(setup, rows, moves)
-        excess = beyond_reach(setup, rows, left, reach)
-        results.limited[rows] = np.abs(excess).max(axis=1) > 1e-6
-        setup = _plant_at(setup, rows, -excess * results.limited[rows, None])
-    results.hull_distances[rooted] = corners.hull_distances
-    results.root_weights[rooted], results.betas[rooted] = mix.root_weights, mix.betas
-    results.predicted_errors[rooted] = np.linalg.norm(mix.short, axis=1)
-    results.blend_errors[rooted] = np.linalg.norm(mix.missed, axis=1)
-    results.given_up[rooted] = mix.moves.any(axis=1)
-    twists = blend_twists(setup, queries, mix.examples, mix.weights)
-    return setup, with_steps(blend, rooted, mix.examples, mix.weights, twists), results
+    roots = root_steps(setup, spaces, goals, rooted, queries)
+    steps = _device_steps(setup, spaces, goals, rooted, queries, roots, reach=reach)
+    coordinates = step_coordinates(
+        left_landings(queries.landings, queries.swing_sides),
+        queries.features.as_left(queries.swing_sides),
+        spaces.scales,
+    )
+    agents = setup.segments.agents[rooted]
+    firsts = np.flatnonzero(np.diff(agents, prepend=-1))
+    planned = setup.contacts.positions[:, GROUND_AXES]
+    positions = wp.array(planned, dtype=wp.vec2d)
+    blends, mixed = _empty_blends(len(rooted)), wp.empty(len(rooted), dtype=MixedStep)
+    wp.launch(
+        mix_in_turn,
+        dim=len(firsts),
+        inputs=[
+            wp.array(np.append(firsts, len(rooted)), dtype=wp.int32),
+            steps,
+            device_spaces(spaces),
+            _device_landings(setup),
+            _mix_options(setup, spaces),
+            wp.array(planned, dtype=wp.vec2d),
+        ],
+        outputs=[positions, wp.array(coordinates, dtype=wp.float64), blends, mixed],
+    )
+    found, examples, weights = mixed.numpy(), blends.examples.numpy().astype(np.intp), blends.weights.numpy()
+    results.hull_distances[rooted] = found["hull_distance"]
+    results.root_weights[rooted], results.betas[rooted] = found["root_weight"], found["beta"]
+    results.predicted_errors[rooted] = np.linalg.norm(found["expected"], axis=1)
+    results.blend_errors[rooted] = np.linalg.norm(found["missed"], axis=1)
+    results.given_up[rooted] = found["move"].any(axis=1)
+    results.limited[rooted] = found["limited"]
+    twists = blend_twists(setup, queries, examples, weights)
+    return _planted(setup, positions.numpy()), with_steps(blend, rooted, examples, weights, twists), results
 
 
-def _in_turn(agents: IntArray) -> Iterator[IntArray]:
-    """Where the first step of every agent is among `agents` (N,), sorted, then the second, and so on."""
-    ranks = np.arange(len(agents)) - np.searchsorted(agents, agents)
-    for rank in range(int(ranks.max()) + 1):
-        yield np.flatnonzero(ranks == rank)
-
-
-def _plant_at(setup: Setup, rows: IntArray, moves: FloatArray) -> Setup:
-    """Setup whose landing contacts of the segments `rows` are moved by (x, z) (N, 2) [m]; its path is not."""
-    if not moves.any():
-        return setup
-    positions = setup.contacts.positions.copy()
-    positions[np.ix_(setup.segments.supports[rows] + 1, GROUND_AXES)] += moves
-    return replace(setup, contacts=replace(setup.contacts, positions=positions))
-
-
-def _rows(table: _Table, rows: IntArray) -> _Table:
-    """The rows of all arrays of a table."""
-    return replace(table, **{field.name: getattr(table, field.name)[rows] for field in fields(table)})
-
-
-def _put(table: _Table, rows: IntArray, other: _Table) -> _Table:
-    """The table with `rows` replaced by those of another."""
-    arrays = {}
-    for field in fields(table):
-        values = getattr(table, field.name).copy()
-        values[rows] = getattr(other, field.name)
-        arrays[field.name] = values
-    return replace(table, **arrays)
-
-
-def _find_roots(setup: Setup, spaces: FootstepSpaces, velocities: FloatArray, queries: StepQueries) -> _Roots:
-    """Root examples of all rooted steps; they are the plan's wherever a step starts."""
-    sides = queries.swing_sides
-    found = find_roots(
+def root_steps(
+    setup: Setup, spaces: FootstepSpaces, goals: RootGoals, rows: IntArray, queries: StepQueries
+) -> RootSteps:
+    """Root examples of the segments `rows`."""
+    return find_roots(
         spaces,
-        velocities,
+        goals.velocities[rows],
         queries.landings,
         features=queries.features,
-        swing_sides=sides,
+        swing_sides=queries.swing_sides,
         flights=queries.flights,
         styles=queries.styles,
         meet=setup.options.correction,
     )
-    landed = left_landings(blend_landings(setup.examples, setup.library, sides, found.examples, found.weights), sides)
-    return _Roots(examples=found.examples, weights=found.weights, landings=landed)
 
 
-def _find_corners(
-    setup: Setup, spaces: FootstepSpaces, queries: StepQueries, rows: IntArray, *, corrections: int
-) -> _Corners:
-    """The examples that land on the footsteps, and how much nearer their blend lands than their landings say."""
-    corrected = correct_steps(setup, spaces, queries, corrections=corrections)
-    if corrections:
-        corrected = continue_styles(setup, spaces, rows, queries, corrected)
-    sides = queries.swing_sides
-    _, nearest = weigh_triples(spaces.landings[corrected.examples], left_landings(corrected.landings, sides))
-    landed = left_landings(queries.landings - corrected.missed, sides)
-    return _Corners(examples=corrected.examples, biases=landed - nearest, hull_distances=corrected.hull_distances)
+def _planted(setup: Setup, positions: FloatArray) -> Setup:
+    """Setup whose contacts stand at (x, z) (C, 2) [m]; its path is not changed."""
+    whole = setup.contacts.positions.copy()
+    whole[:, GROUND_AXES] = positions
+    return replace(setup, contacts=replace(setup.contacts, positions=whole))
 
 
-def _keep_corners(setup: Setup, spaces: FootstepSpaces, queries: StepQueries, corners: _Corners) -> _Corners:
-    """The corners where they still are around footsteps that have moved, else others."""
-    wanted = left_landings(queries.landings, queries.swing_sides) - corners.biases
-    outside = np.flatnonzero(~is_in_triangle(wanted, spaces.landings[corners.examples]))
-    if not outside.size:
-        return corners
-    return _put(corners, outside, _find_corners(setup, spaces, queries[outside], outside, corrections=0))
-
-
-def _mix(
+def _device_steps(
     setup: Setup,
     spaces: FootstepSpaces,
     goals: RootGoals,
     rows: IntArray,
     queries: StepQueries,
-    roots: _Roots,
-    corners: _Corners,
-) -> _Mix:
-    """The mix whose measured landing is nearest to the one the closed form says.
-
-    A blend of poses lands a little off the blend of the landings: the corners' and the root's own blends are measured
-    beforehand, what their mix adds is measured here, and all are weighed as if they landed that much elsewhere.
-    """
-    options, sides = setup.options, queries.swing_sides
-    wanted = left_landings(queries.landings, sides)
-    own, replaced = replace_corners(
-        spaces.landings[corners.examples],
-        wanted - corners.biases,
-        spaces.landings[roots.examples],
-        goals.replace_distances[rows],
-    )
-    found = np.take_along_axis(roots.examples, np.maximum(replaced, 0), axis=1)
-    examples = np.where(replaced >= 0, found, corners.examples)
-    own, shifts = own + corners.biases[:, None], np.zeros_like(wanted)
-
-    def mixed(part: IntArray) -> _Mix:
-        around, root = own[part] + shifts[part, None], roots.landings[part] + shifts[part]
-        weights, nearest = weigh_triples(around, wanted[part])
-        short = wanted[part] - nearest
-        solved = _solve_weights(setup, goals.weights[rows[part]], around, weights, root, short)
-        moves = solved.shifts - solved.given_up[:, None] * short
-        near = np.linalg.norm(moves, axis=1) <= options.landing_tolerance
-        moves[near | (solved.given_up <= 0.0)] = 0.0
-        all_examples = np.concatenate([examples[part], roots.examples[part]], axis=1)
-        all_weights = np.concatenate([solved.weights, solved.root_weights[:, None] * roots.weights[part]], axis=1)
-        order = np.argsort(-all_weights, axis=1, kind="stable")
-        chosen, weighed = (np.take_along_axis(values, order, axis=1) for values in (all_examples, all_weights))
-        landed = left_landings(blend_landings(setup.examples, setup.library, sides[part], chosen, weighed), sides[part])
-        return _Mix(
-            examples=chosen,
-            weights=weighed,
-            root_weights=solved.root_weights,
-            betas=solved.betas,
-            given_up=solved.given_up,
-            short=short - solved.shifts,
-            missed=wanted[part] - landed,
-            moves=moves,
-        )
-
-    active = np.arange(len(rows))
-    best = mixed(active)
-    rests, least = best.missed - best.short, np.linalg.norm(best.missed - best.short, axis=1)
-    for _ in range(options.corrections * options.correction):
-        active = active[np.linalg.norm(rests, axis=1) > options.landing_tolerance]
-        if not active.size:
-            break
-        shifts[active] -= rests[np.linalg.norm(rests, axis=1) > options.landing_tolerance]
-        again = mixed(active)
-        rests = again.missed - again.short
-        lengths = np.linalg.norm(rests, axis=1)
-        better = np.flatnonzero(lengths < least[active])
-        least[active[better]] = lengths[better]
-        best = _put(best, active[better], _rows(again, better))
-    return best
+    roots: RootSteps,
+    *,
+    reach: FloatArray,
+) -> wp.array:
+    """The rooted segments `rows` as planned, with the examples that land on their footsteps."""
+    segments, contacts, sides = setup.segments, setup.contacts, queries.swing_sides
+    supports, left = segments.supports[rows], left_landings(queries.landings, sides)
+    corrected = correct_steps(setup, spaces, queries, corrections=setup.options.corrections)
+    corrected = continue_styles(setup, spaces, rows, queries, corrected)
+    _, nearest = weigh_triples(spaces.landings[corrected.examples], left_landings(corrected.landings, sides))
+    order = {id(space): number for number, space in enumerate(spaces.spaces.values())}
+    grounded = contacts.liftoffs[supports] >= contacts.strikes[supports + 1]
+    table: Any = np.zeros(len(rows), dtype=RootedStep.numpy_dtype())  # type: ignore[attr-defined]
+    table["support"], table["swing_side"] = supports, sides
+    for space, steps in spaces.group(left, swing_sides=sides, flights=queries.flights, styles=queries.styles):
+        table["space"][steps] = order[id(space)]
+    table["start"], table["end"] = queries.headings, queries.headings + queries.turns
+    table["wanted"], table["epsilon"] = goals.weights[rows], goals.replace_distances[rows]
+    table["reach"] = reach[segments.agents[rows]]
+    table["longest"] = np.where(grounded, setup.options.longest_step * setup.leg_length, np.inf)
+    table["corners"], table["hull_distance"] = corrected.examples, corrected.hull_distances
+    table["bias"] = left_landings(queries.landings - corrected.missed, sides) - nearest
+    table["roots"], table["root_weights"] = roots.examples, roots.weights
+    return wp.array(table, dtype=RootedStep)
 
 
-def _solve_weights(
-    setup: Setup,
-    wanted: FloatArray,
-    corners: FloatArray,
-    weights: FloatArray,
-    landings: FloatArray,
-    short: FloatArray,
-) -> RootWeighted:
-    """lambda_1..4 of steps that want lambda4 (N,), less where a tolerance limits it."""
-    options = setup.options
-    if options.root_weight_within is not None:
-        tolerances = np.full(len(wanted), options.root_weight_within)
-        largest = find_largest_root_weight(
-            corners, weights, landings, tolerances, offsets=-short, beyond=options.beyond_beta
-        )
-        wanted = np.minimum(wanted, largest)
-    return solve_root_weight(corners, weights, landings, wanted, beyond=options.beyond_beta)
+def _device_landings(setup: Setup) -> LandingArrays:
+    """What tells where a blend of the setup's examples lands."""
+    examples, arrays = setup.examples, LandingArrays()
+    arrays.library = setup.library
+    settles = examples.landings - examples.swing_balls[:, -1, GROUND_AXES]
+    arrays.settles = wp.array(settles, dtype=wp.vec2d)
+    arrays.turns = wp.array(examples.turns, dtype=wp.float64)
+    arrays.flights = wp.array(np.maximum(examples.durations - examples.support_liftoffs, 0.0), dtype=wp.float64)
+    arrays.liftoff = LIFTOFF_PHASES[1] * (examples.rotations.shape[1] - 1)
+    return arrays
+
+
+def _mix_options(setup: Setup, spaces: FootstepSpaces) -> MixOptions:
+    options, chosen = setup.options, MixOptions()
+    chosen.by_features = options.space == "neighbours"
+    chosen.closest = options.beyond_beta == "closest"
+    chosen.tolerance = -1.0 if options.root_weight_within is None else options.root_weight_within
+    chosen.corrections = options.corrections * options.correction
+    chosen.near = options.landing_tolerance
+    chosen.landing_scale, chosen.departure_scale = spaces.scales.landing, spaces.scales.departure
+    return chosen
+
+
+def _empty_blends(count: int) -> BlendArrays:
+    blends = BlendArrays()
+    blends.examples = wp.empty((count, WIDTH), dtype=wp.int32)
+    blends.weights = wp.empty((count, WIDTH), dtype=wp.float64)
+    blends.tried_examples = wp.empty((count, WIDTH), dtype=wp.int32)
+    blends.tried_weights = wp.empty((count, WIDTH), dtype=wp.float64)
+    blends.single_weights = wp.empty((count, WIDTH), dtype=wp.float32)
+    return blends

@@ -14,6 +14,7 @@ from usdfoot.engine.reach import beyond_reach, find_high_steps, give_way
 from usdfoot.engine.root import lay_root
 from usdfoot.engine.root_goals import RootGoals
 from usdfoot.engine.root_weights import RootedSteps, weigh_rooted
+from usdfoot.engine.rooted_solids import weigh_solid
 from usdfoot.engine.segments import cut_segments
 from usdfoot.engine.styles import continue_styles
 from usdfoot.engine.time_warps import blended_durations, longest_step
@@ -63,7 +64,8 @@ def weigh_steps(
         The setup with contacts as executed, the blend of each segment, and how the landings meet.
     """
     blend = stand_blend(len(setup.segments), stand, width=8 if goals.rooted.any() else 4)
-    setup, blend, rooted = weigh_rooted(setup, spaces, goals, blend, reach=reach)
+    weigh = weigh_solid if setup.options.space == "3d" else weigh_rooted
+    setup, blend, rooted = weigh(setup, spaces, goals, blend, reach=reach)
     setup, blend, reached = reach_footsteps(setup, spaces, ~setup.segments.stands & ~goals.rooted, blend, reach=reach)
     offsets, high = np.linalg.norm(reached.offsets, axis=1), np.zeros(len(setup.segments), dtype=bool)
     steps = np.flatnonzero(~setup.segments.stands)

@@ -7,7 +7,6 @@ the mirrored examples with the same weights.
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -88,12 +87,14 @@ class FootstepSpaces:
         Raises:
             ClipError: If a style has no step of a swing side.
         """
-        groups: dict[tuple[str, bool, int], list[int]] = defaultdict(list)
+        names, sides = np.asarray(styles, dtype=object), np.asarray(swing_sides)
         runs = np.asarray(flights) & (landings[:, 1] > BACKWARD)
-        for step, key in enumerate(zip(styles, runs, swing_sides, strict=True)):
-            groups[key[0], bool(key[1]), int(key[2])].append(step)
-        for (style, flight, side), steps in groups.items():
-            yield self.find(style, flight, side), np.array(steps, dtype=np.intp)
+        left: BoolArray = np.ones(len(names), dtype=bool)
+        while left.any():
+            step = np.argmax(left)
+            own = left & (names == names[step]) & (runs == runs[step]) & (sides == sides[step])
+            yield self.find(names[step], bool(runs[step]), int(sides[step])), np.flatnonzero(own)
+            left &= ~own
 
     def find(self, style: str, flight: bool, side: int) -> SideSpace:
         """The space of a style, gait and swing side; that of the other gait if there is no example of this.

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import warp as wp
 
-__all__ = ["CLOSEST", "OCTANTS", "find_triples"]
+__all__ = ["CLOSEST", "OCTANTS", "best_triple", "find_triples", "nearest_examples"]
 
 OCTANTS = 8
 CLOSEST = 3
@@ -29,26 +29,40 @@ class Candidates:
     squares: _Numbers  # distances in coordinates; NONE where there is no example
 
 
+@wp.struct
+class Triple:
+    """Three examples around a landing, -1 where there are none, and its barycentric coordinates."""
+
+    examples: wp.vec3i
+    weights: wp.vec3d
+
+
 @wp.func
 def nearest_examples(
     landings: wp.array(dtype=wp.vec2d),
     coordinates: wp.array2d(dtype=wp.float64),
+    begin: int,
+    end: int,
     landing: wp.vec2d,
     wanted: wp.array2d(dtype=wp.float64),
     query: int,
 ) -> Candidates:
-    """Candidates of one query; of examples equally near the first."""
+    """Candidates of one query among the examples from `begin` to `end`; of examples equally near the first."""
     found = Candidates()
     for c in range(CANDIDATES):
         found.squares[c] = NONE
-    for e in range(landings.shape[0]):
+        found.examples[c] = begin
+    for e in range(begin, end):
+        offset = landings[e] - landing
+        octant = 4 * int(offset[0] < wp.float64(0.0)) + 2 * int(offset[1] < wp.float64(0.0))
+        octant += int(wp.abs(offset[0]) < wp.abs(offset[1]))
+        farthest = wp.max(found.squares[octant], found.squares[CANDIDATES - 1])
         square = wp.float64(0.0)
         for d in range(coordinates.shape[1]):
             difference = coordinates[e, d] - wanted[query, d]
             square += difference * difference
-        offset = landings[e] - landing
-        octant = 4 * int(offset[0] < wp.float64(0.0)) + 2 * int(offset[1] < wp.float64(0.0))
-        octant += int(wp.abs(offset[0]) < wp.abs(offset[1]))
+            if square >= farthest:
+                break
         if square < found.squares[octant]:
             found.squares[octant] = square
             found.examples[octant] = e
@@ -64,19 +78,9 @@ def nearest_examples(
     return found
 
 
-@wp.kernel(enable_backward=False)
-def find_triples(
-    landings: wp.array(dtype=wp.vec2d),  # (E,)
-    coordinates: wp.array2d(dtype=wp.float64),  # (E, D)
-    queries: wp.array(dtype=wp.vec2d),  # (N,)
-    wanted: wp.array2d(dtype=wp.float64),  # (N, D)
-    triples: wp.array(dtype=wp.vec3i),  # (N,) examples, -1 where no triple contains the landing
-    weights: wp.array(dtype=wp.vec3d),  # (N,) barycentric coordinates
-):
-    """The triple of candidates around each landing with the least weighted squared distance."""
-    query = wp.tid()
-    landing = queries[query]
-    near = nearest_examples(landings, coordinates, landing, wanted, query)
+@wp.func
+def best_triple(landings: wp.array(dtype=wp.vec2d), near: Candidates, landing: wp.vec2d) -> Triple:
+    """The triple of candidates around a landing with the least weighted squared distance."""
     x = _Numbers()
     z = _Numbers()
     for c in range(CANDIDATES):
@@ -84,8 +88,8 @@ def find_triples(
         x[c] = offset[0]
         z[c] = offset[1]
     best = NONE
-    triple = wp.vec3i(-1, -1, -1)
-    shares = wp.vec3d()
+    found = Triple()
+    found.examples = wp.vec3i(-1, -1, -1)
     for i in range(CANDIDATES):
         for j in range(i + 1, CANDIDATES):
             pair = x[i] * z[j] - z[i] * x[j]
@@ -103,7 +107,26 @@ def find_triples(
                         cost = wp.dot(areas, squares) / total
                         if wp.max(squares) < NONE and cost < best:
                             best = cost
-                            triple = wp.vec3i(near.examples[i], near.examples[j], near.examples[k])
-                            shares = wp.max(areas, wp.vec3d())
-    triples[query] = triple
-    weights[query] = shares / (shares[0] + shares[1] + shares[2] + wp.float64(1e-300))
+                            found.examples = wp.vec3i(near.examples[i], near.examples[j], near.examples[k])
+                            found.weights = wp.max(areas, wp.vec3d())
+    shares = found.weights
+    found.weights = shares / (shares[0] + shares[1] + shares[2] + wp.float64(1e-300))
+    return found
+
+
+@wp.kernel(enable_backward=False)
+def find_triples(
+    landings: wp.array(dtype=wp.vec2d),  # (E,)
+    coordinates: wp.array2d(dtype=wp.float64),  # (E, D)
+    queries: wp.array(dtype=wp.vec2d),  # (N,)
+    wanted: wp.array2d(dtype=wp.float64),  # (N, D)
+    triples: wp.array(dtype=wp.vec3i),  # (N,) examples, -1 where no triple contains the landing
+    weights: wp.array(dtype=wp.vec3d),  # (N,) barycentric coordinates
+):
+    """The triple of candidates around each landing with the least weighted squared distance."""
+    query = wp.tid()
+    landing = queries[query]
+    near = nearest_examples(landings, coordinates, 0, landings.shape[0], landing, wanted, query)
+    found = best_triple(landings, near, landing)
+    triples[query] = found.examples
+    weights[query] = found.weights

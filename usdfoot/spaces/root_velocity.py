@@ -11,13 +11,13 @@ from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.device import start_warp
 from usdfoot.spaces.root_kernels import find_influences
-from usdfoot.spaces.triangulation import merge_points
+from usdfoot.spaces.triangulation import boundary_edges, merge_points, polyline, triangulate
 
 __all__ = [
     "RootVelocitySpace",
     "RootVelocityWeights",
     "build_root_velocity_space",
-    "pick_heaviest",
+    "find_vertex_influences",
     "solve_root_velocities",
 ]
 
@@ -47,6 +47,10 @@ class RootVelocitySpace:
     """Per radian and per m/s (polar), or per m/s along x and z, shape (2, V, V - 1)."""
     bearings: FloatArray
     """A quarter turn beyond the middle of each pair's bearings [rad], -pi..pi, shape (V, V - 1); polar only."""
+    triangles: IntArray
+    """Vertices of the Delaunay triangles of the velocities, none if these are in line, shape (T, 3)."""
+    edges: IntArray
+    """Vertices of the edges of their hull, shape (H, 2)."""
     slowest: float
     """Speed of the slowest example that moves [m/s]; below half of it the bearing counts less and less."""
 
@@ -82,6 +86,8 @@ def build_root_velocity_space(
     vertices, members = merge_points(placed, merge_distance)
     constants, slopes, bearings = (_polar_tables if polar else _cartesian_tables)(placed[vertices])
     distances = np.linalg.norm(placed[vertices] - placed[vertices, None], axis=-1)
+    edges = polyline(placed[vertices], 0.0)
+    triangles = triangulate(placed[vertices]) if edges is None else np.empty((0, 3), dtype=np.intp)
     np.fill_diagonal(distances, -1.0)
     order = np.argsort(distances, axis=1, kind="stable")[:, 1:]
     return RootVelocitySpace(
@@ -92,6 +98,8 @@ def build_root_velocity_space(
         constants=np.take_along_axis(constants, order, axis=1),
         slopes=np.take_along_axis(slopes, order[None], axis=2),
         bearings=np.take_along_axis(bearings, order, axis=1),
+        triangles=triangles,
+        edges=boundary_edges(triangles) if edges is None else edges,
         slowest=float(speeds[moving].min(initial=np.inf)),
     )
 
@@ -114,7 +122,7 @@ def solve_root_velocities(space: RootVelocitySpace, queries: FloatArray) -> Root
     """
     queries = np.asarray(queries, dtype=float)
     weights = np.zeros((len(queries), len(space.velocities)))
-    weights[:, space.vertices] = _influences(space, queries)
+    weights[:, space.vertices] = find_vertex_influences(space, queries)
     totals = weights.sum(axis=1)
     lost = np.flatnonzero(totals <= 0.0)
     if lost.size:
@@ -126,24 +134,7 @@ def solve_root_velocities(space: RootVelocitySpace, queries: FloatArray) -> Root
     return RootVelocityWeights(weights=weights, velocities=blended, errors=np.linalg.norm(blended - queries, axis=1))
 
 
-def pick_heaviest(weights: FloatArray, count: int) -> tuple[IntArray, FloatArray]:
-    """The `count` heaviest of K examples and their weights, heaviest first, sum 1, shape (N, count) each.
-
-    What the next one weighs is taken off all of them, so that none leaves or enters with a jump. With fewer examples
-    than asked for, the first is repeated with weight 0.
-    """
-    order = np.argsort(-weights, axis=1, kind="stable")[:, : count + 1]
-    heaviest = np.take_along_axis(weights, order, axis=1)
-    kept = heaviest[:, :count] - (heaviest[:, count:] if heaviest.shape[1] > count else 0.0)
-    equal = kept.sum(axis=1) <= 0.0
-    kept[equal] = heaviest[equal, :count]
-    missing = count - kept.shape[1]
-    examples = np.concatenate([order[:, :count], np.repeat(order[:, :1], max(missing, 0), axis=1)], axis=1)
-    kept = np.pad(kept, ((0, 0), (0, max(missing, 0))))
-    return examples, kept / kept.sum(axis=1, keepdims=True)
-
-
-def _influences(space: RootVelocitySpace, queries: FloatArray) -> FloatArray:
+def find_vertex_influences(space: RootVelocitySpace, queries: FloatArray) -> FloatArray:
     """H of every vertex, not normalised, shape (N, V)."""
     start_warp()
     asked = np.stack([queries[:, 0], np.zeros(len(queries)), queries[:, 1]], axis=1)

@@ -1,34 +1,33 @@
-"""Root weights: the blend of a footstep's triangle with the root velocity's examples ([B] 5, Algorithm 1)."""
+"""Root weights: the blend of a footstep's triangle with the root velocity's examples ([B] 5, Algorithm 1).
+
+The engine calls the functions of `root_weight_kernel` step by step; these are the same for many steps at once.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+import warp as wp
 
-from usdfoot.maths.types import BoolArray, FloatArray, IntArray
-from usdfoot.spaces.triangulation import signed_areas
-from usdfoot.spaces.triples import weigh_triples
+from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.device import start_warp
+from usdfoot.spaces.root_weight_kernel import Corners, RootMix, find_largest_each, mix_root_each, replace_each
 
 __all__ = [
     "BEYONDS",
+    "REPLACEMENTS",
     "RootWeighted",
-    "find_beta",
     "find_largest_root_weight",
-    "is_in_triangle",
     "replace_corners",
-    "root_landing",
     "solve_root_weight",
 ]
 
 BEYONDS = ("segment", "closest")
 """Where a step lands beyond beta: on the way from the footstep to the root's landing ([B]'s q'), or as near to the
 footstep as weights allow none of which is negative."""
-SMALLEST_AREA = 1e-9
-"""Twice the area [m^2] below which a triangle is degenerate."""
 REPLACEMENTS = 3
 """The root's heaviest examples that may replace a corner."""
-HALVINGS = 40
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,20 +39,12 @@ class RootWeighted:
     root_weights: FloatArray
     """lambda4, shape (N,)."""
     betas: FloatArray
-    """Largest lambda4 that still lands on the footstep, shape (N,)."""
+    """Largest lambda4 that still lands on the footstep: min over b_i(r) > 0 of b_i(q) / b_i(r), shape (N,)."""
     given_up: FloatArray
     """Share of the way from the footstep to the root's landing that [B]'s q' goes, 0 up to beta, 1 at lambda4 = 1,
     shape (N,)."""
     shifts: FloatArray
     """From the footstep to where the blend lands, (x, z) [m], shape (N, 2)."""
-
-
-def is_in_triangle(points: FloatArray, corners: FloatArray) -> BoolArray:
-    """Whether points (N, 2) lie in triangles (N, 3, 2) of either orientation; never in degenerate ones, shape (N,)."""
-    areas = signed_areas(corners, points)
-    totals = areas.sum(axis=1)
-    areas *= np.sign(totals)[:, None]
-    return (np.abs(totals) >= SMALLEST_AREA) & (areas.min(axis=1) >= 0.0)
 
 
 def replace_corners(
@@ -73,44 +64,16 @@ def replace_corners(
     Returns:
         The corners (N, 3, 2) and which root example each is now, -1 if it is as before, shape (N, 3).
     """
-    corners = corners.copy()
-    chosen = np.full((len(corners), 3), -1, dtype=np.intp)
-    for corner in range(3):
-        for example in range(min(REPLACEMENTS, landings.shape[1])):
-            trial = corners.copy()
-            trial[:, corner] = landings[:, example]
-            near = np.linalg.norm(corners[:, corner] - landings[:, example], axis=1) <= epsilons
-            fits = (chosen[:, corner] < 0) & near & is_in_triangle(queries, trial)
-            corners[fits] = trial[fits]
-            chosen[fits, corner] = example
-    return corners, chosen
-
-
-def root_landing(landings: FloatArray, weights: FloatArray) -> FloatArray:
-    """R = sum_j w_j p_j ([B] Eq. 3) of landings (N, k, 2) with weights (N, k), shape (N, 2)."""
-    return np.einsum("nk,nkd->nd", weights, landings)
-
-
-def find_beta(corners: FloatArray, weights: FloatArray, roots: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Largest lambda4 for which Eq. 4 and 5 have no negative solution: min over b_i(r) > 0 of b_i(q) / b_i(r).
-
-    Args:
-        corners: Shape (N, 3, 2).
-        weights: Barycentric coordinates b(q) of the footsteps, not negative, sum 1, shape (N, 3).
-        roots: Landings r of the root's examples, shape (N, 2).
-
-    Returns:
-        beta, 0..1, shape (N,), and b(r), shape (N, 3). A degenerate triangle has beta 0 and b(r) 0.
-    """
-    areas = signed_areas(corners, roots)
-    totals = areas.sum(axis=1)
-    flat = np.abs(totals) < SMALLEST_AREA
-    coordinates = areas / np.where(flat, 1.0, totals)[:, None]
-    coordinates[flat] = 0.0
-    positive = coordinates > 0.0
-    ratios = np.where(positive, weights / np.where(positive, coordinates, 1.0), np.inf)
-    betas = np.where(flat, 0.0, np.minimum(ratios.min(axis=1), 1.0))
-    return betas, coordinates
+    start_warp()
+    own = wp.array(corners, dtype=Corners)
+    chosen = wp.empty(len(queries), dtype=wp.vec3i)
+    inputs = [
+        wp.array(queries, dtype=wp.vec2d),
+        wp.array(landings[:, :REPLACEMENTS], dtype=wp.vec2d),
+        wp.array(epsilons, dtype=wp.float64),
+    ]
+    wp.launch(replace_each, dim=len(queries), inputs=inputs, outputs=[own, chosen])
+    return own.numpy(), chosen.numpy().astype(np.intp)
 
 
 def solve_root_weight(
@@ -125,7 +88,7 @@ def solve_root_weight(
 
     Up to beta lambda_i = b_i(q) - lambda4 b_i(r), which lands on q. Above, on the segment,
     lambda_i = (1 - lambda4) / (1 - beta) (b_i(q) - beta b_i(r)), which misses q by
-    (lambda4 - beta) / (1 - beta) |r - q|.
+    (lambda4 - beta) / (1 - beta) |r - q|. A degenerate triangle has beta 0.
 
     Args:
         corners: Landings of the corners, (x, z) [m], shape (N, 3, 2).
@@ -134,21 +97,17 @@ def solve_root_weight(
         root_weights: lambda4, 0..1, shape (N,).
         beyond: One of BEYONDS.
     """
-    betas, coordinates = find_beta(corners, weights, roots)
-    rest = 1.0 - betas
-    given_up = np.clip((root_weights - betas) / np.where(rest > 0.0, rest, 1.0), 0.0, 1.0)
-    used = np.minimum(root_weights, betas)[:, None]
-    solved = (1.0 - given_up)[:, None] * np.maximum(weights - used * coordinates, 0.0)
-    shifts = given_up[:, None] * (roots - root_landing(corners, weights))
-    if beyond == "closest":
-        over = np.flatnonzero(given_up > 0.0)
-        solved[over], shifts[over] = _closest(corners[over], weights[over], roots[over], root_weights[over])
+    start_warp()
+    mixes = wp.empty(len(roots), dtype=RootMix)
+    inputs = [*_triangles(corners, weights, roots), wp.array(root_weights, dtype=wp.float64), beyond == "closest"]
+    wp.launch(mix_root_each, dim=len(roots), inputs=inputs, outputs=[mixes])
+    found = mixes.numpy()
     return RootWeighted(
-        weights=solved,
+        weights=found["weights"],
         root_weights=np.asarray(root_weights, dtype=float),
-        betas=betas,
-        given_up=given_up,
-        shifts=shifts,
+        betas=found["beta"],
+        given_up=found["given_up"],
+        shifts=found["shift"],
     )
 
 
@@ -173,46 +132,17 @@ def find_largest_root_weight(
             shift + given_up offset from the wanted footstep.
         beyond: One of BEYONDS.
     """
-    betas, _ = find_beta(corners, weights, roots)
-    offsets = np.zeros_like(roots) if offsets is None else offsets
-    if beyond == "closest":
-        return _halve(corners, weights, roots, tolerances, offsets, betas)
-    lengths = np.linalg.norm(roots - root_landing(corners, weights) + offsets, axis=1)
-    share = np.where(lengths > tolerances, tolerances / np.where(lengths > 0.0, lengths, 1.0), 1.0)
-    return betas + (1.0 - betas) * share
+    start_warp()
+    largest = wp.empty(len(roots), dtype=wp.float64)
+    inputs = [
+        *_triangles(corners, weights, roots),
+        wp.array(tolerances, dtype=wp.float64),
+        wp.array(np.zeros_like(roots) if offsets is None else offsets, dtype=wp.vec2d),
+        beyond == "closest",
+    ]
+    wp.launch(find_largest_each, dim=len(roots), inputs=inputs, outputs=[largest])
+    return largest.numpy()
 
 
-def _closest(
-    corners: FloatArray, weights: FloatArray, roots: FloatArray, root_weights: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Weights (N, 3) of the landing nearest to the footstep, and the way there (N, 2).
-
-    What the root's examples leave of the footstep, (q - lambda4 r) / (1 - lambda4), is brought into the triangle.
-    """
-    footsteps = root_landing(corners, weights)
-    rest = 1.0 - root_weights[:, None]
-    left = (footsteps - root_weights[:, None] * roots) / np.where(rest > 0.0, rest, 1.0)
-    inner, nearest = weigh_triples(corners, left)
-    return rest * inner, rest * nearest + root_weights[:, None] * roots - footsteps
-
-
-def _halve(
-    corners: FloatArray,
-    weights: FloatArray,
-    roots: FloatArray,
-    tolerances: FloatArray,
-    offsets: FloatArray,
-    betas: FloatArray,
-) -> FloatArray:
-    """Largest lambda4 by bisection: the closest point gets no nearer again, its distance is convex in lambda4."""
-
-    def within(root_weights: FloatArray) -> BoolArray:
-        solved = solve_root_weight(corners, weights, roots, root_weights, beyond="closest")
-        return np.linalg.norm(solved.shifts + solved.given_up[:, None] * offsets, axis=1) <= tolerances
-
-    low, high = betas.copy(), np.ones_like(betas)
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        good = within(middle)
-        low, high = np.where(good, middle, low), np.where(good, high, middle)
-    return np.where(within(np.ones_like(betas)), 1.0, low)
+def _triangles(corners: FloatArray, weights: FloatArray, roots: FloatArray) -> list[wp.array]:
+    return [wp.array(corners, dtype=Corners), wp.array(weights, dtype=wp.vec3d), wp.array(roots, dtype=wp.vec2d)]

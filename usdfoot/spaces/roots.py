@@ -1,4 +1,4 @@
-"""The root examples of steps: which of a library's examples move the root as wanted, and where they land."""
+"""The root examples of steps: which of a library's examples move the root as wanted, and with which weights."""
 
 from __future__ import annotations
 
@@ -6,16 +6,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import warp as wp
 
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray, StyleArray
 from usdfoot.spaces.features import StepFeatures, step_coordinates
-from usdfoot.spaces.library import FootstepSpaces, left_landings
-from usdfoot.spaces.root_velocity import pick_heaviest, solve_root_velocities
-from usdfoot.spaces.tilt import tilt_weights
+from usdfoot.spaces.library import FootstepSpaces, SideSpace, left_landings
+from usdfoot.spaces.root_choice_kernel import PICKED, POOL, ChoiceArrays, VelocityArrays, choose_roots
+from usdfoot.spaces.root_velocity import find_vertex_influences
 
 __all__ = ["ROOT_EXAMPLES", "RootSteps", "find_roots"]
 
-ROOT_EXAMPLES = 5
+ROOT_EXAMPLES = PICKED
 """Root examples a step is blended from: with the three of its footstep, as many as the kernels take."""
 
 
@@ -24,7 +25,7 @@ class RootSteps:
     """Root examples of N steps."""
 
     examples: IntArray
-    """Index into the library's examples, heaviest band first, shape (N, ROOT_EXAMPLES)."""
+    """Index into the library's examples, shape (N, ROOT_EXAMPLES)."""
     weights: FloatArray
     """Not negative, sum 1, shape (N, ROOT_EXAMPLES)."""
 
@@ -42,8 +43,11 @@ def find_roots(
 ) -> RootSteps:
     """Root examples and weights of steps, from the same style, gait and swing side as their footstep's examples.
 
-    Of examples with nearly the same root velocity, wide and narrow steps for example, it is the one most like the
-    wanted step.
+    The heaviest of the gradient bands; of examples with nearly the same root velocity, wide and narrow steps for
+    example, the one most like the wanted step. The weights are then tilted until their velocity is the wanted one, as
+    nearly as these examples allow. Where they do not allow it, which is where the bands' examples all lie to one side,
+    the triangle of examples around the wanted velocity gets as much of the weight as that needs. All of this goes on
+    without a jump as the wanted velocity changes, and leaves every example to itself.
 
     Args:
         spaces: From `build_spaces`.
@@ -53,8 +57,7 @@ def find_roots(
         swing_sides: 0 = left, 1 = right, shape (N,).
         flights: Whether the support foot lifts off before the swing foot strikes, shape (N,).
         styles: Style of each step, N of them.
-        meet: Tilt the weights so that the blended root velocity is the wanted one as nearly as these examples allow;
-            without, it is what the gradient bands give.
+        meet: Bring the blended root velocity to the wanted one; without, it is what the gradient bands give.
 
     Raises:
         ClipError: If a style has no step of a swing side.
@@ -64,15 +67,40 @@ def find_roots(
     coordinates = step_coordinates(left, features.as_left(swing_sides), spaces.scales)
     weights: FloatArray = np.zeros((count, ROOT_EXAMPLES))
     examples: IntArray = np.zeros((count, ROOT_EXAMPLES), dtype=np.intp)
+    example_velocities = wp.array(spaces.velocities, dtype=wp.vec2d)
+    example_coordinates = wp.array(spaces.coordinates, dtype=wp.float64)
     for space, steps in spaces.group(left, swing_sides=swing_sides, flights=flights, styles=styles):
-        solved = solve_root_velocities(space.roots, queries[steps])
-        vertices, weights[steps] = pick_heaviest(solved.weights[:, space.roots.vertices], ROOT_EXAMPLES)
-        members = space.roots.members[vertices]  # (n, ROOT_EXAMPLES, most)
-        away = spaces.coordinates[space.examples[members]]
-        away -= coordinates[steps][:, None, None]
-        squares = np.einsum("nkmd,nkmd->nkm", away, away)
-        nearest = np.argmin(np.where(members >= 0, squares, np.inf), axis=2)
-        examples[steps] = space.examples[np.take_along_axis(members, nearest[..., None], axis=2)[..., 0]]
-    if meet:
-        weights = tilt_weights(weights, spaces.velocities[examples], queries)
+        vertices = _device_vertices(space)
+        vertices.example_velocities, vertices.example_coordinates = example_velocities, example_coordinates
+        choice = _empty_choice(len(steps))
+        inputs = [
+            vertices,
+            wp.array(find_vertex_influences(space.roots, queries[steps]), dtype=wp.float64, copy=False),
+            wp.array(queries[steps], dtype=wp.vec2d),
+            wp.array(coordinates[steps], dtype=wp.float64),
+            meet,
+        ]
+        wp.launch(choose_roots, dim=len(steps), inputs=inputs, outputs=[choice])
+        examples[steps] = choice.examples.numpy()[:, :ROOT_EXAMPLES]
+        weights[steps] = (choice.tilted if meet else choice.weights).numpy()[:, :ROOT_EXAMPLES]
     return RootSteps(examples=examples, weights=weights)
+
+
+def _device_vertices(space: SideSpace) -> VelocityArrays:
+    """The vertices of a space's root velocities, their members among the library's examples."""
+    roots, arrays = space.roots, VelocityArrays()
+    members = np.where(roots.members >= 0, space.examples[roots.members], -1)
+    arrays.velocities = wp.array(roots.velocities[roots.vertices], dtype=wp.vec2d)
+    arrays.members = wp.array(members, dtype=wp.int32)
+    arrays.triangles = wp.array(roots.triangles.reshape(-1, 3), dtype=wp.vec3i)
+    arrays.edges = wp.array(roots.edges[:, [0, 1, 1]], dtype=wp.vec3i)
+    return arrays
+
+
+def _empty_choice(count: int) -> ChoiceArrays:
+    choice = ChoiceArrays()
+    choice.examples = wp.empty((count, POOL), dtype=wp.int32)
+    choice.weights = wp.empty((count, POOL), dtype=wp.float64)
+    choice.tilted = wp.empty((count, POOL), dtype=wp.float64)
+    choice.points = wp.empty((count, POOL), dtype=wp.vec2d)
+    return choice

@@ -1,0 +1,43 @@
+"""Footstep spaces as device arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import warp as wp
+
+from usdfoot.maths.types import IntArray
+from usdfoot.spaces.corner_kernel import SpaceArrays
+from usdfoot.spaces.library import FootstepSpaces
+
+__all__ = ["device_spaces"]
+
+
+def device_spaces(spaces: FootstepSpaces) -> SpaceArrays:
+    """All spaces end to end, in the order of `spaces.spaces`."""
+    neighbours, triangles, edges = [], [], []
+    for space in spaces.spaces.values():
+        own, footsteps = space.examples, space.footsteps
+        vertices = own[footsteps.members[:, 0]]
+        neighbours.append(own[space.neighbours.examples])
+        triangles.append(vertices[footsteps.triangles])
+        edges.append(vertices[footsteps.edges[:, [0, 1, 1]]])
+    members = np.concatenate(neighbours)
+    arrays = SpaceArrays()
+    arrays.landings = wp.array(spaces.landings, dtype=wp.vec2d)
+    arrays.neighbour_begins = _begins(neighbours)
+    arrays.neighbours = wp.array(members, dtype=wp.int32)
+    arrays.neighbour_landings = wp.array(spaces.landings[members], dtype=wp.vec2d)
+    arrays.coordinates = wp.array(spaces.coordinates[members], dtype=wp.float64)
+    arrays.triangle_begins, arrays.triangles = _begins(triangles), _triples(triangles)
+    arrays.edge_begins, arrays.edges = _begins(edges), _triples(edges)
+    return arrays
+
+
+def _begins(parts: Sequence[IntArray]) -> wp.array:
+    return wp.array(np.cumsum([0, *map(len, parts)]), dtype=wp.int32)
+
+
+def _triples(parts: Sequence[IntArray]) -> wp.array:
+    return wp.array(np.concatenate(parts).reshape(-1, 3), dtype=wp.vec3i)
