@@ -38,7 +38,8 @@ def open_stage(scene: str | os.PathLike[str] | Usd.Stage) -> Usd.Stage:
     try:
         stage = Usd.Stage.Open(path)
     except Tf.ErrorException as error:
-        raise SceneError(path, "cannot be opened as USD", str(error).splitlines()[-1].strip()) from error
+        reason = str(getattr(error.args[0], "commentary", error)).strip()  # the last says only that it is so
+        raise SceneError(path, "cannot be opened as USD", reason) from error
     if not stage:
         raise SceneError(path, "cannot be opened as USD", f"give a {_EXTENSIONS} file")
     return stage
