@@ -73,6 +73,18 @@ def test_a_clip_replayed_from_itself_is_nearly_itself(tools, library):
     assert errors.pelvis_legs < 0.02
 
 
+def test_hybrids_are_replayed_on_their_own_pelvis(tools, library):
+    from replaying.leave_out import replay_takes, with_clips
+    from replaying.takes import read_take
+
+    take = read_take(library.source, 2, whole=True)
+    others = with_clips(library, np.array([0, 1, 3, 4, 5]), style="default")
+    clips, hybrid = (replay_takes(others, [take], EngineOptions(), hybrid=carried)[0] for carried in (False, True))
+    assert hybrid.pelvis_alone == pytest.approx(clips.pelvis_alone, abs=0.05)
+    assert abs(hybrid.pelvis_alone - clips.pelvis_alone) > 1e-3
+    assert hybrid.outside == clips.outside
+
+
 def test_a_clip_between_others_is_replayed_from_them(tools, library):
     from replay import Setting, replay_library
     from replaying.outcomes import replay_table
@@ -141,6 +153,7 @@ def test_physics_walks_where_people_walked(tools, shared_data, capsys):
         assert replay["rms"] < 0.04
         assert replay["rms_centred"] < 0.035
         assert abs(replay["rise"] / replay["real_rise"] - 1.0) < 0.25
+        assert 0.75 < replay["sway"] / replay["real_sway"] < 1.4
         assert abs(replay["lag"]) < 0.1
 
 

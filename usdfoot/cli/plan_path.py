@@ -44,6 +44,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--stand-time", metavar="SECONDS", type=seconds, default=0.5, help="how long it stands there (default: 0.5)"
     )
     parser.add_argument(
+        "--around", action="store_true", help="go round ground that is too steep, too low or not walkable"
+    )
+    parser.add_argument(
         "--first-foot", choices=("left", "right"), default="left", help="the foot that steps first (default: left)"
     )
 
@@ -74,6 +77,7 @@ def run(arguments: argparse.Namespace) -> int:
                 ends_standing=arguments.end == "standing",
                 stand_time=arguments.stand_time,
                 first_side=("left", "right").index(arguments.first_foot),
+                around=arguments.around,
             ),
             progress=progress,
         )

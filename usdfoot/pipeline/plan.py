@@ -132,7 +132,9 @@ def _doubts(planned: Sequence[PlannedAgent], terrain: Terrain, bodies: Sequence[
         own = [fault for fault in errors if fault.plan == plan.name]
         if own:
             more = f" (and {len(own) - 1} more)" if len(own) > 1 else ""
-            message = f"{plan.name}: footstep {own[0].footstep} {own[0].message}{more}. usdfoot plan lint tells more"
+            place = ", ".join(f"{value:.2f}" for value in plan.positions[max(own[0].footstep, 0)])
+            what = f"footstep {own[0].footstep} at ({place}) m {own[0].message}{more}"
+            message = f"{plan.name}: {what}. usdfoot plan lint tells more; --around goes round bad ground"
             doubts.append(Problem(severity="warning", where=plan.name, message=message))
     return doubts
 

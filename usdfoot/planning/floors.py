@@ -40,7 +40,7 @@ class Floors:
 
     def __init__(self, party: Party) -> None:
         self._area, self._seekers = party.area, party.seekers
-        narrowest = min(seeker.radius for seeker in party.seekers)
+        narrowest = min(seeker.radius for seeker in party.seekers) if party.area.spots is not None else 0.0
         self._floors = [_Floor(_wide(level, narrowest)) for level in party.area.levels]
         self.levels: IntArray = party.starts.copy()
         """Level each is on, shape (N,)."""
@@ -116,7 +116,9 @@ class Floors:
 
 
 def _wide(level: shapely.Polygon, radius: float) -> shapely.Polygon:
-    """A level without what is narrower than a body: JuPedSim sends people of any size through the smallest gap."""
+    """A level without what is narrower than a body: JuPedSim sends anybody through the smallest gap between cells."""
+    if radius <= 0.0:
+        return level
     room = level.buffer(-SNUG * radius)
     wide = room.buffer(SNUG * radius, join_style="mitre").intersection(level)
     return wide if wide.geom_type == "Polygon" else level

@@ -13,6 +13,7 @@ from usdfoot.model.biped import LEFT
 from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
 from usdfoot.model.plan import FootstepPlan
+from usdfoot.planning.bypass import go_round
 from usdfoot.planning.footholds import find_footholds, firm_ends, foot_places, tread_steps
 from usdfoot.planning.gait import Gait, derive_gait
 from usdfoot.planning.paces import pace_steps, stance_times
@@ -35,6 +36,8 @@ class PathOptions:
     """How long the feet stand at the start before one leaves, and at the end [s]."""
     first_side: int = LEFT
     """The foot that steps first."""
+    around: bool = False
+    """Go round ground that is too steep, too low or not walkable; else the path is kept to as it is drawn."""
 
 
 def plan_path(
@@ -67,7 +70,7 @@ def plan_paths(
         options: Start and end.
 
     Raises:
-        PlanError: If a path is shorter than a print is long.
+        PlanError: If a path is shorter than a print is long, or cannot go round what it is to go round.
     """
     if not paths:
         return []
@@ -79,6 +82,8 @@ def plan_paths(
     ]
     for path, body in zip(paths, bodies, strict=True):
         check_length(path, body)
+    if options.around:
+        paths = [go_round(path, ground, body=body) for path, body in zip(paths, bodies, strict=True)]
     ways = lay_ways(paths, gaits, ground)
     steps = _steps(ways, gaits, bodies, ground, options)
     return _plans(paths, gaits, ways, ground, steps, options)

@@ -193,10 +193,12 @@ def _spread(area: Area, people: Sequence[tuple[Seeker, int, Itinerary]]) -> Part
     for level in np.unique(levels):
         room = area.levels[level].buffer(-radius)
         shapely.prepare(room)
+        own = order[levels[order] == level]
         taken = np.zeros((0, 2))
-        for index in order[levels[order] == level]:
-            places[index] = _free_place(lasts[index], taken, room, 2.0 * ROOM * radius)
-            taken = np.vstack([taken, places[index]])
+        for goal in dict.fromkeys(map(tuple, lasts[own].tolist())):
+            going = own[np.all(lasts[own] == goal, axis=1)]
+            places[going] = _free_places(np.array(goal), len(going), taken, room, 2.0 * ROOM * radius)
+            taken = np.vstack([taken, places[going]])
     return Party(
         area=area,
         seekers=tuple(seekers),
@@ -208,15 +210,21 @@ def _spread(area: Area, people: Sequence[tuple[Seeker, int, Itinerary]]) -> Part
     )
 
 
-def _free_place(goal: FloatArray, taken: FloatArray, room: shapely.Geometry, spacing: float) -> FloatArray:
-    """The place of a triangular lattice around a goal that is nearest to it, free and in the room; else the goal."""
-    if not len(taken) or np.linalg.norm(taken - goal, axis=1).min() >= spacing * (1.0 - 1e-6):
-        return goal
-    near = int(np.sum(np.linalg.norm(taken - goal, axis=1) < spacing * np.sqrt(len(taken) + 7.0)))
+def _free_places(goal: FloatArray, count: int, taken: FloatArray, room: shapely.Geometry, spacing: float) -> FloatArray:
+    """The places of a triangular lattice around a goal that are nearest to it, free and in the room, shape (count, 2).
+
+    Where there are fewer the goal stands for the rest.
+    """
+    gaps = cKDTree(taken).query(goal[None])[0] if len(taken) else np.array([np.inf])
+    if count == 1 and gaps[0] >= spacing * (1.0 - 1e-6):
+        return goal[None]
+    near = count + int(np.sum(np.linalg.norm(taken - goal, axis=1) < spacing * np.sqrt(len(taken) + count + 7.0)))
     reach = 2 + int(np.ceil(2.0 * np.sqrt(near)))
     row, column = np.meshgrid(np.arange(-reach, reach + 1), np.arange(-reach, reach + 1), indexing="ij")
     lattice = spacing * np.stack([column + 0.5 * row, np.sqrt(0.75) * row], axis=-1).reshape(-1, 2)
     lattice = goal + lattice[np.argsort(np.linalg.norm(lattice, axis=1).round(9), kind="stable")]
-    free = cKDTree(taken).query(lattice)[0] >= spacing * (1.0 - 1e-6)
-    free &= shapely.contains_xy(room, lattice[:, 0], lattice[:, 1])
-    return lattice[int(np.argmax(free))] if free.any() else goal
+    free = shapely.contains_xy(room, lattice[:, 0], lattice[:, 1])
+    if len(taken):
+        free &= cKDTree(taken).query(lattice)[0] >= spacing * (1.0 - 1e-6)
+    found = lattice[np.flatnonzero(free)[:count]]
+    return np.concatenate([found, np.repeat(goal[None], count - len(found), axis=0)])

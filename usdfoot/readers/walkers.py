@@ -17,6 +17,7 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.terrain import Terrain
+from usdfoot.planning.bypass import go_round
 from usdfoot.planning.path import PathOptions, check_length, plan_paths
 from usdfoot.planning.proportions import Proportions, proportions_of
 from usdfoot.readers.agents import AgentSource
@@ -98,20 +99,23 @@ def plan_walkers(
 ) -> dict[str, FootstepPlan | UsdfootError]:
     """Plans of walkers on a terrain by name, or why there is none."""
     found: dict[str, FootstepPlan | UsdfootError] = {}
+    options = options or PathOptions()
+    lowest = min((float(walker.path.points[:, 1].min()) for walker in walkers), default=0.0)
+    ground = Ground(terrain, fallback_height=lowest)
     able = []
     for walker in walkers:
         try:
             check_length(walker.path, walker.proportions)
-            able.append(walker)
+            path = go_round(walker.path, ground, body=walker.proportions) if options.around else walker.path
+            able.append(replace(walker, path=path))
         except PlanError as error:
             found[walker.name] = error
     if able:
-        lowest = min(float(walker.path.points[:, 1].min()) for walker in able)
         plans = plan_paths(
             [walker.path for walker in able],
-            Ground(terrain, fallback_height=lowest),
+            ground,
             proportions=[walker.proportions for walker in able],
-            options=options,
+            options=replace(options, around=False),
         )
         for walker, plan in zip(able, plans, strict=True):
             styles = (walker.path.style,) * len(plan) if walker.path.style else ()

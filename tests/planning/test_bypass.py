@@ -1,0 +1,52 @@
+"""Paths that go round ground nobody can walk on."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from tests.planning.terrains import slab, terrain_of
+from usdfoot.errors import PlanError
+from usdfoot.model.ground import Ground
+from usdfoot.model.path import WalkingPath
+from usdfoot.planning.bypass import go_round
+from usdfoot.planning.lint import lint_plans
+from usdfoot.planning.path import PathOptions, plan_path
+from usdfoot.planning.proportions import Proportions
+
+ROOF = [slab((-1.0, 1.0), (-1.5, 0.0), (0.0, 2.4)), slab((-1.0, 1.0), (0.0, 1.5), (2.4, 0.0))]
+"""58 degrees up and down again, 2 m wide."""
+
+
+def ground(*, width: float) -> Ground:
+    return Ground(terrain_of([slab((-width, width), (-6.0, 6.0), (0.0, 0.0)), *ROOF]))
+
+
+def path(*points) -> WalkingPath:
+    return WalkingPath(name="/Path", points=np.array(points, dtype=float))
+
+
+STRAIGHT = path((0.2, 0.0, -5.0), (0.2, 0.0, 5.0))
+
+
+def test_a_path_over_a_steep_roof_goes_round_it_if_asked_and_lints_clean():
+    open_ground = ground(width=6.0)
+    over = plan_path(STRAIGHT, open_ground)
+    assert "steep" in {fault.kind for fault in lint_plans([over], open_ground, bodies=[Proportions()])}
+    around = plan_path(STRAIGHT, open_ground, options=PathOptions(around=True))
+    assert lint_plans([around], open_ground, bodies=[Proportions()]) == []
+    led = go_round(STRAIGHT, open_ground, body=Proportions())
+    corners = np.array([(0.2, -5.0), (1.0, -1.5), (1.0, 1.5), (0.2, 5.0)])
+    shortest = np.linalg.norm(np.diff(corners, axis=0), axis=1).sum()
+    assert shortest < led.length < shortest + 2.0, "it leaves the line only where it must"
+
+
+def test_a_path_on_good_ground_is_as_drawn():
+    beside = path((3.0, 0.0, -5.0), (3.0, 0.0, 5.0))
+    assert_array_equal(go_round(beside, ground(width=6.0), body=Proportions()).points, beside.points)
+
+
+def test_where_there_is_no_way_round_place_and_slope_are_named():
+    with pytest.raises(PlanError, match=r"/Path: leads over ground of 58 degrees at \(0\.20, .* no way round"):
+        go_round(STRAIGHT, ground(width=1.0), body=Proportions())
+    with pytest.raises(PlanError, match=r"/Path: ends over ground of 58 degrees at \(0\.20, 1\.20, -0\.75\) m"):
+        go_round(path((0.2, 0.0, -5.0), (0.2, 0.0, -0.75)), ground(width=6.0), body=Proportions())
