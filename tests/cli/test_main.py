@@ -2,11 +2,14 @@
 
 import json
 import logging
+import shutil
 
 import pytest
+from pxr import Sdf, Usd
 
 from tests.few_clips import write_few_clips_scene
 from usdfoot import __version__
+from usdfoot.bridge.tokens import Clip
 from usdfoot.cli.main import main
 
 
@@ -45,11 +48,17 @@ def test_frames_must_be_a_range(text, tmp_path, capsys):
 
 
 def test_animate_prints_the_steps_on_stdout_and_talks_on_stderr(scene, tmp_path, capsys):
-    arguments = ["animate", str(scene), "-o", str(tmp_path / "out"), "--frames", "0:40"]
+    cut = scene.with_name("cut.usda")
+    shutil.copy(scene, cut)
+    stage = Usd.Stage.Open(str(cut))
+    clip = stage.OverridePrim("/World/Library/Motion/Clips/walk_130")
+    clip.CreateAttribute(Clip.END, Sdf.ValueTypeNames.TimeCode, custom=False).Set(Sdf.TimeCode(2.0))
+    stage.Save()
+    arguments = ["animate", str(cut), "-o", str(tmp_path / "out"), "--frames", "0:40"]
     assert main([*arguments, "--no-correction", "--seam", "crossfade", "--agents", "Walk*"]) == 0
     out, err = capsys.readouterr()
     assert "Walker" in out and "placement mean mm" in out and f"wrote {tmp_path / 'out' / 'crowd.usd'}" in out
-    assert "warning: " in err and "warning" not in out
+    assert "warning: " in err and "walk_130: no usable step" in err and "warning" not in out
     options = json.loads((tmp_path / "out" / "report.json").read_text())["options"]
     assert options["correction"] is False and options["seam"] == "crossfade"
 

@@ -75,6 +75,17 @@ def test_no_terrain_is_no_error():
     assert problems == ()
 
 
+def test_a_cube_named_ground_is_named_only_where_no_mesh_is_the_ground():
+    stage = new_stage()
+    UsdGeom.Cube.Define(stage, "/World/Ground")
+    UsdGeom.Plane.Define(stage, "/World/Lake")
+    terrain, (problem,) = read(stage)
+    assert not terrain.meshes and problem.severity == "warning" and problem.where == "/World/Ground"
+    assert "a Cube is no mesh" in problem.message and "convert it to a Mesh" in problem.message
+    add_ground(stage, "/World/Terrain", Units())
+    assert read(stage)[1] == ()
+
+
 def test_characters_and_prints_are_no_terrain():
     stage = new_stage()
     add_character(stage, "/World/GroundKeeper", Units(), with_body=True)

@@ -220,8 +220,8 @@ def run(arguments: argparse.Namespace) -> int:
     console = results_console()
     console.print(step_table(report.results))
     if report.kept_agents:
-        agents = f"{report.kept_agents} of {len(report.results)} agents, which did not change"
-        console.print(f"kept {agents}, with {report.kept} of {report.chunks} chunks as they were", soft_wrap=True)
+        agents = f"{report.kept_agents} of {len(report.results)} agents"
+        console.print(f"kept {report.kept} of {report.chunks} chunks, in which nothing changed: {agents} in all")
     console.print(f"wrote {report.crowd_file}", soft_wrap=True)
     return 1 if report.skipped else 0
 

@@ -32,7 +32,8 @@ def lay_root(contacts: ContactTable, segments: Segments, *, step_height_share: f
     """Path through the middle of consecutive contacts at each strike, at rest in stands.
 
     The height goes monotonically between the means of the contacts' heights. The pelvis's ground lies lower where the
-    feet stand at different heights, since the leg below must reach: `step_height_share` up from the lower foot.
+    feet stand at different heights, since the leg below must reach: `step_height_share` up from the lower foot. Where a
+    flight ends it is level for an instant: it rises and falls in the push and the flight, not over the leg that lands.
     """
     supports = segments.supports
     last = len(contacts.sides) - 1
@@ -44,6 +45,8 @@ def lay_root(contacts: ContactTable, segments: Segments, *, step_height_share: f
     secants = (ends - begins) / durations[:, None]
     inner = segments.joined[1:-1]
     slopes = _seam_slopes(secants[:-1], secants[1:], durations[:-1], durations[1:])
+    landed = contacts.liftoffs[supports[1:] - 1] < contacts.strikes[supports[1:]]
+    slopes[landed, 4] = 0.0
     still = segments.stands[:-1] | segments.stands[1:]
     slopes[still] = 0.0
     begin_slopes, end_slopes = secants.copy(), secants.copy()

@@ -27,7 +27,7 @@ ERROR, WARNING = "error", "warning"
 class LintLimits:
     """What is still right."""
 
-    longest_step: float = 1.6
+    longest_step: float = 1.5
     """Of a walking step, over the leg length."""
     highest_step: float = 0.6
     """Rise of a walking step, over the leg length."""

@@ -38,7 +38,8 @@ def open_stage(scene: str | os.PathLike[str] | Usd.Stage) -> Usd.Stage:
     try:
         stage = Usd.Stage.Open(path)
     except Tf.ErrorException as error:
-        raise SceneError(path, "cannot be opened as USD", str(error).splitlines()[-1].strip()) from error
+        reason = str(getattr(error.args[0], "commentary", error)).strip()  # the last says only that it is so
+        raise SceneError(path, "cannot be opened as USD", reason) from error
     if not stage:
         raise SceneError(path, "cannot be opened as USD", f"give a {_EXTENSIONS} file")
     return stage
@@ -96,13 +97,15 @@ class StagePrims:
     meshes: tuple[Usd.Prim, ...]
     """Without those below point instancers, which are prototypes."""
     instancers: tuple[Usd.Prim, ...]
+    shapes: tuple[Usd.Prim, ...]
+    """Geometry that is given by numbers alone: cubes, planes, spheres."""
     with_apis: dict[str, tuple[Usd.Prim, ...]]
     """Prims by the usdfoot API schemas applied to them."""
 
 
 def collect_prims(stage: Usd.Stage) -> StagePrims:
     """Every prim the readers look at, found in one walk."""
-    skeletons, animations, meshes, instancers = [], [], [], []
+    skeletons, animations, meshes, instancers, shapes = [], [], [], [], []
     with_apis: dict[str, list[Usd.Prim]] = {}
     prototypes: list[Sdf.Path] = []
     for prim in _walk(stage):
@@ -119,11 +122,14 @@ def collect_prims(stage: Usd.Stage) -> StagePrims:
         elif prim.IsA(UsdGeom.PointInstancer):
             instancers.append(prim)
             prototypes.append(prim.GetPath())
+        elif prim.IsA(UsdGeom.Gprim) and not prim.IsA(UsdGeom.PointBased):
+            shapes.append(prim)
     return StagePrims(
         skeletons=tuple(skeletons),
         animations=tuple(animations),
         meshes=tuple(meshes),
         instancers=tuple(instancers),
+        shapes=tuple(shapes),
         with_apis={name: tuple(prims) for name, prims in with_apis.items()},
     )
 

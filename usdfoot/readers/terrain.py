@@ -59,6 +59,8 @@ def read_terrain(
         _logger.info("no UsdfootTerrainAPI, terrain by name: %s", ", ".join(str(mesh.GetPath()) for mesh in chosen))
     check_meshes(chosen, limits)
     parts, problems = [], _without_meshes(marked, meshes)
+    if not marked and not chosen:
+        problems += _shapes_named(prims.shapes)
     for mesh in chosen:
         try:
             parts.append(_read_mesh(stage, mesh, units))
@@ -141,13 +143,26 @@ def _is_marked(prim: Usd.Prim) -> bool:
     return False
 
 
-def _named(meshes: Sequence[Usd.Prim]) -> list[Usd.Prim]:
-    """Meshes named ground or terrain, themselves or by the transform above them, as Blender writes them."""
+def _named(prims: Sequence[Usd.Prim]) -> list[Usd.Prim]:
+    """Prims named ground or terrain, themselves or by the transform above them, as Blender writes them."""
 
     def is_named(prim: Usd.Prim) -> bool:
         return any(name in prim.GetName().lower() for name in _NAMES)
 
-    return [mesh for mesh in meshes if is_named(mesh) or is_named(mesh.GetParent())]
+    return [prim for prim in prims if is_named(prim) or is_named(prim.GetParent())]
+
+
+def _shapes_named(shapes: Sequence[Usd.Prim]) -> list[Problem]:
+    """A warning for each shape that is the ground by its name, where no mesh is."""
+    reason = "is no mesh, so the ground is taken to be the plane through the lowest footstep. convert it to a Mesh"
+    return [
+        Problem(
+            severity="warning",
+            where=str(shape.GetPath()),
+            message=f"{shape.GetPath()}: a {shape.GetTypeName()} {reason}",
+        )
+        for shape in _named(shapes)
+    ]
 
 
 def _without_meshes(marked: Sequence[Usd.Prim], meshes: Sequence[Usd.Prim]) -> list[Problem]:

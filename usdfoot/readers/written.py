@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -85,6 +85,8 @@ class WrittenCrowd:
     """Path of that scene, "" if not recorded."""
     provenance: Mapping[str, Any]
     """What the crowd says of its making, empty if nothing."""
+    bipeds: dict[Hashable, Biped] = field(default_factory=dict)
+    """What has been found of characters, which many agents share, by prototype and how it stands."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,15 +143,17 @@ def read_agent(crowd: WrittenCrowd, name: str) -> WrittenAgent:
     Raises:
         UsdfootError: If the agent has no plan, Skeleton, biped or animation.
     """
-    return read_agent_prim(crowd.stage.GetPrimAtPath(f"{tokens.Prim.AGENTS}/{name}"), crowd.units)
+    prim = crowd.stage.GetPrimAtPath(f"{tokens.Prim.AGENTS}/{name}")
+    return read_agent_prim(prim, crowd.units, bipeds=crowd.bipeds)
 
 
-def read_agent_prim(prim: Usd.Prim, units: StageUnits) -> WrittenAgent:
+def read_agent_prim(prim: Usd.Prim, units: StageUnits, *, bipeds: dict[Hashable, Biped] | None = None) -> WrittenAgent:
     """One agent of a stage, whatever its path.
 
     Args:
         prim: The agent's SkelRoot.
         units: Of its stage.
+        bipeds: Those found for agents before, of which an instance of the same prototype has one; added to.
 
     Raises:
         UsdfootError: If the agent has no plan, Skeleton, biped or animation.
@@ -160,7 +164,6 @@ def read_agent_prim(prim: Usd.Prim, units: StageUnits) -> WrittenAgent:
     plan, _ = read_plan(plans[0], units)
     cache = UsdSkel.Cache()
     cache.Populate(UsdSkel.Root(prim), Usd.TraverseInstanceProxies())
-    below = list(Usd.PrimRange(prim, Usd.TraverseInstanceProxies()))
     skeleton_prim = find_skeleton(prim)
     query = cache.GetSkelQuery(UsdSkel.Skeleton(skeleton_prim))
     animation = query.GetAnimQuery() if query else None
@@ -171,7 +174,10 @@ def read_agent_prim(prim: Usd.Prim, units: StageUnits) -> WrittenAgent:
     raw = read_skeleton(skeleton_prim)
     to_agent = _skeleton_to_agent(skeleton_prim, codes[0] if len(codes) else 0.0, units)
     skeleton = skeleton_in(raw, to_agent)
-    biped = _read_biped(skeleton_prim, raw, skeleton, to_agent, below)
+    known = bipeds if bipeds is not None and prim.IsInstance() else {}
+    key = (prim.GetPrototype().GetPath() if prim.IsInstance() else None, _rounded(to_agent))
+    if key not in known:
+        known[key] = _read_biped(prim, skeleton_prim, raw, skeleton, to_agent)
     return WrittenAgent(
         name=prim.GetName(),
         plan=plan,
@@ -180,7 +186,7 @@ def read_agent_prim(prim: Usd.Prim, units: StageUnits) -> WrittenAgent:
         blend_error=_floats(plans[0], tokens.Result.BLEND_ERROR) * units.meters_per_unit,
         hull_distance=_floats(plans[0], tokens.Result.HULL_DISTANCE) * units.meters_per_unit,
         skeleton=skeleton,
-        biped=biped,
+        biped=known[key],
         frame_codes=codes,
         sampled=_sampled(np.array(samples), codes),
         skeleton_prim=skeleton_prim,
@@ -210,12 +216,17 @@ def read_joint_tracks(agent: WrittenAgent, units: StageUnits, codes: FloatArray)
     )
 
 
-def _read_biped(
-    prim: Usd.Prim, raw: RawSkeleton, skeleton: Skeleton, to_agent: Similarity, below: list[Usd.Prim]
-) -> Biped:
+def _read_biped(agent: Usd.Prim, prim: Usd.Prim, raw: RawSkeleton, skeleton: Skeleton, to_agent: Similarity) -> Biped:
     """The biped found as the scene's reader finds it."""
+    below = Usd.PrimRange(agent, Usd.TraverseInstanceProxies())
     meshes = [child for child in below if child.IsA(UsdGeom.Mesh)]
     return read_biped(prim, raw, skeleton, to_agent, read_skin(meshes, prim, raw))
+
+
+def _rounded(similarity: Similarity) -> tuple[float, ...]:
+    """Its numbers, the same for agents whose places alone make them differ."""
+    values = np.concatenate([[similarity.scale], similarity.rotation[0], similarity.translation[0]])
+    return tuple(np.round(values, 5).tolist())
 
 
 def _skeleton_to_agent(prim: Usd.Prim, code: float, units: StageUnits) -> Similarity:

@@ -101,8 +101,8 @@ class _Placing:
         if variant_set is None:
             return None
         items = [
-            self.place(stage, character, f"{name}_{variant}", is_level=True)
-            for variant in select_levels(prim, variant_set, levels)
+            self.place(stage, character, f"{name}_level{number}", is_level=True)
+            for number, _ in enumerate(select_levels(prim, variant_set, levels))
         ]
         copies = tuple(copied for item in items for copied in item.copies)
         name = unique_name(name, self.names)
