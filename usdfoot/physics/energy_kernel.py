@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import warp as wp
 
-from usdfoot.physics.force_kernel import acceleration_weights, leg_force, position_weights
+from usdfoot.physics.force_kernel import Force, acceleration_weights, leg_force, position_weights
 
 __all__ = ["ProblemArrays", "add_agent", "agent_energy"]
 
@@ -53,6 +53,19 @@ def soft_norm(residual: wp.vec3d, softness: wp.float64) -> wp.float64:
 
 
 @wp.func
+def force_at(problem: ProblemArrays, m: int, position: wp.vec3d, wanted: wp.vec3d) -> Force:
+    """What the standing legs cannot give at an instant."""
+    return leg_force(
+        problem.supports[m, 0],
+        problem.supports[m, 1],
+        problem.standing[m, 0],
+        problem.standing[m, 1],
+        position,
+        wanted,
+    )
+
+
+@wp.func
 def agent_energy(
     problem: ProblemArrays,
     unknowns: wp.array2d(dtype=wp.vec3d),
@@ -72,14 +85,7 @@ def agent_energy(
             position = blend(position_weights(x, length), unknowns, knot + s)
             wanted = blend(acceleration_weights(x, length), unknowns, knot + s)
             wanted[1] = wanted[1] + problem.gravity
-            force = leg_force(
-                problem.supports[m, 0],
-                problem.supports[m, 1],
-                problem.standing[m, 0],
-                problem.standing[m, 1],
-                position,
-                wanted,
-            )
+            force = force_at(problem, m, position, wanted)
             cost = soft_norm(force.residual, softness)
             for leg in range(2):
                 stretch = wp.length(position - problem.anchors[m, leg]) - problem.nominal_lengths[m, leg]
@@ -111,14 +117,7 @@ def bend_instant(
 
     The norm |r| becomes the square r.r / |r|, as in iteratively reweighted least squares.
     """
-    force = leg_force(
-        problem.supports[m, 0],
-        problem.supports[m, 1],
-        problem.standing[m, 0],
-        problem.standing[m, 1],
-        position,
-        wanted,
-    )
+    force = force_at(problem, m, position, wanted)
     pull = lasting / soft_norm(force.residual, softness)
     bend = Bend()
     bend.turn = force.turn

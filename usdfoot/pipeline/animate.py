@@ -31,7 +31,7 @@ __all__ = ["animate", "animate_chunk", "count_chunks"]
 EARLY_CHUNKS = 10
 """With as many chunks, workers open the scene while this process reads it."""
 FEW_CHUNKS = 3
-"""So many chunks this process makes as quickly as a worker starts."""
+"""So many chunks are made without workers, whose start takes a few seconds of its own."""
 
 
 def animate(
