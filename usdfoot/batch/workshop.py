@@ -13,6 +13,7 @@ from usdfoot.batch.records import record_of
 from usdfoot.batch.sources import SourceFigures
 from usdfoot.batch.tasks import ChunkTask
 from usdfoot.bridge.chunks import ChunkNotes
+from usdfoot.bridge.tokens import Motion as Source
 from usdfoot.engine.animate import PreparedLibraries, animate_crowd
 from usdfoot.model.agent import Crowd
 from usdfoot.model.device import start_warp
@@ -26,9 +27,6 @@ from usdfoot.readers.stage import open_stage
 from usdfoot.writers.chunks import write_chunk
 
 __all__ = ["Workshop", "make_chunk", "open_early"]
-
-PHYSICS = "physics"
-"""The source of motion that needs no clips."""
 
 
 class Workshop:
@@ -92,7 +90,7 @@ class Workshop:
 
     def _animate(self, crowd: Crowd) -> tuple[list[Motion], list[Problem]]:
         """Motions and problems of a crowd; without agents that physics moves, its kernels are not even loaded."""
-        if all(agent.motion == "clips" for agent in crowd.agents):
+        if all(agent.motion == Source.CLIPS for agent in crowd.agents):
             return animate_crowd(crowd, options=self._options, libraries=self._libraries)
         from usdfoot.physics.animate import animate_all
 
@@ -100,7 +98,7 @@ class Workshop:
 
     def _clip_problems(self, crowd: Crowd, kept: Collection[str]) -> list[Problem]:
         """What is wrong with the clips of agents that are kept, as their making would tell."""
-        libraries = {agent.library for agent in crowd.everyone if agent.name in kept and agent.motion != PHYSICS}
+        libraries = {agent.library for agent in crowd.everyone if agent.name in kept and agent.motion != Source.PHYSICS}
         return [problem for index in sorted(libraries) for problem in self._libraries.prepared(crowd, index).problems]
 
 

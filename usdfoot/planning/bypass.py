@@ -14,7 +14,7 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
 from usdfoot.planning.prints import follow_ground
 from usdfoot.planning.proportions import Proportions
-from usdfoot.planning.spots import HEADROOM, STEP, Spots, build_spots
+from usdfoot.planning.spots import HEADROOM, STEP, Spots, build_spots, trace_way
 
 __all__ = ["go_round"]
 
@@ -101,9 +101,7 @@ def _spots(points: FloatArray, ground: Ground, *, headroom: float) -> Spots:
 def _way(spots: Spots, start: int, end: int) -> FloatArray | None:
     """The corners (K, 3) of the shortest way from spot to spot; None if there is none."""
     following = dijkstra(spots.links, directed=False, indices=end, return_predecessors=True)[1]
-    way = [start]
-    while following[way[-1]] >= 0:
-        way.append(int(following[way[-1]]))
+    way = trace_way(following, start)
     if way[-1] != end:
         return None
     places = np.insert(spots.points[way], 1, spots.heights[way], axis=1)

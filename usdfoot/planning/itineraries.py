@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.planning.spots import trace_way
 from usdfoot.planning.walkable import Area
 
 __all__ = ["SNUG", "Itineraries", "Itinerary"]
@@ -115,13 +116,11 @@ class Itineraries:
             target = self._nearest(rows, goal, goal_level)
             links = spots.only(self._free[radius]).links
             self._routes[key] = dijkstra(links, directed=False, indices=target, return_predecessors=True)[1]
-        following, way = self._routes[key], [self._nearest(rows, start, level)]
-        while following[way[-1]] >= 0:
-            way.append(int(following[way[-1]]))
+        way = trace_way(self._routes[key], self._nearest(rows, start, level))
         if way[-1] != self._nearest(rows, goal, goal_level):
             what = f"to ({goal[0]:.2f}, {goal[1]:.2f}) m on another level is none"
             raise PlanError("way", what, f"the ways are narrower than the body, {2.0 * radius:.2f} m")
-        return rows[np.array(way)]
+        return rows[way]
 
     def _nearest(self, rows: IntArray, point: FloatArray, level: int) -> int:
         """Which of the spots on a level is the nearest to a point."""

@@ -11,7 +11,7 @@ from scipy.sparse import coo_array, csr_array
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.ground import Ground
 
-__all__ = ["HEADROOM", "STEEPEST", "STEP", "Spots", "build_spots"]
+__all__ = ["HEADROOM", "STEEPEST", "STEP", "Spots", "build_spots", "trace_way"]
 
 STEEPEST = np.radians(35.0)
 """Ground steeper than this is not walked on; risers of stairs are stepped over."""
@@ -177,3 +177,11 @@ def _links(columns: IntArray, heights: FloatArray, shape: tuple[int, int], cell:
     row, other, length = np.concatenate(rows), np.concatenate(others), np.concatenate(lengths)
     pairs = np.concatenate([row, other]), np.concatenate([other, row])
     return coo_array((np.concatenate([length, length]), pairs), shape=(len(columns), len(columns))).tocsr()
+
+
+def trace_way(following: IntArray, start: int) -> IntArray:
+    """Spots from `start` on, each followed by `following` of it, to one that none follows (< 0), as dijkstra says."""
+    way = [start]
+    while following[way[-1]] >= 0:
+        way.append(int(following[way[-1]]))
+    return np.array(way)
