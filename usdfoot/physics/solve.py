@@ -76,5 +76,5 @@ def first_segments(knots: Knots) -> wp.array:
 
 
 def _array(values: np.ndarray, kind: object) -> wp.array:
-    """The same memory as an array of Warp, which takes a third of the time of a copy."""
+    """The same memory as an array of Warp, without a copy."""
     return wp.array(np.ascontiguousarray(values), dtype=kind, device="cpu", copy=False)

@@ -1,4 +1,4 @@
-"""Style: how a body moves over its footprints, ([P] 2.6)."""
+"""Style: how a body moves over its footprints ([P] 2.6)."""
 
 from __future__ import annotations
 
