@@ -103,7 +103,7 @@ def authored(prim: Usd.Prim, name: str) -> Any:
         return None
     attribute = prim.GetAttribute(name)
     expected, found = declared_type(name), attribute.GetPropertyStack()[0].typeName  # the attribute's is the schema's
-    if expected and expected != found and _kind(expected) != _kind(found):
+    if expected and expected != found and _form(expected) != _form(found):
         raise SceneError(prim.GetPath(), f"{name} is of type {found}", f"author it as {expected}")
     return attribute.Get(Usd.TimeCode.EarliestTime())
 
@@ -120,7 +120,7 @@ def is_authored(prim: Usd.Prim, name: str) -> bool:
     return bool(attribute) and attribute.HasAuthoredValue()
 
 
-def _kind(type_name: Sdf.ValueTypeName) -> tuple[bool, bool, tuple[int, ...]]:
+def _form(type_name: Sdf.ValueTypeName) -> tuple[bool, bool, tuple[int, ...]]:
     """Whether values are arrays, whether they are text, and the shape of one; float, double and timecode are alike."""
     value = type_name.scalarType.defaultValue
     return type_name.isArray, isinstance(value, (str, Sdf.AssetPath)), np.shape(value)
