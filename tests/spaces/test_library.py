@@ -189,6 +189,42 @@ def naive_costs(points: np.ndarray, known: np.ndarray, query: np.ndarray, wanted
     return costs
 
 
+@given(seeds)
+def test_beyond_an_edge_the_best_triple_on_its_other_side_follows(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    library = replace(random_examples(generator, 16), swing_sides=np.zeros(16, dtype=int))
+    landings, sides, features = random_steps(generator, 10)
+    sides, spaces, scales = 0 * sides, build_spaces(library), FeatureScales()
+    given_triples = np.stack([generator.permutation(16)[:3] for _ in landings])
+    nearest = reweigh_steps(spaces, landings, given_triples, swing_sides=sides)
+    solved = reweigh_steps(spaces, landings, given_triples, swing_sides=sides, features=features)
+    ends = end_landings(library)
+    known, wanted = naive_coordinates(library, ends, scales), naive_coordinates(features, landings, scales)
+    for i in range(10):
+        edge = list(nearest.examples[i, :2])
+        trials = [naive_costs(ends[[*edge, m]], known[[*edge, m]], landings[i], wanted[i]) for m in range(16)]
+        best = min((cost for costs in trials for cost in costs), default=None)
+        if nearest.hull_distances[i] == 0.0 or best is None:
+            assert_array_equal(solved.weights[i], nearest.weights[i])
+        else:
+            assert set(edge) <= set(solved.examples[i])
+            assert_allclose(solved.weights[i] @ ends[solved.examples[i]], landings[i], atol=1e-9)
+            squares = np.sum((known[solved.examples[i]] - wanted[i]) ** 2, axis=1)
+            assert solved.weights[i] @ squares == pytest.approx(best, rel=1e-9)
+
+
+def test_legs_of_unequal_length_have_a_space_each(generator: np.random.Generator) -> None:
+    originals = random_examples(generator, 40)
+    images = mirror_image(originals)
+    library = joined(originals, replace(images, landings=images.landings * [1.0, 0.97]))
+    landings, sides, features = random_steps(generator, 200)
+    solved = solve(library, landings, sides, features=features)
+    inside = solved.hull_distances < 1e-12
+    assert inside.mean() > 0.4
+    blended = np.einsum("nk,nkd->nd", solved.weights, end_landings(library)[solved.examples])
+    assert_allclose(blended[inside], landings[inside], atol=1e-9)
+
+
 @pytest.mark.parametrize("with_features", [False, True])
 def test_order_of_examples_does_not_matter(with_features: bool, generator: np.random.Generator) -> None:
     library = random_examples(generator, 60)

@@ -73,7 +73,7 @@ def correct_steps(
         rows = active[better]
         best[rows], missed[rows], kept[rows] = distance[better], rest[better], asked[rows]
         examples[rows], weights[rows] = solved.examples[better], solved.weights[better]
-        asked[active] += rest
+        asked[active] = solved.projections + rest
         choosing = (round_ + 1) % 3 == 0
         active = active[distance > (options.choice_tolerance if choosing else options.landing_tolerance)]
         if not active.size:

@@ -93,7 +93,13 @@ def ask_spaces(
     """
     tetrahedra = setup.options.space == "3d"
     if examples is not None and not tetrahedra:
-        return reweigh_steps(spaces, landings, examples, swing_sides=queries.swing_sides)
+        return reweigh_steps(
+            spaces,
+            landings,
+            examples,
+            swing_sides=queries.swing_sides,
+            features=queries.features if setup.options.space == "neighbours" else None,
+        )
     return solve_steps(
         spaces,
         landings,

@@ -20,7 +20,7 @@ from usdfoot.model.examples import Examples
 from usdfoot.spaces.features import FeatureScales, StepFeatures, example_features, step_coordinates
 from usdfoot.spaces.footsteps import FootstepSpace, build_footstep_space, solve_footsteps
 from usdfoot.spaces.mirror import mirror_partners
-from usdfoot.spaces.neighbours import NeighbourSpace, build_neighbour_space, solve_neighbours
+from usdfoot.spaces.neighbours import NeighbourSpace, adjoin_triples, build_neighbour_space, solve_neighbours
 from usdfoot.spaces.poses import EndPoses, build_end_poses
 from usdfoot.spaces.root_velocity import RootVelocitySpace, build_root_velocity_space
 from usdfoot.spaces.tetrahedra import TetrahedronSpace, build_tetrahedron_space, solve_tetrahedra
@@ -44,6 +44,9 @@ FLIGHT_SHARE = 0.2
 BACKWARD = -0.1
 """Landings further back than this [m] are walked whatever the flight: going backward the ball leaves the ground first
 and the heel still stands, so the ball's contacts show a flight that is none."""
+
+SAME_LANDING = 1e-3
+"""Mirror images that land this near each other's mirrored landing share a space [m]; legs of unequal length do not."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -216,7 +219,8 @@ def build_spaces(
             )
             if left.size:
                 spaces[style, gait, LEFT] = build(left)
-            if left.size and np.array_equal(np.sort(partners[left]), right):
+            paired = left.size > 0 and np.array_equal(np.sort(partners[left]), right)
+            if paired and np.abs(landings[left] - landings[partners[left]]).max() <= SAME_LANDING:
                 spaces[style, gait, RIGHT] = replace(spaces[style, gait, LEFT], examples=partners[left])
             elif right.size:
                 spaces[style, gait, RIGHT] = build(right)
@@ -286,7 +290,12 @@ def solve_steps(
 
 
 def reweigh_steps(
-    spaces: FootstepSpaces, landings: FloatArray, examples: IntArray, *, swing_sides: IntArray
+    spaces: FootstepSpaces,
+    landings: FloatArray,
+    examples: IntArray,
+    *,
+    swing_sides: IntArray,
+    features: StepFeatures | None = None,
 ) -> StepWeights:
     """Blend weights of chosen examples for other landings: what a correction of the landing needs ([B] Fig. 5).
 
@@ -295,6 +304,8 @@ def reweigh_steps(
         landings: As for `solve_steps`, shape (N, 2).
         examples: The three examples of each step, shape (N, 3).
         swing_sides: 0 = left, 1 = right, shape (N,).
+        features: Timing, turn and rise of the steps. If given, a landing beyond an edge of its triple gets the triple
+            that adjoins there, so that what can be reached has no gap in it.
 
     Returns:
         The weights; hull_distances are from the triangle of the three.
@@ -302,7 +313,27 @@ def reweigh_steps(
     queries = left_landings(landings, swing_sides)
     weights, projections = weigh_triples(spaces.landings[examples], queries)
     distances = np.linalg.norm(queries - projections, axis=1)
-    return _heaviest_first(examples, weights, distances, left_landings(projections, swing_sides))
+    solved = _heaviest_first(examples, weights, distances, left_landings(projections, swing_sides))
+    beyond = np.flatnonzero(distances > 0.0)
+    if features is None or not beyond.size:
+        return solved
+    coordinates = step_coordinates(queries[beyond], features[beyond].as_left(swing_sides[beyond]), spaces.scales)
+    for space in spaces.spaces.values():
+        own = np.isin(solved.examples[beyond, 0], space.examples)
+        rows = beyond[own]
+        triples, shares = adjoin_triples(
+            spaces.landings,
+            spaces.coordinates,
+            space.examples[space.neighbours.examples],
+            solved.examples[rows, :2],
+            queries[rows],
+            coordinates[own],
+        )
+        found = triples[:, 0] >= 0
+        rows = rows[found]
+        solved.examples[rows], solved.weights[rows] = triples[found], shares[found]
+        solved.hull_distances[rows], solved.projections[rows] = 0.0, landings[rows]
+    return _heaviest_first(solved.examples, solved.weights, solved.hull_distances, solved.projections)
 
 
 def _heaviest_first(
