@@ -12,7 +12,6 @@ __all__ = [
     "ContactFooting",
     "ContactRow",
     "LegArrays",
-    "Pair",
     "clamped",
     "lay_agent",
     "lay_footings",

@@ -34,10 +34,11 @@ def empty_rows(kind: Any, count: int) -> np.ndarray:
 
 
 def shared_record(kind: Any, values: Mapping[str, object]) -> Any:
-    """A struct of Warp with these fields; arrays are shared as the fields' types say."""
+    """A struct of Warp with these fields; arrays are shared, or copied into matrices, as the fields' types say."""
     record = kind()
     for name, value in values.items():
         if isinstance(value, np.ndarray):
-            value = shared(value, kind.vars[name].type.dtype)
+            field = kind.vars[name].type
+            value = shared(value, field.dtype) if isinstance(field, wp.array) else field(value)
         setattr(record, name, value)
     return record

@@ -16,7 +16,6 @@ from usdfoot.physics.contact_kernel import (
     ContactFooting,
     ContactRow,
     LegArrays,
-    Pair,
     lay_footings,
 )
 from usdfoot.physics.device import empty_rows, shared, shared_record
@@ -76,8 +75,8 @@ def device_legs(biped: PhysicsBiped, options: PhysicsOptions) -> LegArrays:
     return shared_record(
         LegArrays,
         {
-            "hips": Pair(biped.hips),
-            "ankles": Pair(biped.ankles),
+            "hips": biped.hips,
+            "ankles": biped.ankles,
             "nominal_length": biped.nominal_length,
             "maximal_length": biped.maximal_length,
             "size": biped.maximal_length / HUMAN_LEG,
