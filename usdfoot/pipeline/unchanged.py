@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from pxr import Sdf, Tf, Usd
-
 from usdfoot import __version__
 from usdfoot.batch.records import ChunkRecord, problem_of
 from usdfoot.bridge.file_hashes import file_hashes
-from usdfoot.bridge.scene import StageInfo
-from usdfoot.bridge.tokens import PROVENANCE, File
+from usdfoot.bridge.tokens import File
 from usdfoot.bridge.versions import library_versions
+from usdfoot.errors import UsdfootError
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.report import (
     AnimateReport,
@@ -26,8 +25,7 @@ from usdfoot.pipeline.report import (
     options_of,
     relative_path,
 )
-from usdfoot.readers.overrides import read_overrides
-from usdfoot.readers.stage import open_stage, read_stage_info
+from usdfoot.readers.provenance import read_provenance, read_scene_files
 from usdfoot.writers.root import SUBLAYERS
 
 __all__ = ["find_unchanged"]
@@ -38,8 +36,7 @@ def find_unchanged(
 ) -> AnimateReport | None:
     """What `animate` said of the crowd in a folder if it would write the same bytes again; None if it might not.
 
-    Nothing of the scene is read but which files it consists of. That says enough unless they are changed in memory,
-    name files that are opened later (value clips, copied characters, layers below overrides.usda), or are not files.
+    Nothing of the scene is read but which files it consists of. Copied characters have files beyond these.
 
     Args:
         scene_file: The USD scene.
@@ -50,19 +47,16 @@ def find_unchanged(
     Raises:
         SceneError: If the scene or overrides.usda cannot be opened.
     """
-    report, crowd = _read_report(folder), _read_crowd(folder)
-    if report is None or crowd is None or call.collect or (folder / File.PENDING).exists():
+    report, said = _read_report(folder), read_provenance(folder, sublayers=SUBLAYERS)
+    if report is None or said is None or call.collect or (folder / File.PENDING).exists():
         return None
-    said = crowd.customLayerData.get(PROVENANCE, {})
-    asked = replace(call, agents=[call.agents] if isinstance(call.agents, str) else list(call.agents))
-    if said.get("version") != __version__ or options_of(said) != options or call_of(said) != asked:
+    if said.get("version") != __version__ or not _is_asked(said, options, call):
         return None
-    stage = open_stage(scene_file)
-    info = read_stage_info(stage)
-    if not _is_told_by_files(stage, folder, info):
+    info = read_scene_files(scene_file, folder)
+    if info is None:
         return None
-    made_from = said.get("scene"), said.get("contentHash")
-    if made_from != (relative_path(info.identifier, folder), combined_hash(input_hashes(info, folder))):
+    made_from = relative_path(info.identifier, folder), combined_hash(input_hashes(info, folder))
+    if made_from != (said.get("scene"), said.get("contentHash")):
         return None
     return _report_of(report, folder) if _is_whole(report, folder) else None
 
@@ -76,28 +70,13 @@ def _read_report(folder: Path) -> dict[str, Any] | None:
         return None
 
 
-def _read_crowd(folder: Path) -> Sdf.Layer | None:
-    """crowd.usd, None if it is not as it was written."""
-    path = folder / File.CROWD
-    if not path.is_file() or not (folder / File.OVERRIDES).is_file():
-        return None
+def _is_asked(said: Mapping[str, Any], options: MotionOptions, call: CallRecord) -> bool:
+    """Whether a crowd says it was asked for in this way."""
+    asked = replace(call, agents=[call.agents] if isinstance(call.agents, str) else list(call.agents))
     try:
-        layer = Sdf.Layer.OpenAsAnonymous(str(path))
-    except Tf.ErrorException:
-        return None
-    is_ours = not layer.rootPrims and list(layer.subLayerPaths) == [f"./{name}" for name in SUBLAYERS]
-    return layer if is_ours else None
-
-
-def _is_told_by_files(stage: Usd.Stage, folder: Path, info: StageInfo) -> bool:
-    """Whether the bytes of the scene's layers and of overrides.usda say all that reading them would."""
-    layers = [layer for layer in stage.GetUsedLayers() if layer != stage.GetSessionLayer()]
-    overrides = read_overrides(folder, info.units).layer
-    if any(layer.anonymous or layer.dirty for layer in layers):
+        return options_of(said) == options and call_of(said) == asked
+    except (UsdfootError, TypeError, ValueError):  # somebody wrote into it
         return False
-    if overrides is not None and overrides.GetCompositionAssetDependencies():
-        return False
-    return not any(prim.HasAuthoredMetadata("clips") for prim in stage.TraverseAll())
 
 
 def _is_whole(report: dict[str, Any], folder: Path) -> bool:
