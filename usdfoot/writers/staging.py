@@ -85,6 +85,8 @@ class StagedFiles:
 
     def _reserve(self, name: str) -> Path:
         final = self.folder / name
+        if not final.parent.resolve().is_relative_to(self.folder.resolve()):
+            raise OutputError(final.parent, f"leads out of {self.folder}", "remove the link, or name another folder")
         final.parent.mkdir(parents=True, exist_ok=True)
         path = final.with_name(f".{os.getpid()}.{final.name}")
         self._temporary[name] = path
