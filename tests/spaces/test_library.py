@@ -13,7 +13,7 @@ from tests.strategies import seeds
 from usdfoot.errors import ClipError
 from usdfoot.model.examples import Examples
 from usdfoot.spaces.features import FeatureScales, StepFeatures
-from usdfoot.spaces.library import StepWeights, build_spaces, end_landings, has_flight, reweigh_steps, solve_steps
+from usdfoot.spaces.library import StepWeights, build_spaces, end_landings, has_flight, solve_steps
 from usdfoot.spaces.mirror import mirror_partners
 
 FLIPPED = ("landings", "departures")
@@ -246,21 +246,6 @@ def test_backward_steps_are_walked_even_if_their_balls_show_a_flight(generator: 
         assert np.all((back.examples >= 60).any(axis=1))
     ahead = solve(library, forward(landings), sides, flight=True)
     assert np.all((ahead.examples >= 30) & (ahead.examples < 60))
-
-
-def test_corrected_landings_keep_their_examples(generator: np.random.Generator) -> None:
-    library = random_examples(generator, 60)
-    landings, sides, features = random_steps(generator, 300)
-    solved = solve(library, landings, sides, features=features)
-    spaces = build_spaces(library)
-    again = reweigh_steps(spaces, landings, solved.examples, swing_sides=sides)
-    assert_allclose(again.weights, solved.weights, atol=1e-6)
-    assert_allclose(again.projections, solved.projections, atol=1e-12)
-    moved = reweigh_steps(spaces, landings + 0.01, solved.examples, swing_sides=sides)
-    assert_array_equal(np.sort(moved.examples, axis=1), np.sort(solved.examples, axis=1))
-    assert moved.hull_distances.max() <= 0.01 * np.sqrt(2.0) + solved.hull_distances.max()
-    blended = np.einsum("nk,nkd->nd", moved.weights, end_landings(library)[moved.examples])
-    assert_allclose(blended, moved.projections, atol=1e-12)
 
 
 def test_styles_do_not_mix(generator: np.random.Generator) -> None:

@@ -20,6 +20,10 @@ class LibraryArrays:
     rotations: wp.array3d(dtype=wp.quatf)  # (E, S, J) joint-local, the pelvis's in the support frame
     pelvis_positions: wp.array2d(dtype=wp.vec3f)  # (E, S) support frame
     support_balls: wp.array2d(dtype=wp.vec3f)  # (E, S) support frame
+    settles: wp.array(dtype=wp.vec2d)  # (E,) of the swing foot, from its strike until it is flat, (x, z)
+    turns: wp.array(dtype=wp.float64)  # (E,) [rad]
+    flights: wp.array(dtype=wp.float64)  # (E,) before the swing strike [s]
+    liftoff: wp.float32  # sample of the support foot's liftoff
     translations: wp.array(dtype=wp.vec3f)  # (J,) rest
     chains: wp.array2d(dtype=wp.int32)  # (2, C) joints below the pelvis down to each ball, padded with -1
     pelvis: wp.int32

@@ -10,7 +10,7 @@ import warp as wp
 
 from usdfoot.engine.clock_kernel import read_clocks
 from usdfoot.engine.clocks import device_clocks
-from usdfoot.engine.flight import natural_flights
+from usdfoot.engine.flight import flight_times, natural_flights
 from usdfoot.engine.kernels import LibraryArrays, SegmentArrays, blend_rotations, place_pelvis
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.plant import measure_legs
@@ -151,6 +151,11 @@ def device_library(skeleton: Skeleton, examples: Examples, rig: Rig, *, pelvis: 
     library.rotations = wp.array(np.ascontiguousarray(examples.rotations, dtype=np.float32), dtype=wp.quatf, copy=False)
     library.pelvis_positions = wp.array(examples.pelvis_positions.astype(np.float32), dtype=wp.vec3f, copy=False)
     library.support_balls = wp.array(examples.support_balls.astype(np.float32), dtype=wp.vec3f, copy=False)
+    settles = examples.landings - examples.swing_balls[:, -1, [0, 2]]
+    library.settles = wp.array(settles, dtype=wp.vec2d)
+    library.turns = wp.array(examples.turns, dtype=wp.float64)
+    library.flights = wp.array(flight_times(examples), dtype=wp.float64)
+    library.liftoff = LIFTOFF_PHASES[1] * (examples.rotations.shape[1] - 1)
     library.translations = rig.arrays.translations
     library.chains = rig.arrays.chains
     library.pelvis = pelvis
