@@ -107,7 +107,8 @@ def _correct_solid(setup: Setup, spaces: FootstepSpaces, queries: StepQueries, *
     """The same with the corners of tetrahedra."""
     options, count = setup.options, len(queries.landings)
     examples, weights = np.zeros((count, 4), dtype=np.intp), np.zeros((count, 4))
-    missed, best, hull = np.zeros((count, 2)), np.full(count, np.inf), np.zeros(count)
+    missed, best = np.zeros((count, 2)), np.full(count, np.inf)
+    hull: FloatArray = np.zeros(count)
     asked, active, own = queries.landings.copy(), np.arange(count), queries
     for round_ in range(1 + corrections * options.correction):
         solved = ask_tetrahedra(spaces, own, asked[active])
