@@ -130,7 +130,7 @@ def swing_landing(
     side: int,
     anchor: float,
 ) -> wp.vec3f:
-    """Ball of the swing foot `side` at a blend's last sample, placed as `place_pelvis` places it, in the support frame.
+    """Ball of the swing foot `side` at a blend's last sample, placed as `pose_bodies` places it, in the support frame.
 
     `anchor` is the last sample at which the support foot stands.
     """
