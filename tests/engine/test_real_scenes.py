@@ -31,6 +31,17 @@ def test_footsteps_are_kept(shared_data, scene):
     assert results.blend_error[inside].mean() < 1e-3
 
 
+@pytest.mark.parametrize("width", [0.12, 0.2])
+def test_steps_in_place_are_met_before_ik(shared_data, width):
+    """Nobody recorded steps in place: they are blends of walks forward and backward, which land far off their mean."""
+    crowd = read_scene(shared_data / "scenes" / "walk_flat.usda").crowd
+    plan = way(8, length=0.0, width=width, step_time=0.55, stand_first=0.5, stand_last=0.6)
+    crowd = replace(crowd, agents=(replace(crowd.agents[0], plan=plan),), terrain=_nothing())
+    results = animate_crowd(crowd)[0][0].results
+    assert results.hull_distance.max() < 1e-6
+    assert results.blend_error.max() < 1e-3
+
+
 @pytest.mark.parametrize("farther", [0.8, 1.0])
 def test_before_a_step_too_long_the_support_foot_stays(shared_data, farther):
     """The pelvis comes down as far as the longest step takes, rather than the foot behind being pulled along."""

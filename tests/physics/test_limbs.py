@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from usdfoot.analysis.limbs import find_limbs
+from usdfoot.analysis.body import find_body
 from usdfoot.maths import quaternion
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
 from usdfoot.physics.biped import measure_biped
@@ -20,7 +20,7 @@ def character(stages, scene):
     places, _ = forward_kinematics(
         library.skeleton.parents, library.skeleton.rest_translations, library.skeleton.rest_rotations
     )
-    return library, find_limbs(library.skeleton, library.biped, places)
+    return library, find_body(library.skeleton, library.biped, places)
 
 
 def names(skeleton: Skeleton, joints) -> list[str]:
@@ -41,22 +41,22 @@ def names(skeleton: Skeleton, joints) -> list[str]:
     ],
 )
 def test_limbs_are_found_by_shape(stages, scene, spine, tail, arms):
-    library, limbs = character(stages, scene)
-    assert names(library.skeleton, limbs.spine) == spine
-    assert names(library.skeleton, limbs.tail) == tail
-    assert names(library.skeleton, limbs.upper_arms) == arms
+    library, body = character(stages, scene)
+    assert names(library.skeleton, body.trunk) == spine
+    assert names(library.skeleton, body.tail) == tail
+    assert names(library.skeleton, [arm.upper for arm in body.arms]) == arms
 
 
 def test_spread_arms_hang_down(stages):
-    library, limbs = character(stages, "human_run")
+    library, body = character(stages, "human_run")
     skeleton, biped = library.skeleton, library.biped
     rotations = skeleton.rest_rotations.copy()
-    for joint, sign in zip(limbs.upper_arms, (1.0, -1.0), strict=True):  # up to a T
+    for arm, sign in zip(body.arms, (1.0, -1.0), strict=True):  # up to a T
         _, turns = forward_kinematics(skeleton.parents, skeleton.rest_translations, rotations)
         lift = quaternion.from_axis_angle(np.array([0.0, 0.0, 1.0]), np.array(sign * 1.45))
-        above = turns[skeleton.parents[joint]]
+        above = turns[skeleton.parents[arm.upper]]
         change = quaternion.compose(quaternion.compose(quaternion.inverse(above), lift), above)
-        rotations[joint] = quaternion.compose(change, rotations[joint])
+        rotations[arm.upper] = quaternion.compose(change, rotations[arm.upper])
     spread = Skeleton(
         name="T",
         joints=skeleton.joints,
@@ -67,19 +67,19 @@ def test_spread_arms_hang_down(stages):
     upper = build_upper_body(spread, biped, measure_biped(spread, biped), BodyStyle())
     places, _ = forward_kinematics(spread.parents, spread.rest_translations, upper.local)
     before, _ = forward_kinematics(spread.parents, spread.rest_translations, rotations)
-    for hand, arm in zip(limbs.hands, limbs.upper_arms, strict=True):
-        assert abs(before[hand, 0] - before[arm, 0]) > 0.5  # it was a T
-        along = places[hand] - places[arm]
+    for arm in body.arms:
+        assert abs(before[arm.hand, 0] - before[arm.upper, 0]) > 0.5  # it was a T
+        along = places[arm.hand] - places[arm.upper]
         assert along[1] < -0.9 * np.linalg.norm(along)
 
 
 def test_the_head_stays_level_and_joints_of_the_tail_lag_in_turn(stages):
-    library, limbs = character(stages, "dinosaur_leaps")
+    library, body = character(stages, "dinosaur_leaps")
     upper = build_upper_body(
         library.skeleton, library.biped, measure_biped(library.skeleton, library.biped), BodyStyle()
     )
-    trunk = [*limbs.spine, *limbs.neck]
+    trunk = [*body.trunk, *body.neck]
     style = BodyStyle()
     for signal, axis, amount in (("stride", 1, style.turn), ("lean", 2, -style.sway), ("bob", 0, -style.pitch)):
         assert upper.gains[trunk, SIGNALS.index(signal), axis].sum() == pytest.approx(amount)
-    assert upper.lags[list(limbs.tail)].tolist() == [1, 2, 3, 4, 5]
+    assert upper.lags[list(body.tail)].tolist() == [1, 2, 3, 4, 5]

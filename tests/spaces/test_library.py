@@ -6,15 +6,18 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+import warp as wp
 from hypothesis import given
 from numpy.testing import assert_allclose, assert_array_equal
 
 from tests.strategies import seeds
 from usdfoot.errors import ClipError
 from usdfoot.model.examples import Examples
+from usdfoot.spaces.corner_kernel import SpaceArrays, adjoin_corners
 from usdfoot.spaces.features import FeatureScales, StepFeatures
 from usdfoot.spaces.library import StepWeights, build_spaces, end_landings, has_flight, solve_steps
 from usdfoot.spaces.mirror import mirror_partners
+from usdfoot.spaces.triples import weigh_triples
 
 FLIPPED = ("landings", "departures")
 NEGATED = ("landing_yaws", "support_yaws", "departure_yaws", "turns")
@@ -187,6 +190,63 @@ def naive_costs(points: np.ndarray, known: np.ndarray, query: np.ndarray, wanted
                     if weights.min() >= 0.0:
                         costs.append(float(weights @ np.sum((known[[a, b, c]] - wanted) ** 2, axis=1)))
     return costs
+
+
+@wp.kernel(enable_backward=False)
+def adjoin(
+    spaces: SpaceArrays,
+    given: wp.array(dtype=wp.vec3i),
+    landings: wp.array(dtype=wp.vec2d),
+    wanted: wp.array2d(dtype=wp.float64),
+    found: wp.array(dtype=wp.vec3i),
+) -> None:
+    """`adjoin_corners` of each query in the first space."""
+    query = wp.tid()
+    found[query] = adjoin_corners(spaces, 0, given[query], landings[query], wanted, query)
+
+
+@given(seeds)
+def test_beyond_an_edge_the_best_triple_on_its_other_side_follows(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    library = replace(random_examples(generator, 16), swing_sides=np.zeros(16, dtype=int))
+    landings, _, features = random_steps(generator, 10)
+    spaces, scales, ends = build_spaces(library), FeatureScales(), end_landings(library)
+    given_triples = np.stack([generator.permutation(16)[:3] for _ in landings])
+    known, wanted = naive_coordinates(library, ends, scales), naive_coordinates(features, landings, scales)
+    found = wp.empty(len(landings), dtype=wp.vec3i)
+    inputs = [
+        spaces.device,
+        wp.array(given_triples, dtype=wp.vec3i),
+        wp.array(landings, dtype=wp.vec2d),
+        wp.array(wanted, dtype=wp.float64),
+    ]
+    wp.launch(adjoin, dim=len(landings), inputs=inputs, outputs=[found])
+    triples = found.numpy()
+    weights, _ = weigh_triples(ends[triples], landings)
+    shares, projections = weigh_triples(ends[given_triples], landings)
+    for i in range(10):
+        edge = list(given_triples[i, np.argsort(-shares[i], kind="stable")[:2]])
+        trials = [naive_costs(ends[[*edge, m]], known[[*edge, m]], landings[i], wanted[i]) for m in range(16)]
+        best = min((cost for costs in trials for cost in costs), default=None)
+        if np.array_equal(projections[i], landings[i]) or best is None:
+            assert_array_equal(triples[i], given_triples[i])
+        else:
+            assert set(edge) <= set(triples[i])
+            assert_allclose(weights[i] @ ends[triples[i]], landings[i], atol=1e-9)
+            squares = np.sum((known[triples[i]] - wanted[i]) ** 2, axis=1)
+            assert weights[i] @ squares == pytest.approx(best, rel=1e-9)
+
+
+def test_legs_of_unequal_length_have_a_space_each(generator: np.random.Generator) -> None:
+    originals = random_examples(generator, 40)
+    images = mirror_image(originals)
+    library = joined(originals, replace(images, landings=images.landings * [1.0, 0.97]))
+    landings, sides, features = random_steps(generator, 200)
+    solved = solve(library, landings, sides, features=features)
+    inside = solved.hull_distances < 1e-12
+    assert inside.mean() > 0.4
+    blended = np.einsum("nk,nkd->nd", solved.weights, end_landings(library)[solved.examples])
+    assert_allclose(blended[inside], landings[inside], atol=1e-9)
 
 
 @pytest.mark.parametrize("with_features", [False, True])

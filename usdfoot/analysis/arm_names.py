@@ -1,4 +1,4 @@
-"""Arms, neck and head by joint names: Mixamo, HumanIK, CMU, BVH, Unreal, Unity, Blender, 3ds Max, SMPL and others."""
+"""Arms, neck, head and tail by joint names: Mixamo, HumanIK, CMU, Unreal, Unity, Blender, 3ds Max, Daz and others."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from usdfoot.analysis.joint_words import chain_by_names, is_helper, words_of
 from usdfoot.maths.types import IntArray
 
-__all__ = ["ARM_ROLES", "arm_by_names", "is_head", "is_neck"]
+__all__ = ["ARM_ROLES", "arm_by_names", "is_head", "is_neck", "is_tail"]
 
 ARM_ROLES = ("upper arm", "lower arm", "hand")
 """Joints of an arm from the shoulder: where the upper arm, the lower arm and the hand begin."""
@@ -54,3 +54,8 @@ def is_head(joint: str) -> bool:
     """Whether a joint's name says that it carries the head."""
     words = words_of(joint)
     return ("head" in words or "skull" in words) and not is_helper(joint)
+
+
+def is_tail(joint: str) -> bool:
+    """Whether a joint's name says that it is part of the tail."""
+    return "tail" in words_of(joint) and not is_helper(joint)

@@ -26,6 +26,9 @@ BALL_HEIGHT = 0.33
 """Height of the ball joint above the sole as a fraction of the distance from ankle to ball, where nothing tells more;
 that of the mocap skeletons of CMU (0.32) and Bandai Namco (0.36)."""
 
+TRUNK_HEIGHT = 0.2
+"""Joints higher above the hips than this part of the hips' height are of the trunk or hang on it."""
+
 BipedMeasures = Mapping[str, float | FloatArray]
 """Authored measures in canonical space: ball_height:left, ball_height:right, com, nominal, maximal."""
 
@@ -35,7 +38,8 @@ def find_biped(skeleton: Skeleton, authored: Mapping[str, int]) -> dict[str, int
 
     Authored joints count first, then names, then the shape of the rest pose. A ball joint that no name tells is the
     joint below the ankle that reaches farthest. The pelvis is the lowest joint above both hips, or the next one above
-    it whose name says so: 3ds Max hangs the thighs below the first joint of the spine.
+    it whose name says so: 3ds Max hangs the thighs below the first joint of the spine. One that carries the legs alone,
+    as Daz and Character Creator have it beside the spine, leaves that to the joint above it.
 
     Args:
         skeleton: Canonical skeleton.
@@ -50,7 +54,7 @@ def find_biped(skeleton: Skeleton, authored: Mapping[str, int]) -> dict[str, int
     roles |= dict(authored)
     missing = [f"{side} {role}" for side in SIDES for role in LEG_ROLES if f"{side} {role}" not in roles]
     if not missing and "pelvis" not in roles:
-        pelvis = _pelvis(skeleton, roles["left hip"], roles["right hip"])
+        pelvis = _pelvis(skeleton, positions, (roles["left hip"], roles["right hip"]))
         if pelvis is not None:
             roles["pelvis"] = pelvis
     if "pelvis" not in roles and not missing:
@@ -134,17 +138,22 @@ def _reaching_child(skeleton: Skeleton, ankle: int, positions: FloatArray) -> in
     return best if best is not None and reaches[best] > 0.0 else None
 
 
-def _pelvis(skeleton: Skeleton, first: int, second: int) -> int | None:
+def _pelvis(skeleton: Skeleton, positions: FloatArray, hips: tuple[int, int]) -> int | None:
     """The lowest joint above both hips, or the lowest above that which is named as a pelvis; None without any."""
-    above = set()
-    while (first := int(skeleton.parents[first])) >= 0:
-        above.add(first)
-    common = []
-    while (second := int(skeleton.parents[second])) >= 0:
-        if second in above:
-            common.append(second)
+    first, second = (skeleton.ancestors(hip) for hip in hips)
+    common = [joint for joint in first if joint in second]
     named = [joint for joint in common if is_pelvis(skeleton.joints[joint])]
-    return next(iter([*named, *common]), None)
+    likely = [*named, *common]
+    carrying = [joint for joint in named if _carries_trunk(skeleton, positions, joint, hips)]
+    return next(iter([*carrying, *likely]), None)
+
+
+def _carries_trunk(skeleton: Skeleton, positions: FloatArray, joint: int, hips: tuple[int, int]) -> bool:
+    """Whether more hangs on a joint above both hips than the legs: something that reaches above the hips."""
+    height = positions[list(hips), 1].mean()
+    least = height + TRUNK_HEIGHT * (height - positions[:, 1].min())
+    high = np.flatnonzero(positions[:, 1] > least)
+    return any(joint in skeleton.ancestors(int(other)) for other in high)
 
 
 def _check_chains(skeleton: Skeleton, roles: Mapping[str, int]) -> None:

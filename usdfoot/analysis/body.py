@@ -1,4 +1,4 @@
-"""Body: which joints of a biped are its trunk, neck and arms, found by name and, where names say nothing, by shape."""
+"""Body: a biped's trunk, neck, arms and tail, found by the names of joints and, where these say nothing, by shape."""
 
 from __future__ import annotations
 
@@ -25,6 +25,11 @@ class Arm:
     hand: int | None
     """Where the lower arm ends; None where the skeleton does."""
 
+    @property
+    def end(self) -> int:
+        """The last joint of the arm."""
+        return self.lower if self.hand is None else self.hand
+
 
 @dataclass(frozen=True, kw_only=True)
 class Body:
@@ -36,6 +41,7 @@ class Body:
     """Above the chest up to the head, which is the last one."""
     arms: tuple[Arm | None, Arm | None]
     """Left and right."""
+    tail: tuple[int, ...]
 
     @property
     def mapped(self) -> frozenset[int]:
@@ -74,6 +80,7 @@ def find_body(skeleton: Skeleton, biped: Biped, places: FloatArray) -> Body:
         trunk=trunk,
         neck=_neck(skeleton, shape, chest),
         arms=(_arm(skeleton, arms[0], (biped.pelvis, *way)), _arm(skeleton, arms[1], (biped.pelvis, *way))),
+        tail=shape.tail,
     )
 
 

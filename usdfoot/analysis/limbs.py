@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdfoot.analysis.arm_names import is_tail
 from usdfoot.analysis.joint_pairs import joint_pairs
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.biped import Biped
@@ -38,8 +39,9 @@ class Limbs:
 def find_limbs(skeleton: Skeleton, biped: Biped, places: FloatArray) -> Limbs:
     """The limbs of a character.
 
-    Chains of joints in the middle of the body that lead backward more than up or down are tails; the longest other one
-    is the spine. The longest pair of chains that branches off the spine is the arms.
+    Chains of joints in the middle of the body that lead backward more than up or down, or are named so, are tails; the
+    longest other one that does not hang down is the spine, even where the legs hang on it, as 3ds Max has them. The
+    longest pair of chains that branches off the spine is the arms.
 
     Args:
         skeleton: The character's.
@@ -47,15 +49,19 @@ def find_limbs(skeleton: Skeleton, biped: Biped, places: FloatArray) -> Limbs:
         places: Rest positions in the body's frame, +Z ahead [m], shape (J, 3).
     """
     partners = joint_pairs(skeleton, biped)
-    reach = _reaches(skeleton, places)
-    legs = {skeleton.chain(biped.pelvis, hip)[1] for hip in biped.hips}
+    ways = [set(skeleton.chain(biped.pelvis, hip)) for hip in biped.hips]
+    legs = ways[0] ^ ways[1]
+    reach = _reaches(skeleton, places, legs)
     middle = [j for j in _children(skeleton, biped.pelvis) if partners[j] == j and j not in legs]
     chains = [_longest_chain(skeleton, partners, reach, joint) for joint in middle]
     tails: list[tuple[int, ...]] = []
     trunks: list[tuple[int, ...]] = []
     for chain in chains:
-        across = places[chain[-1]] - places[biped.pelvis]
-        (tails if -across[2] > abs(across[1]) else trunks).append(chain)
+        x, y, z = places[chain[-1]] - places[biped.pelvis]
+        if is_tail(skeleton.joints[chain[0]]) or -z > abs(y):
+            tails.append(chain)
+        elif -y < np.hypot(x, z):
+            trunks.append(chain)
     trunk = max(trunks, key=lambda chain: reach[chain[0]], default=())
     tail = max(tails, key=lambda chain: reach[chain[0]], default=())
     shortest = SHORTEST_ARM * biped.maximal_leg_length
@@ -84,10 +90,10 @@ def _children(skeleton: Skeleton, joint: int) -> list[int]:
     return [int(child) for child in np.flatnonzero(skeleton.parents == joint)]
 
 
-def _reaches(skeleton: Skeleton, places: FloatArray) -> FloatArray:
-    """Length of the longest way down from each joint's parent through it to a leaf [m], shape (J,)."""
+def _reaches(skeleton: Skeleton, places: FloatArray, legs: set[int]) -> FloatArray:
+    """Length of the longest way down from each joint's parent through it to a leaf but by the legs [m], shape (J,)."""
     reach = np.zeros(len(places))
-    for joint in range(len(places) - 1, -1, -1):
+    for joint in sorted(set(range(len(places))) - legs, reverse=True):
         below = max((reach[child] for child in _children(skeleton, joint)), default=0.0)
         parent = skeleton.parents[joint]
         reach[joint] = below + (np.linalg.norm(places[joint] - places[parent]) if parent >= 0 else 0.0)

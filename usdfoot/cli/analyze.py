@@ -6,6 +6,7 @@ import argparse
 from typing import TYPE_CHECKING
 
 from usdfoot.cli.console import print_problems, results_console, shown_progress
+from usdfoot.cli.quantities import distance
 from usdfoot.cli.tables import clip_table, coverage_table, empty_lines
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "It is for libraries that lack a movement: runs are made from runs only, never from walks",
     )
     parser.add_argument(
-        "--fill-gap", type=float, metavar="METRES", help="altitude of a triangle of landings that is a hole (0.2)"
+        "--fill-gap", type=distance, metavar="METRES", help="altitude of a triangle of landings that is a hole (0.2)"
     )
     parser.add_argument("-o", "--output", metavar="OUT", help="layer over CLIPS to write the events to")
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import math
-import re
 from typing import TYPE_CHECKING
 
-from usdfoot.cli.batch_flags import add_batch_flags, count, limits_of
+from usdfoot.cli.batch_flags import add_batch_flags, limits_of
 from usdfoot.cli.console import print_problems, results_console, shown_progress
 from usdfoot.cli.physics_flags import add_physics_flags, body_tuning, physics_options
+from usdfoot.cli.quantities import count, distance, duration, frame_range, root_weight, warp_range
 from usdfoot.cli.tables import step_table
 
 if TYPE_CHECKING:
@@ -141,54 +140,6 @@ def detail_levels(text: str) -> DetailLevels:
         return DetailLevels.parse(text)
     except UsdfootError as error:
         raise argparse.ArgumentTypeError(str(error)) from error
-
-
-def frame_range(text: str) -> tuple[int, int]:
-    """First and last frame of "A:B"."""
-    match = re.fullmatch(r"(-?\d+):(-?\d+)", text)
-    if not match or int(match[1]) > int(match[2]):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a range of frames; give first:last, like 1:240")
-    return int(match[1]), int(match[2])
-
-
-def root_weight(text: str) -> float:
-    """A number between 0 and 1."""
-    value = _number(text)
-    if not 0.0 <= value <= 1.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is no root weight; give a number between 0 and 1")
-    return value
-
-
-def distance(text: str) -> float:
-    """A distance [m], 0 or more."""
-    value = _number(text)
-    if not 0.0 <= value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r} is no distance; give metres, like 0.02")
-    return value
-
-
-def duration(text: str) -> float:
-    """A time [s], 0 or more."""
-    value = _number(text)
-    if not 0.0 <= value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r} is no time; give seconds, like 0.25")
-    return value
-
-
-def warp_range(text: str) -> tuple[float, float]:
-    """Least and most of "A:B", around 1."""
-    least, most = (_number(part) for part in text.split(":")) if text.count(":") == 1 else (math.nan, math.nan)
-    if not 0.0 < least <= 1.0 <= most:
-        raise argparse.ArgumentTypeError(f"{text!r} is no range around 1; give least:most, like 0.5:2")
-    return least, most
-
-
-def _number(text: str) -> float:
-    """The number, not finite if the text is none."""
-    try:
-        return float(text)
-    except ValueError:
-        return math.nan
 
 
 def run(arguments: argparse.Namespace) -> int:

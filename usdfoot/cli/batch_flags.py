@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
+from usdfoot.cli.quantities import count
+
 if TYPE_CHECKING:
     from usdfoot.model.limits import Limits
 
@@ -48,10 +50,3 @@ def limits_of(arguments: argparse.Namespace) -> Limits:
 
     given = {name: getattr(arguments, f"max_{name}", None) for name in LIMITED}
     return Limits(**{name: value for name, value in given.items() if value is not None})
-
-
-def count(text: str) -> int:
-    """A whole number, 1 or more."""
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is no number of things; give 1 or more")
-    return int(text)

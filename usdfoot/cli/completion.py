@@ -45,9 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print the script."""
-    from usdfoot.cli.main import build_parser
-
-    print(completion_script(build_parser(), arguments.shell))
+    print(completion_script(arguments.command, arguments.shell))
     return 0
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,6 +11,7 @@ from rich.table import Table
 
 from usdfoot.cli.batch_flags import add_limits, limits_of
 from usdfoot.cli.console import print_problems, results_console, shown_progress
+from usdfoot.cli.quantities import distance, number, rate
 from usdfoot.cli.tables import plan_table
 from usdfoot.errors import UsdfootError
 
@@ -70,22 +70,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--up", choices=("Y", "Z"), default="Y", help="axis that points up (default: %(default)s)")
     parser.add_argument("--scene", help="USD file whose units and axes plans and terrain are for")
-    parser.add_argument("--cell", metavar="LENGTH", type=float, default=0.0, help="distance of a height map's columns")
     parser.add_argument(
-        "--height", metavar="LENGTH", type=float, default=0.0, help="of white in a picture, of 1 in other height maps"
+        "--cell", metavar="LENGTH", type=distance, default=0.0, help="distance of a height map's columns"
+    )
+    parser.add_argument(
+        "--height", metavar="LENGTH", type=number, default=0.0, help="of white in a picture, of 1 in other height maps"
     )
     add_limits(parser, "agents", "joints", "frames", "triangles")
-
-
-def rate(text: str) -> float:
-    """A rate above 0 [Hz]."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r} is no rate; give frames a second, like 120")
-    return value
 
 
 def run(arguments: argparse.Namespace) -> int:

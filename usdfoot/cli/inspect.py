@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import math
 
-from usdfoot.cli.batch_flags import count
 from usdfoot.cli.console import print_problems, results_console, shown_progress
+from usdfoot.cli.quantities import above_zero, count
 from usdfoot.model.overlay import KINDS
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
@@ -69,17 +68,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=KINDS,
         help=f"what to draw, of {', '.join(KINDS)} (default: all; the space needs the clips to be analysed again)",
     )
-
-
-def above_zero(text: str) -> float:
-    """A number above 0."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r} is no number above 0")
-    return value
 
 
 def run(arguments: argparse.Namespace) -> int:

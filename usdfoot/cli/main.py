@@ -26,7 +26,7 @@ from usdfoot.cli.console import logging_on_stderr, print_error
 from usdfoot.cli.verbs import add_verb
 from usdfoot.errors import UsdfootError
 
-__all__ = ["main"]
+__all__ = ["build_parser", "main"]
 
 VERBS = (
     animate,
@@ -73,6 +73,7 @@ def build_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="usdfoot", description="Footsteps as scene description: planned footsteps become character animation."
     )
+    parser.set_defaults(command=parser)
     parser.add_argument("--version", action="version", version=f"usdfoot {__version__}")
     verbs = parser.add_subparsers(title="verbs", required=True, metavar="VERB")
     for verb in VERBS:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import math
 from typing import TYPE_CHECKING
+
+from usdfoot.cli.quantities import number
 
 if TYPE_CHECKING:
     from usdfoot.model.tuning import BodyTuning
@@ -43,17 +44,6 @@ def add_physics_flags(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--pitch", metavar="X", type=number, help="factor on the body's nodding")
     group.add_argument("--sway", metavar="X", type=number, help="factor on its roll and turn")
-
-
-def number(text: str) -> float:
-    """A finite number."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text!r} is no number")
-    return value
 
 
 def physics_options(arguments: argparse.Namespace) -> PhysicsOptions:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import argparse
-import math
 from typing import TYPE_CHECKING
 
 from usdfoot.cli.console import print_problems, results_console
+from usdfoot.cli.quantities import above_zero
 from usdfoot.cli.tables import plan_table
 
 if TYPE_CHECKING:
     from usdfoot.pipeline.plan import PlanReport
 
-__all__ = ["add_agent_arguments", "add_scene_arguments", "print_plans", "quantity"]
+__all__ = ["add_agent_arguments", "add_scene_arguments", "print_plans"]
 
 
 def add_scene_arguments(parser: argparse.ArgumentParser, scene: str) -> None:
@@ -27,21 +27,10 @@ def add_agent_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--radius",
         metavar="METRES",
-        type=quantity,
+        type=above_zero,
         default=0.25,
         help="of their bodies seen from above (default: %(default)s)",
     )
-
-
-def quantity(text: str) -> float:
-    """A number above 0."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number above 0")
-    return value
 
 
 def print_plans(report: PlanReport, *, quiet: bool) -> int:

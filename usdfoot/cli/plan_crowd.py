@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 
 from usdfoot.cli.console import shown_progress
-from usdfoot.cli.plan_arguments import add_agent_arguments, add_scene_arguments, print_plans, quantity
+from usdfoot.cli.plan_arguments import add_agent_arguments, add_scene_arguments, print_plans
+from usdfoot.cli.quantities import above_zero
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
 
@@ -37,10 +38,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_scene_arguments(parser, "USD file with agents, goals, terrain and obstacles")
     add_agent_arguments(parser)
     parser.add_argument(
-        "--speed", metavar="M/S", type=quantity, default=1.3, help="of agents that author none (default: %(default)s)"
+        "--speed", metavar="M/S", type=above_zero, default=1.3, help="of agents that author none (default: %(default)s)"
     )
     parser.add_argument(
-        "--duration", metavar="SECONDS", type=quantity, default=600.0, help="simulate no longer (default: %(default)s)"
+        "--duration",
+        metavar="SECONDS",
+        type=above_zero,
+        default=600.0,
+        help="simulate no longer (default: %(default)s)",
     )
 
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import math
 
 from usdfoot.cli.console import print_problems, results_console, shown_progress
+from usdfoot.cli.quantities import span
 from usdfoot.cli.tables import plan_table
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--start", choices=stances, default="standing", help="stance at the start (default: standing)")
     parser.add_argument("--end", choices=stances, default="standing", help="stance at the end (default: standing)")
     parser.add_argument(
-        "--stand-time", metavar="SECONDS", type=seconds, default=0.5, help="how long it stands there (default: 0.5)"
+        "--stand-time", metavar="SECONDS", type=span, default=0.5, help="how long it stands there (default: 0.5)"
     )
     parser.add_argument(
         "--around", action="store_true", help="go round ground that is too steep, too low or not walkable"
@@ -49,17 +49,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--first-foot", choices=("left", "right"), default="left", help="the foot that steps first (default: left)"
     )
-
-
-def seconds(text: str) -> float:
-    """A time above 0 [s]."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r} is no time; give seconds, like 0.5")
-    return value
 
 
 def run(arguments: argparse.Namespace) -> int:

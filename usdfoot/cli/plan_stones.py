@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 
 from usdfoot.cli.console import shown_progress
-from usdfoot.cli.plan_arguments import add_scene_arguments, print_plans, quantity
+from usdfoot.cli.plan_arguments import add_scene_arguments, print_plans
+from usdfoot.cli.quantities import above_zero
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
 
@@ -39,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--spacing",
         metavar="METRES",
-        type=quantity,
+        type=above_zero,
         default=0.12,
         help="between the footholds tried on a mesh (default: %(default)s)",
     )

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 
 from usdfoot.cli.console import shown_progress
-from usdfoot.cli.plan_arguments import add_scene_arguments, print_plans, quantity
+from usdfoot.cli.plan_arguments import add_scene_arguments, print_plans
+from usdfoot.cli.quantities import above_zero, number
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
 
@@ -37,19 +38,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--speed",
         metavar="M/S",
-        type=quantity,
+        type=above_zero,
         default=0.0,
         help="mean speed of each plan (default: as the lengths of its steps ask for)",
     )
     parser.add_argument(
         "--flight-distance",
         metavar="METRES",
-        type=quantity,
+        type=above_zero,
         default=0.0,
         help="longer steps have a flight (default: where walking would be faster than Froude number 0.5)",
     )
     parser.add_argument(
-        "--start-time", metavar="SECONDS", type=float, default=0.0, help="of the first strikes (default: %(default)s)"
+        "--start-time", metavar="SECONDS", type=number, default=0.0, help="of the first strikes (default: %(default)s)"
     )
     stances = ("standing", "walking")
     parser.add_argument("--start", choices=stances, default="standing", help="stance at the start (default: standing)")

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import math
 from pathlib import Path
 
 from usdfoot.cli.console import print_problems, results_console, shown_progress
+from usdfoot.cli.quantities import duration, rate
 from usdfoot.cli.tables import plan_table
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
@@ -51,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--scene", help="USD file whose units, terrain and character the plans of a file are for")
     parser.add_argument(
-        "--smoothing", metavar="SECONDS", type=smoothing, default=0.3, help="filter on positions (default: 0.3)"
+        "--smoothing", metavar="SECONDS", type=duration, default=0.3, help="filter on positions (default: 0.3)"
     )
     parser.add_argument(
         "--apart",
@@ -59,29 +59,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=True,
         help="move people and feet that are in each other (default: on)",
     )
-
-
-def rate(text: str) -> float:
-    """A rate above 0 [Hz]."""
-    value = _number(text)
-    if not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r} is no rate; give frames a second, like 25")
-    return value
-
-
-def smoothing(text: str) -> float:
-    """A time, 0 or more [s]."""
-    value = _number(text)
-    if not 0.0 <= value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r} is no time; give seconds, like 0.3")
-    return value
-
-
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        return math.nan
 
 
 def run(arguments: argparse.Namespace) -> int:

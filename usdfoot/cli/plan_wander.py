@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import re
 
 from usdfoot.cli.console import shown_progress
 from usdfoot.cli.plan_arguments import add_agent_arguments, add_scene_arguments, print_plans
+from usdfoot.cli.quantities import area, several
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
 
@@ -37,31 +37,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the verb's arguments."""
     add_scene_arguments(parser, "USD file with agents, terrain and obstacles")
     add_agent_arguments(parser)
-    parser.add_argument("--steps", metavar="N", type=count, default=100, help="footsteps at most (default: 100)")
+    parser.add_argument("--steps", metavar="N", type=several, default=100, help="footsteps at most (default: 100)")
     parser.add_argument("--seed", metavar="N", type=int, default=0, help="of the random numbers (default: %(default)s)")
     parser.add_argument(
         "--bounds",
         metavar="X0,Z0,X1,Z1",
-        type=box,
+        type=area,
         help="area to stay in [m]: x, and z, or on a Z-up stage minus y (default: the terrain alone ends it)",
     )
-
-
-def count(text: str) -> int:
-    """A whole number of at least 2."""
-    if not text.isdigit() or int(text) < 2:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 2")
-    return int(text)
-
-
-def box(text: str) -> tuple[float, float, float, float]:
-    """Four numbers, the first two below the last two."""
-    parts = text.split(",")
-    if len(parts) == 4 and all(re.fullmatch(r"-?\d+(\.\d*)?", part) for part in parts):
-        x0, z0, x1, z1 = (float(part) for part in parts)
-        if x0 < x1 and z0 < z1:
-            return x0, z0, x1, z1
-    raise argparse.ArgumentTypeError(f"{text!r} is no area; give lowest x and z, highest x and z, like -10,-10,10,10")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -8,7 +8,7 @@ import warp as wp
 
 from usdfoot.engine.kernels import LibraryArrays
 from usdfoot.engine.landing_kernel import BlendArrays, blend_landing, keep_tried, try_example
-from usdfoot.spaces.corner_kernel import SpaceArrays, corners_of, find_corners
+from usdfoot.spaces.corner_kernel import SpaceArrays, adjoin_corners, corners_of, find_corners
 from usdfoot.spaces.root_weight_kernel import mean_corner, weigh_corners
 
 __all__ = ["CorrectedStep", "CorrectionOptions", "correct_each"]
@@ -62,25 +62,30 @@ def correct_each(
     distance = wp.float64(0.0)
     for round_ in range(1 + options.corrections):
         if distance > near:
+            for axis in range(2):
+                coordinates[step, axis] = asked[axis] / options.landing_scale
             if round_ % TRIES == 0:
-                for axis in range(2):
-                    coordinates[step, axis] = asked[axis] / options.landing_scale
                 found = find_corners(spaces, numbers[step], asked, coordinates, step, options.by_features)
                 chosen = found.examples
                 if round_ == 0:
                     result.hull_distance = found.hull_distance
+            elif options.by_features:
+                chosen = adjoin_corners(spaces, numbers[step], chosen, asked, coordinates, step)
             corners = corners_of(spaces, chosen)
             shares = weigh_corners(corners, asked)
+            projected = mean_corner(corners, shares)
             for k in range(3):
                 try_example(blends, step, k, chosen[k], shares[k])
+            for k in range(3):
+                chosen[k] = blends.tried_examples[step, k]
             landed = blend_landing(library, blends.tried_examples, blends.tried_weights, step, swing_sides[step])
             rest = wanted - landed
             distance = wp.length(rest)
             if distance < least:
                 least = distance
                 result.missed = rest
-                result.bias = landed - mean_corner(corners, shares)
+                result.bias = landed - projected
                 keep_tried(blends, step)
-            asked += rest
+            asked = projected + rest
             near = wp.where((round_ + 1) % TRIES == 0, options.choice_near, options.near)
     corrected[step] = result

@@ -42,7 +42,8 @@ def correct_steps(
     """Blends that land on the footsteps asked for, as nearly as the examples allow.
 
     The blended landing is measured and the query moved by what it missed; the chosen examples are weighed anew, twice,
-    before others are chosen. Of all tries the best is kept. In the 3-D space they are chosen anew each time.
+    before others are chosen. Beyond an edge of theirs, those that adjoin there follow. Of all tries the best is kept.
+    In the 3-D space they are chosen anew each time.
 
     Args:
         setup: Library and options.
@@ -120,7 +121,7 @@ def _correct_solid(setup: Setup, spaces: FootstepSpaces, queries: StepQueries, *
         rows = active[better]
         best[rows], missed[rows] = distance[better], rest[better]
         examples[rows], weights[rows] = solved.examples[better], solved.weights[better]
-        asked[active] += rest
+        asked[active] = solved.projections + rest
         choosing = (round_ + 1) % 3 == 0
         active = active[distance > (options.choice_tolerance if choosing else options.landing_tolerance)]
         if not active.size:

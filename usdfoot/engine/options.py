@@ -31,7 +31,7 @@ class EngineOptions:
     """How root velocities are weighted: polar = over their bearing and speed ([B] 4.2); cartesian = over x and z."""
     correction: bool = True
     """Measure the blended landing and correct the query ([B] Fig. 5, 8); off = the paper's behaviour."""
-    corrections: int = 5
+    corrections: int = 8
     """How often the query is corrected at most."""
     choice_tolerance: float = 1.0e-3
     """A landing this near its footstep keeps its examples; farther, others are tried [m]."""

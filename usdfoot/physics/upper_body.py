@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdfoot.analysis.limbs import Limbs, find_limbs
+from usdfoot.analysis.body import Body, find_body
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.biped import Biped
@@ -56,15 +56,15 @@ def build_upper_body(skeleton: Skeleton, biped: Biped, physics: PhysicsBiped, st
     places, turns = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
     to_body = quaternion.compose(physics.pelvis_rotation, quaternion.inverse(turns[biped.pelvis]))
     places, turns = quaternion.rotate(to_body, places), quaternion.compose(to_body, turns)
-    limbs = find_limbs(skeleton, biped, places)
-    local, in_body = _hung(skeleton, limbs, places, turns)
+    body = find_body(skeleton, biped, places)
+    local, in_body = _hung(skeleton, body, places, turns)
     gains = np.zeros((len(skeleton.joints), len(SIGNALS), 3))
     lags = np.zeros(len(skeleton.joints), dtype=int)
-    _answer_trunk(gains, limbs, style, upright=_is_upright(limbs, places, biped.pelvis))
-    _answer_arms(gains, limbs, style, _hanging(skeleton, limbs, local, to_body))
-    for order, joint in enumerate(limbs.tail):
+    _answer_trunk(gains, body, style, upright=_is_upright(body, places, biped.pelvis))
+    _answer_arms(gains, body, style, _hanging(skeleton, body, local, to_body))
+    for order, joint in enumerate(body.tail):
         lags[joint] = min(order + 1, MOST_LAGS)
-        share = 1.0 / len(limbs.tail)
+        share = 1.0 / len(body.tail)
         gains[joint, SIGNALS.index("stride")] = [0.0, 3.0 * share * style.tail, 0.0]
         gains[joint, SIGNALS.index("turn")] = [0.0, 1.0, 0.0]
         gains[joint, SIGNALS.index("rise")] = [-RISE * share * 3.0, 0.0, 0.0]
@@ -72,59 +72,57 @@ def build_upper_body(skeleton: Skeleton, biped: Biped, physics: PhysicsBiped, st
     return UpperBody(local=local, in_body=in_body, gains=gains, lags=lags)
 
 
-def _is_upright(limbs: Limbs, places: FloatArray, pelvis: int) -> bool:
+def _is_upright(body: Body, places: FloatArray, pelvis: int) -> bool:
     """Whether the trunk stands rather than lies, as those of people do."""
-    across = places[limbs.spine[-1]] - places[pelvis] if limbs.spine else np.zeros(3)
+    across = places[body.trunk[-1]] - places[pelvis] if body.trunk else np.zeros(3)
     return bool(across[1] > abs(across[2]))
 
 
-def _answer_trunk(gains: FloatArray, limbs: Limbs, style: BodyStyle, *, upright: bool) -> None:
+def _answer_trunk(gains: FloatArray, body: Body, style: BodyStyle, *, upright: bool) -> None:
     """Spine and neck undo what the pelvis does, so that the head goes level; upright shoulders turn against it."""
     stride, lean, bob = (SIGNALS.index(name) for name in ("stride", "lean", "bob"))
-    counter = COUNTER_TURN if upright and limbs.neck else 1.0
-    for chain, part, turned in ((limbs.spine, 0.8, counter), (limbs.neck, 0.2, 1.0 - counter)):
+    counter = COUNTER_TURN if upright and body.neck else 1.0
+    for chain, part, turned in ((body.trunk, 0.8, counter), (body.neck, 0.2, 1.0 - counter)):
         for joint in chain:
             gains[joint, stride, 1] += turned * style.turn / len(chain)
             gains[joint, lean, 2] -= part * style.sway / len(chain)
             gains[joint, bob, 0] -= part * style.pitch / len(chain)
 
 
-def _hanging(skeleton: Skeleton, limbs: Limbs, local: FloatArray, to_body: FloatArray) -> float:
+def _hanging(skeleton: Skeleton, body: Body, local: FloatArray, to_body: FloatArray) -> float:
     """How much the arms hang down, 1 straight down, 0 level or folded like wings."""
-    if limbs.upper_arms is None or limbs.hands is None:
+    arms = [(arm.upper, arm.end) for arm in body.arms if arm is not None]
+    if not arms:
         return 0.0
+    uppers, ends = np.array(arms).T
     places, _ = forward_kinematics(skeleton.parents, skeleton.rest_translations, local)
-    along = quaternion.rotate(to_body, places[list(limbs.hands)] - places[list(limbs.upper_arms)])
+    along = quaternion.rotate(to_body, places[ends] - places[uppers])
     lengths = np.maximum(np.linalg.norm(along, axis=1), 1e-9)
     return float(np.clip(np.mean(-along[:, 1] / lengths), 0.0, 1.0) ** 2)
 
 
-def _answer_arms(gains: FloatArray, limbs: Limbs, style: BodyStyle, hanging: float) -> None:
+def _answer_arms(gains: FloatArray, body: Body, style: BodyStyle, hanging: float) -> None:
     """Arms that hang swing against the legs, elbows bend as they come forward."""
-    if limbs.upper_arms is None or limbs.lower_arms is None:
-        return
     stride, lean = SIGNALS.index("stride"), SIGNALS.index("lean")
-    for side, sign in ((0, 1.0), (1, -1.0)):
-        gains[limbs.upper_arms[side], stride, 0] += sign * hanging * style.arms
-        gains[limbs.upper_arms[side], lean, 2] -= 0.5 * style.sway
-        if limbs.lower_arms[side] != limbs.upper_arms[side]:
-            gains[limbs.lower_arms[side], SIGNALS.index("haste"), 0] -= hanging * RUNNING_ELBOW
-            gains[limbs.lower_arms[side], stride, 0] += 0.5 * sign * hanging * style.arms
+    for arm, sign in zip(body.arms, (1.0, -1.0), strict=True):
+        if arm is not None:
+            gains[arm.upper, stride, 0] += sign * hanging * style.arms
+            gains[arm.upper, lean, 2] -= 0.5 * style.sway
+            gains[arm.lower, SIGNALS.index("haste"), 0] -= hanging * RUNNING_ELBOW
+            gains[arm.lower, stride, 0] += 0.5 * sign * hanging * style.arms
 
 
-def _hung(skeleton: Skeleton, limbs: Limbs, places: FloatArray, turns: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _hung(skeleton: Skeleton, body: Body, places: FloatArray, turns: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Joint-local rotations (J, 4) with spread arms hanging, and the joints' rotations in the body's frame (J, 4)."""
     moved = np.tile([0.0, 0.0, 0.0, 1.0], (len(places), 1))
-    if limbs.upper_arms is not None and limbs.lower_arms is not None and limbs.hands is not None:
-        for side, outward in ((0, 1.0), (1, -1.0)):
-            upper, lower, hand = limbs.upper_arms[side], limbs.lower_arms[side], limbs.hands[side]
-            along = places[hand] - places[upper]
-            if outward * along[0] > np.sin(SPREAD) * np.linalg.norm(along) and lower != upper:
-                angle = np.arctan2(along[0], -along[1])  # off straight down
-                hang = quaternion.from_axis_angle(np.array([0.0, 0.0, 1.0]), np.array(outward * HANGING - angle))
-                moved[upper] = hang
-                bent = quaternion.from_axis_angle(np.array([1.0, 0.0, 0.0]), np.array(-ELBOW))
-                moved[lower] = quaternion.compose(quaternion.compose(quaternion.inverse(hang), bent), hang)
+    for arm, outward in zip(body.arms, (1.0, -1.0), strict=True):
+        along = places[arm.end] - places[arm.upper] if arm is not None else np.zeros(3)
+        if arm is not None and outward * along[0] > np.sin(SPREAD) * np.linalg.norm(along):
+            angle = np.arctan2(along[0], -along[1])  # off straight down
+            hang = quaternion.from_axis_angle(np.array([0.0, 0.0, 1.0]), np.array(outward * HANGING - angle))
+            moved[arm.upper] = hang
+            bent = quaternion.from_axis_angle(np.array([1.0, 0.0, 0.0]), np.array(-ELBOW))
+            moved[arm.lower] = quaternion.compose(quaternion.compose(quaternion.inverse(hang), bent), hang)
     change = quaternion.compose(quaternion.compose(quaternion.inverse(turns), moved), turns)
     local = quaternion.compose(skeleton.rest_rotations, change)
     _, hung = forward_kinematics(skeleton.parents, skeleton.rest_translations, local)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,11 +15,28 @@ from usdfoot.bridge.schema import applied_apis
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import SceneError
 
-__all__ = ["StagePrims", "authored", "collect_prims", "open_stage", "read_stage_info", "start_code", "targets"]
+__all__ = [
+    "StagePrims",
+    "authored",
+    "authored_values",
+    "collect_prims",
+    "open_stage",
+    "read_stage_info",
+    "start_code",
+    "targets",
+]
 
 _logger = logging.getLogger(__name__)
 
 _EXTENSIONS = "usd, usda, usdc or usdz"
+_MESHES, _INSTANCERS, _SHAPES = "meshes", "instancers", "shapes"
+_KINDS = {
+    _MESHES: UsdGeom.Mesh,
+    "skeletons": UsdSkel.Skeleton,
+    "animations": UsdSkel.Animation,
+    _INSTANCERS: UsdGeom.PointInstancer,
+}
+_GEOMETRY = (_MESHES, _SHAPES)
 
 
 def open_stage(scene: str | os.PathLike[str] | Usd.Stage) -> Usd.Stage:
@@ -82,6 +99,12 @@ def authored(prim: Usd.Prim, name: str) -> Any:
     return attribute.Get(Usd.TimeCode.EarliestTime())
 
 
+def authored_values(prim: Usd.Prim, names: Collection[str]) -> dict[str, Any]:
+    """Values authored for attributes, by name; those without are left out. Quick where few are authored."""
+    values = {name: authored(prim, name) for name in prim.GetAuthoredPropertyNames() if name in names}
+    return {name: value for name, value in values.items() if value is not None}
+
+
 def targets(prim: Usd.Prim, name: str) -> list[Sdf.Path]:
     """Targets of a relationship, forwarded; empty where there is none."""
     relationship = prim.GetRelationship(name)
@@ -98,40 +121,41 @@ class StagePrims:
     """Without those below point instancers, which are prototypes."""
     instancers: tuple[Usd.Prim, ...]
     shapes: tuple[Usd.Prim, ...]
-    """Geometry that is given by numbers alone: cubes, planes, spheres."""
+    """Geometry that is given by numbers alone: cubes, planes, spheres; without prototypes too."""
     with_apis: dict[str, tuple[Usd.Prim, ...]]
     """Prims by the usdfoot API schemas applied to them."""
 
 
 def collect_prims(stage: Usd.Stage) -> StagePrims:
     """Every prim the readers look at, found in one walk."""
-    skeletons, animations, meshes, instancers, shapes = [], [], [], [], []
+    found: dict[str, list[Usd.Prim]] = {kind: [] for kind in ("", *_KINDS, _SHAPES)}
     with_apis: dict[str, list[Usd.Prim]] = {}
+    kinds: dict[str, str] = {}
     prototypes: list[Sdf.Path] = []
     for prim in _walk(stage):
-        for name in applied_apis(prim):
-            if name.startswith("Usdfoot"):
-                with_apis.setdefault(name, []).append(prim)
-        if prim.IsA(UsdGeom.Mesh):
-            if not any(prim.GetPath().HasPrefix(path) for path in prototypes[-1:]):
-                meshes.append(prim)
-        elif prim.IsA(UsdSkel.Skeleton):
-            skeletons.append(prim)
-        elif prim.IsA(UsdSkel.Animation):
-            animations.append(prim)
-        elif prim.IsA(UsdGeom.PointInstancer):
-            instancers.append(prim)
+        if prim.HasAuthoredMetadata("apiSchemas"):
+            for name in applied_apis(prim):
+                if name.startswith("Usdfoot"):
+                    with_apis.setdefault(name, []).append(prim)
+        type_name = prim.GetTypeName()
+        kind = kinds.get(type_name)
+        if kind is None:
+            kind = kinds[type_name] = _kind(prim)
+        if kind in _GEOMETRY and prototypes and prim.GetPath().HasPrefix(prototypes[-1]):
+            continue
+        if kind == _INSTANCERS:
             prototypes.append(prim.GetPath())
-        elif prim.IsA(UsdGeom.Gprim) and not prim.IsA(UsdGeom.PointBased):
-            shapes.append(prim)
-    return StagePrims(
-        skeletons=tuple(skeletons),
-        animations=tuple(animations),
-        meshes=tuple(meshes),
-        instancers=tuple(instancers),
-        shapes=tuple(shapes),
-        with_apis={name: tuple(prims) for name, prims in with_apis.items()},
-    )
+        found[kind].append(prim)
+    prims = {kind: tuple(found[kind]) for kind in (*_KINDS, _SHAPES)}
+    return StagePrims(**prims, with_apis={name: tuple(marked) for name, marked in with_apis.items()})
+
+
+def _kind(prim: Usd.Prim) -> str:
+    """Field of `StagePrims` that prims of this one's type belong to, "" if none."""
+    for kind, schema in _KINDS.items():
+        if prim.IsA(schema):
+            return kind
+    return _SHAPES if prim.IsA(UsdGeom.Gprim) and not prim.IsA(UsdGeom.PointBased) else ""
 
 
 def _walk(stage: Usd.Stage) -> Iterator[Usd.Prim]:

@@ -46,6 +46,9 @@ BACKWARD = -0.1
 """Landings further back than this [m] are walked whatever the flight: going backward the ball leaves the ground first
 and the heel still stands, so the ball's contacts show a flight that is none."""
 
+SAME_LANDING = 1e-3
+"""Mirror images that land this near each other's mirrored landing share a space [m]; legs of unequal length do not."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class SideSpace:
@@ -232,7 +235,8 @@ def build_spaces(
             )
             if left.size:
                 spaces[style, gait, LEFT] = build(left)
-            if left.size and np.array_equal(np.sort(partners[left]), right):
+            paired = left.size > 0 and np.array_equal(np.sort(partners[left]), right)
+            if paired and np.abs(landings[left] - landings[partners[left]]).max() <= SAME_LANDING:
                 spaces[style, gait, RIGHT] = replace(spaces[style, gait, LEFT], examples=partners[left])
             elif right.size:
                 spaces[style, gait, RIGHT] = build(right)

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import warp as wp
 
-__all__ = ["CLOSEST", "OCTANTS", "best_triple", "find_triples", "nearest_examples"]
+__all__ = ["CLOSEST", "OCTANTS", "best_triple", "find_triples", "nearest_examples", "square_distance"]
 
 OCTANTS = 8
 CLOSEST = 3
@@ -130,3 +130,15 @@ def find_triples(
     found = best_triple(landings, near, landing)
     triples[query] = found.examples
     weights[query] = found.weights
+
+
+@wp.func
+def square_distance(
+    coordinates: wp.array2d(dtype=wp.float64), example: int, wanted: wp.array2d(dtype=wp.float64), query: int
+) -> wp.float64:
+    """Squared distance of an example from a query in coordinates."""
+    total = wp.float64(0.0)
+    for d in range(coordinates.shape[1]):
+        difference = coordinates[example, d] - wanted[query, d]
+        total += difference * difference
+    return total
