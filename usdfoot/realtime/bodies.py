@@ -95,7 +95,8 @@ class Bodies:
 
     def landings(self) -> FloatArray:
         """When feet in the air strike [s], infinite for those that stand, shape (N, 2)."""
-        feet = self.rows.feet
-        swings = feet.liftoffs.numpy()[self.contacts] <= self.clock[:, None]
-        lands = feet.strikes.numpy()[feet.following.numpy()[self.contacts]] - self.clock[:, None]
+        feet = self.rows.feet.rows.numpy()
+        own = feet[self.contacts]
+        swings = own["liftoff"] <= self.clock[:, None]
+        lands = feet["strike"][own["following"]] - self.clock[:, None]
         return np.where(swings, self.time + lands, np.inf)
