@@ -1,4 +1,7 @@
-"""Where the swing foot of a blended step is going to be planted, seen from the support ball, as Warp functions."""
+"""Where the swing foot of a blended step is going to be planted, seen from the support ball, as Warp functions.
+
+In double precision: close examples take large differences of weights for small ones of the landing.
+"""
 # mypy: ignore-errors
 # Warp kernels are Python only in their syntax: Warp types and compiles them itself.
 
@@ -58,6 +61,19 @@ def as_left(vector: wp.vec2d, side: int) -> wp.vec2d:
 
 
 @wp.func
+def exact_vector(vector: wp.vec3f) -> wp.vec3d:
+    """A vector in double precision."""
+    return wp.vec3d(wp.float64(vector[0]), wp.float64(vector[1]), wp.float64(vector[2]))
+
+
+@wp.func
+def exact_rotation(rotation: wp.quatf) -> wp.quatd:
+    """A quaternion in double precision."""
+    x, y, z, w = rotation[0], rotation[1], rotation[2], rotation[3]
+    return wp.quatd(wp.float64(x), wp.float64(y), wp.float64(z), wp.float64(w))
+
+
+@wp.func
 def mixed_rotation(
     rotations: wp.array3d(dtype=wp.quatf),
     examples: wp.array2d(dtype=wp.int32),
@@ -65,19 +81,21 @@ def mixed_rotation(
     blend: int,
     sample: float,
     joint: int,
-) -> wp.quatf:
+) -> wp.quatd:
     """Normalised sum of a blend's examples' rotations at a sample, signs aligned to the heaviest (the first)."""
     row = wp.min(int(sample), rotations.shape[1] - 2)
-    fraction = sample - float(row)
+    fraction = wp.float64(sample - float(row))
+    one = wp.float64(1.0)
     reference = rotations[examples[blend, 0], row, joint]
-    total = wp.quatf(0.0, 0.0, 0.0, 0.0)
+    total = wp.quatd()
     for k in range(examples.shape[1]):
-        weight = float(weights[blend, k])
-        if weight > 0.0:
+        weight = weights[blend, k]
+        if weight > wp.float64(0.0):
             first = rotations[examples[blend, k], row, joint]
-            weight *= wp.where(wp.dot(first, reference) < 0.0, -1.0, 1.0)
-            total += first * (weight * (1.0 - fraction))
-            total += rotations[examples[blend, k], row + 1, joint] * (weight * fraction)
+            if wp.dot(first, reference) < 0.0:
+                weight = -weight
+            total += exact_rotation(first) * (weight * (one - fraction))
+            total += exact_rotation(rotations[examples[blend, k], row + 1, joint]) * (weight * fraction)
     return wp.normalize(total)
 
 
@@ -88,16 +106,17 @@ def mixed_position(
     weights: wp.array2d(dtype=wp.float64),
     blend: int,
     sample: float,
-) -> wp.vec3f:
+) -> wp.vec3d:
     """Weighted sum of a blend's examples' positions at a sample."""
     row = wp.min(int(sample), positions.shape[1] - 2)
-    fraction = sample - float(row)
-    total = wp.vec3f(0.0, 0.0, 0.0)
+    fraction = wp.float64(sample - float(row))
+    total = wp.vec3d()
     for k in range(examples.shape[1]):
-        weight = float(weights[blend, k])
-        if weight > 0.0:
-            first = positions[examples[blend, k], row]
-            total += weight * (first + fraction * (positions[examples[blend, k], row + 1] - first))
+        weight = weights[blend, k]
+        if weight > wp.float64(0.0):
+            first = exact_vector(positions[examples[blend, k], row])
+            second = exact_vector(positions[examples[blend, k], row + 1])
+            total += weight * (first + fraction * (second - first))
     return total
 
 
@@ -109,14 +128,14 @@ def mixed_ball(
     blend: int,
     sample: float,
     side: int,
-) -> wp.vec3f:
+) -> wp.vec3d:
     """Ball of the foot `side` from the pelvis at a sample, in the support frame."""
-    offset = wp.vec3f(0.0, 0.0, 0.0)
+    offset = wp.vec3d()
     rotation = mixed_rotation(library.rotations, examples, weights, blend, sample, library.pelvis)
     for c in range(library.chains.shape[1]):
         joint = library.chains[side, c]
         if joint >= 0:
-            offset += wp.quat_rotate(rotation, library.translations[joint])
+            offset += wp.quat_rotate(rotation, exact_vector(library.translations[joint]))
             rotation = rotation * mixed_rotation(library.rotations, examples, weights, blend, sample, joint)
     return offset
 
@@ -129,7 +148,7 @@ def swing_landing(
     blend: int,
     side: int,
     anchor: float,
-) -> wp.vec3f:
+) -> wp.vec3d:
     """Ball of the swing foot `side` at a blend's last sample, placed as `pose_bodies` places it, in the support frame.
 
     `anchor` is the last sample at which the support foot stands.
@@ -168,7 +187,7 @@ def blend_landing(
     if flight > wp.float64(0.0):
         anchor = library.liftoff
     ball = swing_landing(library, examples, weights, blend, side, anchor)
-    landing = wp.vec2d(wp.float64(ball[0]), wp.float64(ball[2])) + settle
+    landing = wp.vec2d(ball[0], ball[2]) + settle
     return as_left(turned(-turn, landing), side)
 
 
