@@ -15,7 +15,7 @@ from tests.strategies import seeds
 from usdfoot.errors import ClipError
 from usdfoot.model.examples import Examples
 from usdfoot.spaces.corner_kernel import SpaceArrays, adjoin_corners
-from usdfoot.spaces.features import FeatureScales, StepFeatures
+from usdfoot.spaces.features import DOUBT, FeatureScales, StepFeatures, example_features
 from usdfoot.spaces.library import StepWeights, build_spaces, end_landings, has_flight, solve_steps
 from usdfoot.spaces.mirror import mirror_partners
 
@@ -139,6 +139,27 @@ def test_weights_reproduce_landings_with_examples_of_the_side(
     assert_array_equal(solved.projections[inside], landings[inside])
 
 
+def test_synthetic_examples_count_as_far_off_as_those_they_are_blended_from(generator: np.random.Generator) -> None:
+    recorded, made = random_examples(generator, 60), random_examples(generator, 25)
+    library, synthetic = joined(recorded, made), np.arange(85) >= 60
+    spaces = build_spaces(library, synthetic=synthetic)
+    solved = solve(recorded, end_landings(made), made.swing_sides, features=example_features(made))
+    plain = np.delete(spaces.coordinates, DOUBT, axis=1)
+    apart = plain[solved.examples] - plain[60:, None]
+    expected = np.sum(solved.weights * np.sum(apart**2, axis=2), axis=1)
+    assert_allclose(spaces.coordinates[60:, DOUBT] ** 2, expected, rtol=1e-9)
+    assert_array_equal(spaces.coordinates[:60, DOUBT], 0.0)
+
+    landings, sides, features = random_steps(generator, 300)
+    inside = solve(recorded, landings, sides, features=features).hull_distances == 0.0
+    steps = {"swing_sides": sides, "flights": np.zeros(300, dtype=bool), "styles": ["default"] * 300}
+    doubted, trusted = (
+        solve_steps(each, landings, features=features, **steps) for each in (spaces, build_spaces(library))
+    )
+    share, before = (np.mean(synthetic[each.examples[inside]] * each.weights[inside]) for each in (doubted, trusted))
+    assert share < 0.5 * before
+
+
 @given(seeds)
 def test_neighbours_are_the_best_triple_of_the_candidates(seed: int) -> None:
     generator = np.random.default_rng(seed)
@@ -218,7 +239,7 @@ def test_beyond_an_edge_the_best_triple_on_its_other_side_follows(seed: int) -> 
         spaces.device,
         wp.array(given_triples, dtype=wp.vec3i),
         wp.array(landings, dtype=wp.vec2d),
-        wp.array(wanted, dtype=wp.float64),
+        wp.array(np.insert(wanted, DOUBT, 0.0, axis=1), dtype=wp.float64),
     ]
     wp.launch(adjoin, dim=len(landings), inputs=inputs, outputs=[found])
     triples = found.numpy()

@@ -19,7 +19,7 @@ from usdfoot.model.draft import PlanDraft
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.readers.skeleton import matrices_of
-from usdfoot.readers.stage import authored, start_code
+from usdfoot.readers.stage import authored, is_authored, start_code
 
 __all__ = ["is_plan", "path_orientations", "read_draft", "read_plan", "read_prints"]
 
@@ -36,7 +36,7 @@ def is_plan(prim: Usd.Prim) -> bool:
     """Whether a prim is a footstep plan: it has UsdfootPlanAPI, or is a PointInstancer with a plan's times."""
     if has_api(prim, Schema.PLAN):
         return True
-    has_times = any(authored(prim, name) is not None for name in (Token.STRIKE_TIMES, Token.LIFTOFF_TIMES))
+    has_times = any(is_authored(prim, name) for name in (Token.STRIKE_TIMES, Token.LIFTOFF_TIMES))
     return prim.IsA(UsdGeom.PointInstancer) and has_times
 
 

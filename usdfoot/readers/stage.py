@@ -8,10 +8,11 @@ from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from pxr import Sdf, Tf, Usd, UsdGeom, UsdSkel
 
 from usdfoot.bridge.scene import StageInfo
-from usdfoot.bridge.schema import applied_apis
+from usdfoot.bridge.schema import applied_apis, declared_type
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import SceneError
 
@@ -20,6 +21,7 @@ __all__ = [
     "authored",
     "authored_values",
     "collect_prims",
+    "is_authored",
     "open_stage",
     "read_stage_info",
     "start_code",
@@ -92,10 +94,17 @@ def start_code(stage: Usd.Stage) -> Usd.TimeCode:
 
 
 def authored(prim: Usd.Prim, name: str) -> Any:
-    """Value authored for an attribute, None where there is none; the schema's fallback does not count."""
-    attribute = prim.GetAttribute(name)
-    if not attribute or not attribute.HasAuthoredValue():
+    """Value authored for an attribute, None where there is none; the schema's fallback does not count.
+
+    Raises:
+        SceneError: If the attribute is of a type that cannot stand for the schema's, as text cannot for a number.
+    """
+    if not is_authored(prim, name):
         return None
+    attribute = prim.GetAttribute(name)
+    expected, found = declared_type(name), attribute.GetPropertyStack()[0].typeName  # the attribute's is the schema's
+    if expected and expected != found and _form(expected) != _form(found):
+        raise SceneError(prim.GetPath(), f"{name} is of type {found}", f"author it as {expected}")
     return attribute.Get(Usd.TimeCode.EarliestTime())
 
 
@@ -103,6 +112,18 @@ def authored_values(prim: Usd.Prim, names: Collection[str]) -> dict[str, Any]:
     """Values authored for attributes, by name; those without are left out. Quick where few are authored."""
     values = {name: authored(prim, name) for name in prim.GetAuthoredPropertyNames() if name in names}
     return {name: value for name, value in values.items() if value is not None}
+
+
+def is_authored(prim: Usd.Prim, name: str) -> bool:
+    """Whether an attribute has a value of its own, whatever that is."""
+    attribute = prim.GetAttribute(name)
+    return bool(attribute) and attribute.HasAuthoredValue()
+
+
+def _form(type_name: Sdf.ValueTypeName) -> tuple[bool, bool, tuple[int, ...]]:
+    """Whether values are arrays, whether they are text, and the shape of one; float, double and timecode are alike."""
+    value = type_name.scalarType.defaultValue
+    return type_name.isArray, isinstance(value, (str, Sdf.AssetPath)), np.shape(value)
 
 
 def targets(prim: Usd.Prim, name: str) -> list[Sdf.Path]:

@@ -20,7 +20,7 @@ from usdfoot.model.biped import LEFT, RIGHT, SIDES
 from usdfoot.model.examples import Examples
 from usdfoot.spaces.corner_kernel import SpaceArrays
 from usdfoot.spaces.device_spaces import device_spaces
-from usdfoot.spaces.features import FeatureScales, StepFeatures, example_features, step_coordinates
+from usdfoot.spaces.features import DOUBT, FeatureScales, StepFeatures, example_features, step_coordinates
 from usdfoot.spaces.footsteps import FootstepSpace, build_footstep_space, solve_footsteps
 from usdfoot.spaces.mirror import mirror_partners
 from usdfoot.spaces.neighbours import NeighbourSpace, build_neighbour_space, solve_neighbours
@@ -192,6 +192,7 @@ def build_spaces(
     root_merge_distance: float = 0.1,
     polar: bool = True,
     scales: FeatureScales | None = None,
+    synthetic: BoolArray | None = None,
 ) -> FootstepSpaces:
     """Footstep spaces of all styles, gaits and swing sides of a library.
 
@@ -203,6 +204,8 @@ def build_spaces(
         root_merge_distance: Root velocities at most this far apart [m/s] share one example.
         polar: Root velocities are weighted by polar gradient bands; else by Cartesian ones.
         scales: Differences between steps that count the same when neighbours are chosen.
+        synthetic: Examples that were blended from the others; they never seem nearer to a wanted step than these are,
+            shape (E,).
     """
     scales = scales or FeatureScales()
     landings = left_landings(end_landings(examples), examples.swing_sides)
@@ -211,6 +214,8 @@ def build_spaces(
     velocities = left_landings(root_velocities(examples), examples.swing_sides)
 
     def build(members: IntArray) -> SideSpace:
+        if synthetic is not None:
+            coordinates[members, DOUBT] = _doubts(landings[members], coordinates[members], synthetic[members])
         footsteps = build_footstep_space(
             landings[members], merge_distance=merge_distance, minimal_altitude=minimal_altitude
         )
@@ -237,6 +242,7 @@ def build_spaces(
                 spaces[style, gait, LEFT] = build(left)
             paired = left.size > 0 and np.array_equal(np.sort(partners[left]), right)
             if paired and np.abs(landings[left] - landings[partners[left]]).max() <= SAME_LANDING:
+                coordinates[partners[left], DOUBT] = coordinates[left, DOUBT]
                 spaces[style, gait, RIGHT] = replace(spaces[style, gait, LEFT], examples=partners[left])
             elif right.size:
                 spaces[style, gait, RIGHT] = build(right)
@@ -248,6 +254,24 @@ def build_spaces(
         poses=build_end_poses(examples, pelvis) if len(set(examples.styles)) > 1 else None,
         scales=scales,
     )
+
+
+def _doubts(landings: FloatArray, coordinates: FloatArray, synthetic: BoolArray) -> FloatArray:
+    """How far off the recorded examples are that would be blended into each synthetic one, scaled, shape (E',).
+
+    To any wanted step the mean square distance of examples is that of their mean and their own spread about it. With
+    the spread a blend seems no nearer than what it is blended from.
+    """
+    doubts = np.zeros(len(landings))
+    recorded, made = np.flatnonzero(~synthetic), np.flatnonzero(synthetic)
+    if recorded.size and made.size:
+        known = build_neighbour_space(
+            build_footstep_space(landings[recorded]), landings[recorded], coordinates[recorded]
+        )
+        solved = solve_neighbours(known, landings[made], coordinates[made])
+        apart = coordinates[recorded[solved.examples]] - coordinates[made, None]
+        doubts[made] = np.sqrt(np.sum(solved.weights * np.sum(apart**2, axis=-1), axis=1))
+    return doubts
 
 
 def solve_steps(
