@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 from tests.engine.plans import way
 from tests.engine.synthesis import slow_phases, synthesise
-from usdfoot.engine.clock_kernel import ClockArrays, clock_at
+from usdfoot.engine.clock_kernel import read_samples
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.poses import device_segments, place_segments, pose_feet, pose_frames
 from usdfoot.maths import quaternion
@@ -38,19 +38,6 @@ def frames(made):
     poses = pose_frames(setup, arrays, rows, times, joints=joints)
     samples = slow_phases(setup.segments, rows, times) * (setup.examples.rotations.shape[1] - 1)
     return rows, times, samples, poses
-
-
-@wp.kernel(enable_backward=False)
-def read_samples(
-    clocks: ClockArrays,
-    segments: wp.array(dtype=wp.int32),
-    times: wp.array(dtype=wp.float64),
-    last_sample: float,
-    samples: wp.array(dtype=wp.float32),
-) -> None:
-    """Sample of the examples at each instant."""
-    frame = wp.tid()
-    samples[frame] = clock_at(clocks, segments[frame], times[frame], last_sample).sample
 
 
 def clock_samples(setup, blend, rows: np.ndarray, times: np.ndarray) -> np.ndarray:

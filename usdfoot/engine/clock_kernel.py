@@ -9,7 +9,7 @@ import warp as wp
 
 from usdfoot.model.examples import LIFTOFF_PHASES
 
-__all__ = ["Clock", "ClockArrays", "clock_at", "phase_at"]
+__all__ = ["Clock", "ClockArrays", "clock_at", "phase_at", "read_samples"]
 
 FIRST_PHASE = wp.constant(wp.float64(LIFTOFF_PHASES[0]))
 SECOND_PHASE = wp.constant(wp.float64(LIFTOFF_PHASES[1]))
@@ -195,3 +195,16 @@ def clock_at(clocks: ClockArrays, segment: int, time: wp.float64, last_sample: f
         kind, after, before, whole, whole, wp.min(whole, seams[0]), wp.min(whole, seams[1])
     )
     return now
+
+
+@wp.kernel(enable_backward=False)
+def read_samples(
+    clocks: ClockArrays,
+    frame_segments: wp.array(dtype=wp.int32),
+    times: wp.array(dtype=wp.float64),
+    last_sample: float,
+    samples: wp.array(dtype=wp.float32),
+) -> None:
+    """Sample of the examples at each frame."""
+    frame = wp.tid()
+    samples[frame] = clock_at(clocks, frame_segments[frame], times[frame], last_sample).sample
