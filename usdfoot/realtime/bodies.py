@@ -81,13 +81,13 @@ class Bodies:
     def snapshot(self) -> Snapshot:
         """The bodies in the world."""
         poses = self.pose()
-        positions, rotations = poses.pelvis_positions.numpy() + self.origins, poses.rotations.numpy().astype(float)
+        positions, rotations = poses.pelvis_positions.numpy() + self.origins, poses.rotations.numpy().copy()
         rotations[:, self.library.source.biped.pelvis] = poses.pelvis_rotations.numpy()
         self.plant(poses)
         feet = pose_feet(self.library.rig, poses)
         return Snapshot(
             pelvis_positions=positions,
-            rotations=rotations,
+            rotations=rotations.astype(float),
             balls=feet.balls + self.origins[:, None],
             ankles=feet.rotations,
             roots=self.roots(),
