@@ -26,6 +26,7 @@ __all__ = [
     "read_stage_info",
     "start_code",
     "targets",
+    "walk_stage",
 ]
 
 _logger = logging.getLogger(__name__)
@@ -155,7 +156,7 @@ def collect_prims(stage: Usd.Stage) -> StagePrims:
     with_apis: dict[str, list[Usd.Prim]] = {}
     kinds: dict[str, str] = {}
     prototypes: list[Sdf.Path] = []
-    for prim in _walk(stage):
+    for prim in walk_stage(stage):
         if prim.HasAuthoredMetadata("apiSchemas"):
             for name in applied_apis(prim):
                 if name.startswith("Usdfoot"):
@@ -181,7 +182,8 @@ def _kind(prim: Usd.Prim) -> str:
     return _SHAPES if prim.IsA(UsdGeom.Gprim) and not prim.IsA(UsdGeom.PointBased) else ""
 
 
-def _walk(stage: Usd.Stage) -> Iterator[Usd.Prim]:
+def walk_stage(stage: Usd.Stage) -> Iterator[Usd.Prim]:
+    """Every prim that is active, loaded and defined, instance proxies included."""
     return iter(Usd.PrimRange(stage.GetPseudoRoot(), Usd.TraverseInstanceProxies()))
 
 
