@@ -62,13 +62,17 @@ def with_clips(library: PreparedLibrary, clips: IntArray, *, style: str) -> Prep
     return replace(with_examples(library, kept), style=known)
 
 
-def with_examples(library: PreparedLibrary, examples: Examples) -> PreparedLibrary:
-    """The prepared library with other examples, a stand as the last."""
+def with_examples(
+    library: PreparedLibrary, examples: Examples, *, synthetic: BoolArray | None = None
+) -> PreparedLibrary:
+    """The prepared library with other examples, a stand as the last; synthetic are those made from the others, (E,)."""
     skeleton, pelvis = library.source.skeleton, library.source.biped.pelvis
     return replace(
         library,
         examples=examples,
-        spaces=build_spaces(_selected(examples, np.arange(len(examples) - 1))),
+        spaces=build_spaces(
+            _selected(examples, np.arange(len(examples) - 1)), synthetic=None if synthetic is None else synthetic[:-1]
+        ),
         device=device_library(skeleton, examples, library.rig, pelvis=pelvis),
     )
 

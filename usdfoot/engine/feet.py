@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import warp as wp
 
 from usdfoot.engine.legs import LegRig
 from usdfoot.engine.pelvis import MOST_DROP
-from usdfoot.engine.plant import FootArrays, standing_foot
+from usdfoot.engine.plant import FootArrays, FootRow, standing_foot
 from usdfoot.engine.poses import Feet, Layout
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
@@ -201,30 +202,20 @@ def _from_standing(contacts: ContactTable) -> BoolArray:
 def device_feet(layout: Layout, feet: ContactFeet, detours: FloatArray) -> FootArrays:
     """Contacts as device arrays; `detours` [m] (C, K, 3) are added to the swings."""
     contacts = layout.contacts
-    origins = layout.origins[contacts.agents]
     clock = contacts.starts[contacts.agents]
-    liftoffs = np.where(contacts.has_swing, contacts.liftoffs, np.inf)
+    table: Any = np.empty(len(clock), dtype=FootRow.numpy_dtype())  # type: ignore[attr-defined]
+    table["following"] = np.minimum(np.arange(len(clock)) + 2, len(clock) - 1)
+    table["strike"], table["flat"] = contacts.strikes - clock, feet.flats - clock
+    table["liftoff"] = np.where(contacts.has_swing, contacts.liftoffs, np.inf) - clock
+    table["flat_pitch"], table["roll_time"], table["drop"] = feet.flat_pitches, feet.roll_times, feet.drops
+    table["position"] = contacts.positions - layout.origins[contacts.agents]
+    table["pitch_axis"] = np.cross(contacts.normals, _forward(contacts))
+    table["leave_offset"], table["land_offset"] = feet.leave_offsets, feet.land_offsets
+    table["frame"], table["flat_rotation"] = feet.frames, feet.flat_rotations
+    table["leave_rotation"], table["land_rotation"] = feet.leave_rotations, feet.land_rotations
     arrays = FootArrays()
-    following = np.minimum(np.arange(len(origins)) + 2, len(origins) - 1).astype(np.int32)
-    arrays.following = wp.array(following, dtype=wp.int32, copy=False)
-    for name, values, kind in (
-        ("positions", contacts.positions - origins, wp.vec3f),
-        ("frames", feet.frames, wp.quatf),
-        ("pitch_axes", np.cross(contacts.normals, _forward(contacts)), wp.vec3f),
-        ("flat_rotations", feet.flat_rotations, wp.quatf),
-        ("strikes", contacts.strikes - clock, wp.float32),
-        ("flats", feet.flats - clock, wp.float32),
-        ("liftoffs", liftoffs - clock, wp.float32),
-        ("flat_pitches", feet.flat_pitches, wp.float32),
-        ("roll_times", feet.roll_times, wp.float32),
-        ("leave_offsets", feet.leave_offsets, wp.vec3f),
-        ("leave_rotations", feet.leave_rotations, wp.quatf),
-        ("land_offsets", feet.land_offsets, wp.vec3f),
-        ("land_rotations", feet.land_rotations, wp.quatf),
-        ("drops", feet.drops, wp.float32),
-        ("detours", detours, wp.vec3f),
-    ):
-        setattr(arrays, name, wp.array(np.ascontiguousarray(values, dtype=np.float32), dtype=kind, copy=False))
+    arrays.rows = wp.array(table, dtype=FootRow, copy=False)
+    arrays.detours = wp.array(np.ascontiguousarray(detours, dtype=np.float32), dtype=wp.vec3f, copy=False)
     return arrays
 
 

@@ -23,6 +23,8 @@ SAME = 0.3
 """A level as near above another [m] is the same ground."""
 ASTRAY = 0.5
 """Who is so far [m] from where it is on its own level is taken off the other."""
+AHEAD = 4.0
+"""People are sent to corners of their ways that are at least so far away [m]."""
 PACE = 0.03
 """Changes of speed smaller than this part of it are left out."""
 
@@ -40,8 +42,9 @@ class Floors:
 
     def __init__(self, party: Party) -> None:
         self._area, self._seekers = party.area, party.seekers
-        narrowest = min(seeker.radius for seeker in party.seekers) if party.area.spots is not None else 0.0
-        self._floors = [_Floor(_wide(level, narrowest)) for level in party.area.levels]
+        self.rooms = tuple(_wide(level, party.narrowest) for level in party.area.levels)
+        """What of each level is wide enough, shape (L,)."""
+        self._floors = [_Floor(room) for room in self.rooms]
         self.levels: IntArray = party.starts.copy()
         """Level each is on, shape (N,)."""
         self._ids = [
@@ -50,7 +53,10 @@ class Floors:
         ]
         self._shadows: dict[int, tuple[int, int]] = {}
         self._points = np.array([seeker.start[[0, 2]] for seeker in party.seekers])
+        self.aims: FloatArray = self._points.copy()
+        """Corner of its way each is sent to, or its target (x, z) [m], shape (N, 2)."""
         self._paces = np.ones(len(party.seekers))
+        self._radii = np.array([seeker.radius for seeker in party.seekers])
 
     def iterate(self, count: int) -> FloatArray:
         """Where everyone is (x, z) after so many time steps [m], shape (N, 2)."""
@@ -63,7 +69,19 @@ class Floors:
     def steer(self, people: Iterable[int], targets: FloatArray) -> None:
         """Send people to their targets (N, 2) on the levels they are on."""
         for index in people:
-            self._floors[self.levels[index]].agent(self._ids[index]).target = tuple(targets[index].tolist())
+            floor = self._floors[self.levels[index]]
+            self.aims[index] = floor.aim(self._points[index], targets[index])
+            floor.agent(self._ids[index]).target = tuple(self.aims[index].tolist())
+
+    def way(self, index: int, target: FloatArray) -> shapely.LineString:
+        """The way of one from where it is to a target (2,) on its level."""
+        return shapely.LineString(self._floors[self.levels[index]].corners(self._points[index], target))
+
+    def slim(self, radii: FloatArray) -> None:
+        """Make bodies as wide as radii (N,) [m] say."""
+        for index in np.flatnonzero(radii != self._radii).tolist():
+            self._floors[self.levels[index]].agent(self._ids[index]).model.radius = float(radii[index])
+        self._radii = radii.copy()
 
     def pace(self, paces: FloatArray) -> None:
         """Let everyone go as much slower than it likes as paces (N,) say."""
@@ -112,6 +130,7 @@ class Floors:
                 return False
         self._shadows[index] = before
         self.levels[index], self._ids[index], self._paces[index] = level, identity, 1.0
+        self._radii[index] = self._seekers[index].radius
         return True
 
 
@@ -135,6 +154,23 @@ class _Floor:
         self._steering = self.simulation.add_direct_steering_stage()
         self._journey = self.simulation.add_journey(jupedsim.JourneyDescription([self._steering]))
         self._inside = level.buffer(-0.05)
+        self._routing = jupedsim.RoutingEngine(level)
+
+    def aim(self, place: FloatArray, target: FloatArray) -> FloatArray:
+        """The first corner at least `AHEAD` away on the way from a place to a target (2,), or the target.
+
+        JuPedSim looks for the way of everybody in every time step; to a corner it is short.
+        """
+        corners = self.corners(place, target)
+        far = np.flatnonzero(np.linalg.norm(corners[:-1] - place, axis=1) >= AHEAD)
+        return corners[far[0]] if far.size else target
+
+    def corners(self, place: FloatArray, target: FloatArray) -> FloatArray:
+        """The way from a place to a target (2,), shape (C, 2)."""
+        try:
+            return np.array(self._routing.compute_waypoints(tuple(place.tolist()), tuple(target.tolist())))
+        except RuntimeError:  # one of them is in a wall, by a hair
+            return np.stack([place, target])
 
     def enter(self, seeker: Seeker, place: FloatArray) -> int:
         """Put somebody at a place (2,), or as near to it as the walls let it stand; gives back its number here.
