@@ -15,7 +15,7 @@ from usdfoot.engine.plant import FootArrays, FootRow, standing_foot
 from usdfoot.engine.poses import Feet, Layout
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
-from usdfoot.model.contact_table import ContactTable
+from usdfoot.model.contact_table import EDGE_HEIGHT, ContactTable
 from usdfoot.model.ground import Ground
 
 __all__ = [
@@ -32,9 +32,6 @@ __all__ = [
 FLAT_TIME = 0.12
 FLAT_SHARE = 0.25
 """Flat comes at most this long [s], and at most this part of the contact, after the strike (design.md section 2)."""
-
-EDGE_HEIGHT = 0.03
-"""Ground under the heel farther than this from the print's plane is another tread, not a slope [m]."""
 
 FACINGS = 3
 """How often the yaw and the heel of a foot that leans with the ground are corrected."""
@@ -148,7 +145,7 @@ def _frames_on_ground(
     under = ground.heights(places, contacts.positions[:, 1], step_up=0.1)
     near = np.abs(under.heights - contacts.positions[:, 1]) < 0.05
     normals = np.where((ground.has_terrain & under.hit & near)[:, None], under.normals, contacts.normals)
-    lengths = np.array([_heel_distance(layout, side) for side in (0, 1)])[contacts.sides]
+    lengths = layout.rig.foot_lengths[contacts.sides]
     forward = planar.direction(yaws)
     behind = ground.heights(places - lengths[:, None] * forward, contacts.positions[:, 1], step_up=0.1)
     plane_drop = np.sum(normals[:, [0, 2]] * forward, axis=1) / normals[:, 1] * lengths
@@ -166,12 +163,6 @@ def _frames_on_ground(
     y /= np.linalg.norm(y, axis=1, keepdims=True)
     frames = quaternion.from_matrix(np.stack([np.cross(y, z), y, z], axis=-1))
     return frames, ~np.bool_(ground.has_terrain) | (under.hit & under.walkable & near)
-
-
-def _heel_distance(layout: Layout, side: int) -> float:
-    """Horizontal distance from ball to heel of the flat foot [m]."""
-    foot = layout.rig.feet[side]
-    return float(quaternion.rotate(foot.flat_rotation, foot.ball_offset - foot.heel_offset)[2])
 
 
 def roll_contacts(layout: Layout, feet: ContactFeet, rows: IntArray, raises: FloatArray, ground: Ground) -> ContactFeet:

@@ -29,6 +29,10 @@ from usdfoot.spaces.roots import RootSteps, find_roots
 __all__ = ["RootedSteps", "root_steps", "weigh_rooted"]
 
 
+MIX_CORRECTIONS = 3
+"""A mix, whose weights are bent at beta, is corrected so many times as often as other blends at most."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class RootedSteps:
     """What became of the rooted steps; 0 for other segments. Shape (M,) each."""
@@ -180,7 +184,7 @@ def _mix_options(setup: Setup, spaces: FootstepSpaces) -> MixOptions:
     chosen.by_features = options.space == "neighbours"
     chosen.closest = options.beyond_beta == "closest"
     chosen.tolerance = -1.0 if options.root_weight_within is None else options.root_weight_within
-    chosen.corrections = options.corrections * options.correction
+    chosen.corrections = MIX_CORRECTIONS * options.corrections * options.correction
     chosen.near = options.landing_tolerance
     chosen.landing_scale, chosen.departure_scale = spaces.scales.landing, spaces.scales.departure
     return chosen
