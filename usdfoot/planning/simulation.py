@@ -30,6 +30,8 @@ BLOCKED, ASIDE = 2.0, 1.0
 """Who has hardly moved for so long [s] steps aside by so much [m] for as long."""
 QUEUE, SAME_WAY = 0.5, 0.5
 """Who is so close to another [m], and this cosine of the angle between their ways or more: who is before the other."""
+ALONE = 2.0
+"""A queue has none but those who go its way so close to it [m]."""
 APART = 1e3
 """Between levels in the search tree [m]: more than any distance looked for."""
 DIRECTIONS = np.stack([np.sin(np.pi * np.arange(8) / 4.0), np.cos(np.pi * np.arange(8) / 4.0)], axis=1)
@@ -161,14 +163,14 @@ class _Legs:
 class _Detours:
     """Who gets nowhere steps aside to where there is room, one of those who stand in each other's way at a time.
 
-    Nobody does in a queue: who is held up by those who go the same way waits.
+    Nobody does in a queue: who is held up by those who go the same way waits, unless others are near.
     """
 
     def __init__(self, area: Area, radius: float, count: int) -> None:
         self._rooms = [level.buffer(-radius) for level in area.levels]
         for room in self._rooms:
             shapely.prepare(room)
-        self._near = 2.0 * radius + QUEUE
+        self._width = 2.0 * radius
         self._until = np.full(count, -np.inf)
         self.active = np.zeros(count, dtype=bool)
         self.targets = np.zeros((count, 2))
@@ -187,16 +189,17 @@ class _Detours:
         return [*np.flatnonzero(over).tolist(), *aside]
 
     def _queues(self, points: FloatArray, arrived: BoolArray, floors: Floors) -> BoolArray:
-        """Whether all those close before each of N people, and at least one, go the same way, shape (N,)."""
+        """Whether somebody close before each of N people goes the same way, and all near by do, shape (N,)."""
         ways = floors.aims - points
         ways /= np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-9)
         places = np.column_stack([points, APART * floors.levels])
-        pairs = cKDTree(places).query_pairs(self._near, output_type="ndarray")
+        pairs = cKDTree(places).query_pairs(self._width + ALONE, output_type="ndarray")
         one, other = np.concatenate([pairs, pairs[:, ::-1]]).T
-        ahead = np.sum((points[other] - points[one]) * ways[one], axis=1) > 0.0
+        gaps = points[other] - points[one]
+        before = (np.sum(gaps * ways[one], axis=1) > 0.0) & (np.linalg.norm(gaps, axis=1) <= self._width + QUEUE)
         same = (np.sum(ways[one] * ways[other], axis=1) > SAME_WAY) & ~arrived[other]
-        before = np.bincount(one, weights=ahead, minlength=len(points))
-        return np.asarray((before > 0.0) & (before == np.bincount(one, weights=ahead & same, minlength=len(points))))
+        held_up = np.bincount(one, weights=before & same, minlength=len(points)) > 0.0
+        return np.asarray(held_up & (np.bincount(one, weights=~same, minlength=len(points)) == 0.0))
 
     def _step_aside(self, index: int, points: FloatArray, floors: Floors, now: float) -> bool:
         """Whether this one does, which it does not beside another who does."""
