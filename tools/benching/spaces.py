@@ -91,7 +91,7 @@ def _band_weights(library: PreparedLibrary, start: int, velocities: FloatArray) 
         end_landings(examples)[rows],
         features=example_features(examples)[rows],
         swing_sides=sides,
-        flights=has_flight(examples.durations, examples.support_liftoffs)[rows],
+        flights=has_flight(examples.durations, examples.support_liftoffs, examples.landings)[rows],
         styles=[examples.styles[start]] * len(rows),
     )
     weights = np.zeros((len(velocities), len(examples)))

@@ -68,7 +68,9 @@ def with_examples(library: PreparedLibrary, examples: Examples) -> PreparedLibra
     return replace(
         library,
         examples=examples,
-        spaces=build_spaces(_selected(examples, np.arange(len(examples) - 1))),
+        spaces=build_spaces(
+            _selected(examples, np.arange(len(examples) - 1)), leg_length=library.source.biped.maximal_leg_length
+        ),
         device=device_library(skeleton, examples, library.rig, pelvis=pelvis),
     )
 
@@ -153,7 +155,7 @@ def step_distances(examples: Examples, takes: Sequence[Take], clips: int) -> Flo
     The distance is that of the landings, with the difference in duration and in flight added.
     """
     landings, clip_of = end_landings(examples)[:-1], examples.clip_indices[:-1]
-    flights = has_flight(examples.durations, examples.support_liftoffs)[:-1]
+    flights = has_flight(examples.durations, examples.support_liftoffs, examples.landings)[:-1]
     own = _coordinates(landings, examples.durations[:-1], flights)
     distances = np.full((len(takes), clips), np.inf)
     for row, take in enumerate(takes):
@@ -175,7 +177,7 @@ def _take_coordinates(take: Take) -> tuple[FloatArray, IntArray]:
     middle = planar.circular_mean(np.stack([plan.yaws[1:], plan.yaws[:-1]]), axis=0)
     strides = np.diff(plan.positions[:, [0, 2]], axis=0)
     durations = np.diff(plan.strike_times)
-    flights = has_flight(durations, plan.liftoff_times[:-1] - plan.strike_times[:-1])
+    flights = has_flight(durations, plan.liftoff_times[:-1] - plan.strike_times[:-1], strides)
     return _coordinates(planar.rotate(-middle, strides), durations, flights), plan.sides[1:]
 
 

@@ -99,7 +99,12 @@ def prepare_library(library: ClipLibrary, options: EngineOptions) -> PreparedLib
     return PreparedLibrary(
         source=library,
         examples=whole,
-        spaces=build_spaces(examples, pelvis=library.biped.pelvis, polar=options.band == "polar"),
+        spaces=build_spaces(
+            examples,
+            pelvis=library.biped.pelvis,
+            polar=options.band == "polar",
+            leg_length=library.biped.maximal_leg_length,
+        ),
         rig=rig,
         device=device_library(library.skeleton, whole, rig, pelvis=library.biped.pelvis),
         style=style,

@@ -65,7 +65,7 @@ def step_queries(setup: Setup, steps: IntArray) -> StepQueries:
         headings=headings,
         turns=turns,
         swing_sides=contacts.sides[supports + 1],
-        flights=has_flight(durations, contacts.liftoffs[supports] - starts),
+        flights=has_flight(durations, contacts.liftoffs[supports] - starts, strides, leg_length=setup.leg_length),
         styles=setup.styles[supports + 1],
         speeds=0.5 * np.linalg.norm(strides - departures, axis=1) / durations,
         features=StepFeatures(

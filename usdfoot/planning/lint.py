@@ -120,7 +120,8 @@ def lint_clips(plan: FootstepPlan, spaces: FootstepSpaces, *, style: str, reach:
     headings = plan.yaws[rows - 1] + 0.5 * planar.wrap_angle(plan.yaws[rows] - plan.yaws[rows - 1])
     landings = planar.rotate(-headings, (plan.positions[rows] - plan.positions[rows - 1])[:, [0, 2]])
     durations = plan.strike_times[rows] - plan.strike_times[rows - 1]
-    flights = has_flight(durations, plan.liftoff_times[rows - 1] - plan.strike_times[rows - 1])
+    stances = plan.liftoff_times[rows - 1] - plan.strike_times[rows - 1]
+    flights = has_flight(durations, stances, landings, leg_length=spaces.leg_length)
     distances = solve_steps(
         spaces, landings, swing_sides=plan.sides[rows], flights=flights, styles=(style,) * len(rows)
     ).hull_distances

@@ -62,7 +62,9 @@ def reach_of_examples(
     """
     chosen = np.array([style is None or name == style for name in examples.styles], dtype=bool)
     if not leaps:
-        chosen &= ~has_flight(examples.durations, examples.support_liftoffs)
+        chosen &= ~has_flight(
+            examples.durations, examples.support_liftoffs, examples.landings, leg_length=biped.maximal_leg_length
+        )
     if not chosen.any():
         what = "step" if style is None else f"step of style {style!r}"
         raise ClipError("clips", f"show no {what}" + ("" if leaps else " without a flight"), "add walking clips")

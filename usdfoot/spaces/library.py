@@ -1,5 +1,7 @@
 """All footstep spaces of a library: one for each style, kind of gait and swing side, mirror images sharing one.
 
+Fast steps with a short flight, as between walk and run, are in the spaces of both gaits.
+
 Landings are kept as if the left foot swung: those of the right foot with x negated. Where the library holds the mirror
 image of every step, both sides use one space, built once, each with its own examples; so a mirrored plan gets exactly
 the mirrored examples with the same weights.
@@ -12,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from usdfoot.analysis.timing import EARTH_GRAVITY, HUMAN_LEG
 from usdfoot.errors import ClipError
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray, StyleArray
@@ -41,6 +44,10 @@ __all__ = [
 
 FLIGHT_SHARE = 0.2
 """Shortest flight of a run, relative to its step. By ball contacts walks have up to 0.18, slow jogs 0.22 and more."""
+FAST_FLIGHT_SHARE = 0.05
+"""The same where legs are too short to walk that fast: no walk has a flight there, runs may have a short one."""
+RUNNING_FROUDE = 0.5
+"""Froude number from which people do not walk (design.md section 8)."""
 BACKWARD = -0.1
 """Landings further back than this [m] are walked whatever the flight: going backward the ball leaves the ground first
 and the heel still stands, so the ball's contacts show a flight that is none."""
@@ -81,6 +88,8 @@ class FootstepSpaces:
     """Of all the library's examples, if they have more than one style."""
     scales: FeatureScales
     """What was used to build the neighbour spaces."""
+    leg_length: float
+    """Of the character, straight [m]: what is fast depends on it."""
 
     def group(
         self, landings: FloatArray, *, swing_sides: IntArray, flights: BoolArray, styles: Sequence[str] | StyleArray
@@ -131,16 +140,23 @@ class StepWeights:
     """Landing the weights give, (x, z) in the heading at the step's end [m], shape (N, 2)."""
 
 
-def has_flight(durations: FloatArray, support_liftoffs: FloatArray) -> BoolArray:
+def has_flight(
+    durations: FloatArray, support_liftoffs: FloatArray, strides: FloatArray, *, leg_length: float = HUMAN_LEG
+) -> BoolArray:
     """Whether both feet are in the air for a good part of the step, shape (N,).
 
-    The ball's contacts are shorter than the foot's, so those of a quick walk may not overlap; that is no flight.
+    The ball's contacts are shorter than the foot's, so those of a quick walk may not overlap; that is no flight. Steps
+    too fast for a walk need less of one.
 
     Args:
         durations: Strike of the support foot to strike of the swing foot [s], shape (N,).
         support_liftoffs: Liftoff of the support foot after its strike [s], shape (N,).
+        strides: Support ball to swing ball, (x, z) [m], shape (N, 2).
+        leg_length: From hip to ankle [m].
     """
-    return np.asarray(durations) - support_liftoffs > FLIGHT_SHARE * np.asarray(durations)
+    durations = np.asarray(durations)
+    fast = np.linalg.norm(strides, axis=1) > durations * np.sqrt(RUNNING_FROUDE * EARTH_GRAVITY * leg_length)
+    return durations - support_liftoffs > np.where(fast, FAST_FLIGHT_SHARE, FLIGHT_SHARE) * durations
 
 
 def end_landings(examples: Examples) -> FloatArray:
@@ -176,6 +192,7 @@ def build_spaces(
     root_merge_distance: float = 0.1,
     polar: bool = True,
     scales: FeatureScales | None = None,
+    leg_length: float = HUMAN_LEG,
 ) -> FootstepSpaces:
     """Footstep spaces of all styles, gaits and swing sides of a library.
 
@@ -187,6 +204,7 @@ def build_spaces(
         root_merge_distance: Root velocities at most this far apart [m/s] share one example.
         polar: Root velocities are weighted by polar gradient bands; else by Cartesian ones.
         scales: Differences between steps that count the same when neighbours are chosen.
+        leg_length: Of the character, straight [m].
     """
     scales = scales or FeatureScales()
     landings = left_landings(end_landings(examples), examples.swing_sides)
@@ -209,13 +227,14 @@ def build_spaces(
 
     partners = mirror_partners(examples)
     styles = np.array(examples.styles)
-    flights = has_flight(examples.durations, examples.support_liftoffs) & (landings[:, 1] > BACKWARD)
+    ahead = landings[:, 1] > BACKWARD
+    runs = ahead & has_flight(examples.durations, examples.support_liftoffs, landings, leg_length=leg_length)
+    walks = ~(ahead & has_flight(examples.durations, examples.support_liftoffs, np.zeros_like(landings)))
     spaces: dict[tuple[str, bool, int], SideSpace] = {}
     for style in dict.fromkeys(examples.styles):
-        for gait in (False, True):
+        for gait, members in ((False, walks), (True, runs)):
             left, right = (
-                np.flatnonzero((styles == style) & (flights == gait) & (examples.swing_sides == side))
-                for side in (0, 1)
+                np.flatnonzero((styles == style) & members & (examples.swing_sides == side)) for side in (0, 1)
             )
             if left.size:
                 spaces[style, gait, LEFT] = build(left)
@@ -231,6 +250,7 @@ def build_spaces(
         coordinates=coordinates,
         poses=build_end_poses(examples, pelvis) if len(set(examples.styles)) > 1 else None,
         scales=scales,
+        leg_length=leg_length,
     )
 
 
@@ -319,7 +339,7 @@ def reweigh_steps(
         return solved
     coordinates = step_coordinates(queries[beyond], features[beyond].as_left(swing_sides[beyond]), spaces.scales)
     for space in spaces.spaces.values():
-        own = np.isin(solved.examples[beyond, 0], space.examples)
+        own = np.isin(solved.examples[beyond], space.examples).all(axis=1)
         rows = beyond[own]
         triples, shares = adjoin_triples(
             spaces.landings,
@@ -333,6 +353,7 @@ def reweigh_steps(
         rows = rows[found]
         solved.examples[rows], solved.weights[rows] = triples[found], shares[found]
         solved.hull_distances[rows], solved.projections[rows] = 0.0, landings[rows]
+        beyond, coordinates = beyond[~own], coordinates[~own]
     return _heaviest_first(solved.examples, solved.weights, solved.hull_distances, solved.projections)
 
 
