@@ -269,3 +269,5 @@ def test_points_that_tell_nothing_give_no_height():
     _, ankle, ball = shoe()
     assert ball_height_of_foot(np.zeros((3, 3)), ankle, ball) is None
     assert ball_height_of_foot(np.zeros((10, 3)), ankle, ball) is None
+    bone = np.array([end + side for end in (ankle, ball) for side in 0.03 * np.vstack([np.zeros(3), np.eye(3)])])
+    assert ball_height_of_foot(bone - [0.0, 1e-9, 0.0], ankle, ball) is None

@@ -100,6 +100,12 @@ def test_errors_are_one_line_and_exit_code_2(tmp_path, stages, capsys):
     assert main(["analyze", str(tmp_path / "none.usda")]) == 2
 
 
+def test_an_error_nobody_foresaw_is_no_exit_code_1(scene, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("usdfoot.pipeline.animate.animate", lambda *_, **__: {}["unforeseen"])
+    assert main(["animate", str(scene), "-o", str(tmp_path)]) == 2
+    assert "usdfoot itself failed, please report it (KeyError: 'unforeseen')" in capsys.readouterr().err
+
+
 def test_analyze_prints_a_table(stages, tmp_path, capsys):
     code = main(["analyze", str(stages / "clips.usdc"), "-o", str(tmp_path / "events.usda")])
     out = capsys.readouterr().out

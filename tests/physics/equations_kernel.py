@@ -1,4 +1,4 @@
-"""The solver's Hessian and gradient as a kernel of their own, to be compared with references."""
+"""The solver's Hessian and gradient, and its steps, as kernels of their own, to be compared with references."""
 # mypy: ignore-errors
 
 from __future__ import annotations
@@ -6,6 +6,7 @@ from __future__ import annotations
 import warp as wp
 
 from usdfoot.physics.energy_kernel import ProblemArrays, add_agent
+from usdfoot.physics.solve_kernel import WorkArrays, minimise_agent
 
 
 @wp.kernel(enable_backward=False)
@@ -21,3 +22,11 @@ def normal_equations(
     agent = wp.tid()
     first = segments[agent]
     add_agent(problem, unknowns, blocks, gradients, first, segments[agent + 1] - first, first + agent, softness)
+
+
+@wp.kernel(enable_backward=False)
+def descend(problem: ProblemArrays, work: WorkArrays, segments: wp.array(dtype=wp.int32), softness: wp.float64):
+    """The solver's steps for one softness."""
+    agent = wp.tid()
+    first = segments[agent]
+    minimise_agent(problem, work, first, segments[agent + 1] - first, first + agent, softness, wp.float64(1.0e-9))

@@ -80,6 +80,24 @@ def test_runs_begin_in_mid_gait_at_the_height_they_go_on_at():
     assert abs(first.min() - third.min()) < 0.02
 
 
+def test_the_knee_bends_on_as_the_foot_leaves_the_ground(mixed):
+    source, motion = library_of(WALKS), mixed[0][MOTIONS.index("physics")]
+    translations = np.repeat(source.skeleton.rest_translations[None], len(motion.times), axis=0)
+    places, _ = forward_kinematics(source.skeleton.parents, translations, motion.rotations)
+    for side in (0, 1):
+        hip, knee, ankle = (
+            places[:, pair[side]] for pair in (source.biped.hips, source.biped.knees, source.biped.ankles)
+        )
+        thigh, shank = knee - hip, ankle - knee
+        lengths = np.linalg.norm(thigh, axis=1) * np.linalg.norm(shank, axis=1)
+        bends = np.degrees(np.arccos(np.clip(np.sum(thigh * shank, axis=1) / lengths, -1.0, 1.0)))
+        contacts = motion.contacts[side]
+        for liftoff, strike in zip(contacts.liftoff_times[:-1], contacts.strike_times[1:], strict=True):
+            about = (motion.times > liftoff - 0.15) & (motion.times < 0.5 * (liftoff + strike))
+            sunk = np.maximum.accumulate(bends[about]) - bends[about]
+            assert sunk.max() < 10.0
+
+
 def test_plans_that_physics_cannot_make_are_told_per_step():
     source = library_of(WALKS)
     for plan in (way(6, length=3.0), way(6, length=0.0), way(8, step_time=0.05)):

@@ -5,16 +5,14 @@ import pytest
 import warp as wp
 
 from tests.physics.builders import human, walk
-from tests.physics.equations_kernel import normal_equations
+from tests.physics.equations_kernel import descend, normal_equations
 from usdfoot.model.contact_table import lay_contacts
 from usdfoot.physics.energy import leg_forces, segment_energies, spline_samples
 from usdfoot.physics.footing import lay_footing
-from usdfoot.physics.heading import lay_headings
 from usdfoot.physics.optimise import start_unknowns
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.samples import lay_samples
-from usdfoot.physics.solve import device_problem, first_segments
-from usdfoot.physics.solve_kernel import minimise
+from usdfoot.physics.solve import device_problem, device_work, first_segments
 from usdfoot.physics.spline import controls_of, lay_knots
 
 GRAVITY = 9.81
@@ -28,7 +26,7 @@ def problem():
     options = PhysicsOptions()
     contacts = lay_contacts(plans)
     knots = lay_knots(contacts)
-    samples = lay_samples(lay_footing(contacts, human(), options), knots, lay_headings(contacts), ())
+    samples = lay_samples(lay_footing(contacts, human(), options), knots, window=options.heading_window)
     random = np.random.default_rng(5)
     start = start_unknowns(contacts, knots, human())
     unknowns = start + random.normal(0.0, 0.1, start.shape)
@@ -69,10 +67,10 @@ def residual_rows(samples, knots, options, unknowns):
     """Square roots of E's terms with the norm's weights held, as one vector, and those weights."""
     controls = controls_of(unknowns, knots.begins)
     positions, accelerations = spline_samples(samples, controls)
-    forces = leg_forces(samples.supports, samples.standing, positions, accelerations, options.gravity)
+    forces = leg_forces(samples.stance.supports, samples.stance.standing, positions, accelerations, options.gravity)
     intervals = np.repeat(samples.intervals, samples.times.shape[1])
-    stretches = np.linalg.norm(positions[:, None] - samples.anchors, axis=-1) - samples.nominal_lengths
-    strains = np.sqrt(2.0 * options.comfort * intervals[:, None] * samples.leg_shares) * stretches
+    stretches = np.linalg.norm(positions[:, None] - samples.stance.anchors, axis=-1) - samples.stance.nominal_lengths
+    strains = np.sqrt(2.0 * options.comfort * intervals[:, None] * samples.stance.leg_shares) * stretches
     weights = np.sqrt(intervals / np.sqrt(np.sum(forces.residuals**2, axis=1) + SOFTNESS**2))
     return forces.residuals, strains, weights
 
@@ -143,20 +141,15 @@ def test_gradient_is_that_of_the_energy(problem):
 
 def test_a_step_is_that_of_the_dense_solution(problem):
     samples, knots, unknowns, options = problem
-    count = len(knots.times)
     matrix, slope = device_equations(samples, knots, options, unknowns)
     diagonal = np.diag(matrix)
     damped = matrix + np.diag(1e-3 * diagonal + 1e-9 + (diagonal == 0.0))
     expected = unknowns - np.linalg.solve(damped, slope).reshape(-1, 6)
-    values = wp.from_numpy(unknowns.reshape(count, 2, 3).copy(), dtype=wp.vec3d)
-    work = [
-        wp.empty((count, 2), dtype=wp.vec3d),
-        wp.empty((2 * count, 4), dtype=wp.mat33d),
-        wp.empty(2 * count, dtype=wp.vec3d),
-    ]
-    inputs = [device_problem(samples, knots, options), first_segments(knots), SOFTNESS, 1e-9, 1, values, *work]
-    wp.launch(minimise, dim=2, inputs=inputs)
-    np.testing.assert_allclose(values.numpy().reshape(-1, 6), expected, atol=1e-7)
+    found = unknowns.copy()
+    work = device_work(found)
+    work.iterations = 1
+    wp.launch(descend, dim=2, inputs=[device_problem(samples, knots, options), work, first_segments(knots), SOFTNESS])
+    np.testing.assert_allclose(found, expected, atol=1e-7)
 
 
 def test_energy_of_the_paper_is_the_soft_one_without_softness(problem):

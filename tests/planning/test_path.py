@@ -9,9 +9,11 @@ from usdfoot.errors import PlanError
 from usdfoot.maths import planar, quaternion
 from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
+from usdfoot.planning.footholds import find_footholds, firm_ends, tread_steps
 from usdfoot.planning.gait import derive_gait
 from usdfoot.planning.path import PathOptions, plan_path, plan_paths
 from usdfoot.planning.proportions import Proportions
+from usdfoot.planning.ways import lay_ways
 
 LEVEL = Ground(terrain_of([slab((-60.0, 60.0), (-60.0, 60.0), (0.0, 0.0))]))
 ANGLES = np.linspace(0.0, 2.0 * np.pi, 400)
@@ -109,6 +111,40 @@ def test_on_stairs_one_foot_falls_on_each_tread_and_no_heel_in_a_riser(rise, dep
         ends = plan.positions[:, [0, 2]] + ahead * facing
         above = ground.heights(ends, plan.positions[:, 1]).heights - plan.positions[:, 1]
         assert above.max() < 0.02
+
+
+def test_treads_are_the_cheapest_way_over_samples_and_feet():
+    """Against a search over the graph of all steps, edge by edge."""
+    ground = Ground(terrain_of([slab((-9.0, 9.0), (-9.0, 0.4), (0.0, 0.0)), *treads(0.17, 0.3, 5)]))
+    gait, body = derive_gait(), Proportions()
+    ways = lay_ways([straight(2.4), straight(1.7)], [gait, gait], ground)
+    footholds = find_footholds(ways, [gait, gait], [body, body], ground)
+    ends = firm_ends(ways, footholds, [gait, gait])
+    taken = tread_steps(ways, footholds, [gait, gait], ends=ends, support=1)
+    for way in (0, 1):
+        own = slice(int(ways.first[way]), int(ways.first[way + 1]))
+        arcs, wanted = ways.arcs[own], gait.step_length * ways.shares[own]
+        costs, heights, (start, goal) = footholds.costs[own], footholds.heights[own], ends[way]
+        least = max(1, int(0.25 * wanted.min() / arcs[1]))
+        best = {(int(start), 1): (0.0, [])}
+        for sample in range(start + 1, len(arcs)):
+            for side in (0, 1):
+                reached = [
+                    (
+                        best[before, 1 - side][0]
+                        + 1e-3
+                        + ((arcs[sample] - arcs[before]) / (0.5 * (wanted[before] + wanted[sample])) - 1.0) ** 2
+                        + ((heights[sample, side] - heights[before, 1 - side]) / (0.22 * body.leg_length)) ** 4
+                        + costs[sample, side],
+                        [*best[before, 1 - side][1], sample],
+                    )
+                    for before in range(start, sample - least + 1)
+                    if (before, 1 - side) in best and arcs[sample] - arcs[before] <= 1.7 * gait.step_length
+                ]
+                if reached:
+                    best[sample, side] = min(reached)
+        _, steps = min(best[int(goal), side] for side in (0, 1) if (int(goal), side) in best)
+        assert_allclose(taken[ways.rows[taken] == way] - ways.first[way], steps)
 
 
 def test_levels_are_followed_over_and_under_the_bridge_and_up_the_spiral():

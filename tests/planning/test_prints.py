@@ -7,11 +7,11 @@ from numpy.testing import assert_allclose
 from tests.planning.terrains import bridge, slab, spiral, terrain_of
 from usdfoot.maths import planar, quaternion
 from usdfoot.model.ground import Ground
-from usdfoot.planning.prints import follow_ground, lay_prints
+from usdfoot.planning.prints import lay_prints
 
 
 def one_by_one(ground, points, near, step_up=0.5):
-    """The rule of `follow_ground` as a walker would apply it, for one way."""
+    """The rule of `Ground.follow` as a walker would apply it, for one way."""
     heights, level = [], near[0]
     for i, point in enumerate(points):
         sample = ground.heights(point[None], np.array([level]), step_up=step_up)
@@ -21,19 +21,15 @@ def one_by_one(ground, points, near, step_up=0.5):
     return np.array(heights)
 
 
-def starts_of(count):
-    return np.arange(count) == 0
-
-
 def test_a_way_goes_over_the_bridge_or_under_it():
     ground = Ground(bridge())
     z = np.arange(-1.0, 13.0, 0.1)
     along = np.stack([np.zeros_like(z), z], axis=-1)
-    over = follow_ground(ground, along, np.zeros(len(z)), starts=starts_of(len(z)))
+    over = ground.follow(along, np.zeros(len(z)), first=np.array([0, len(z)]))
     assert_allclose(over.heights, np.interp(z, [0, 4, 8, 12], [0, 2, 2, 0]), atol=1e-6)
     x = np.arange(-5.0, 5.0, 0.1)
     across = np.stack([x, np.full_like(x, 6.0)], axis=-1)
-    under = follow_ground(ground, across, np.zeros(len(x)), starts=starts_of(len(x)))
+    under = ground.follow(across, np.zeros(len(x)), first=np.array([0, len(x)]))
     assert_allclose(under.heights, 0.0, atol=1e-9)
 
 
@@ -44,7 +40,7 @@ def test_a_spiral_stair_is_climbed_turn_after_turn(drawn):
     truth = 0.18 * np.floor(angles / (2.0 * np.pi / 12))
     points = 1.5 * planar.direction(angles)
     near = np.zeros(len(angles)) if drawn == "flat" else truth
-    sample = follow_ground(ground, points, near, starts=starts_of(len(angles)))
+    sample = ground.follow(points, near, first=np.array([0, len(angles)]))
     assert_allclose(sample.heights, truth, atol=1e-6)
 
 
@@ -53,8 +49,8 @@ def test_many_ways_at_once_are_what_each_is_alone(generator):
     angles = np.arange(0.02, 12.0, 0.11)
     ways = [radius * planar.direction(angles) for radius in (1.0, 1.4, 2.0)]
     near = [np.full(len(angles), height) for height in (0.0, 2.2, 10.0)]
-    starts = np.tile(starts_of(len(angles)), 3)
-    together = follow_ground(ground, np.concatenate(ways), np.concatenate(near), starts=starts).heights
+    first = len(angles) * np.arange(4)
+    together = ground.follow(np.concatenate(ways), np.concatenate(near), first=first).heights
     alone = [one_by_one(ground, way, level) for way, level in zip(ways, near, strict=True)]
     assert_allclose(together, np.concatenate(alone))
 
@@ -65,7 +61,7 @@ def test_behind_a_gap_the_old_level_goes_on():
     ground = Ground(terrain_of([floor, *banks]))
     z = np.arange(-1.0, 2.0, 0.05)
     points = np.stack([np.zeros_like(z), z], axis=-1)
-    heights = follow_ground(ground, points, np.full(len(z), 2.0), starts=starts_of(len(z))).heights
+    heights = ground.follow(points, np.full(len(z), 2.0), first=np.array([0, len(z)])).heights
     assert_allclose(heights[(z < -0.01) | (z > 0.41)], 2.0)
     assert_allclose(heights[(z > 0.01) & (z < 0.39)], 0.0)
 

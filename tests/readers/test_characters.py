@@ -340,3 +340,21 @@ def test_a_skel_root_over_the_whole_scene_is_not_the_character():
     prims = collect_prims(stage)
     assert str(only_character(prims, [plan.GetPrim(), ground.GetPrim()]).GetPath()) == "/Scene/Armature"
     assert read_terrain(stage, prims, read_stage_info(stage).units)[0].meshes == ("/Scene/Ground/Plane",)
+
+
+def test_prims_that_select_the_same_variants_are_one_character():
+    asset = new_stage()
+    add_character(asset, "/World/Hero", Units())
+    looks = asset.GetPrimAtPath("/World/Hero").GetVariantSets().AddVariantSet("look")
+    for look in ("red", "blue"):
+        looks.AddVariant(look)
+    stage = new_stage()
+    for number, look in enumerate(("red", "blue", "red", "red")):
+        prim = UsdGeom.Xform.Define(stage, f"/World/Agent_{number}").GetPrim()
+        prim.GetReferences().AddReference(asset.GetRootLayer().identifier, "/World/Hero")
+        prim.GetVariantSet("look").SetVariantSelection(look)
+        UsdGeom.Xformable(prim).AddTranslateOp().Set((number, 0, 0))
+    UsdGeom.Imageable(prim).MakeInvisible()
+    units = read_stage_info(stage).units
+    red, blue, other, hidden = (character_key(agent, units) for agent in stage.GetPrimAtPath("/World").GetChildren())
+    assert red == other and len({red, blue, hidden}) == 3

@@ -5,9 +5,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+from pxr import Usd, UsdSkel
 
 from usdfoot.maths import quaternion
-from usdfoot.readers.samples import SampledArray, interpolate_linear, interpolate_rotations, regular_codes
+from usdfoot.readers.samples import (
+    SampledArray,
+    interpolate_linear,
+    interpolate_rotations,
+    read_samples,
+    regular_codes,
+)
 
 
 @given(st.floats(-100, 100), st.floats(0.05, 1.0), st.integers(2, 200))
@@ -29,6 +36,18 @@ def test_irregular_samples_get_the_median_spacing_and_keep_their_ends():
 def test_sparse_keys_are_filled_in_to_see_contacts():
     grid = regular_codes([np.array([0.0, 12.0, 24.0])], 24.0)
     assert_allclose(grid, np.arange(25.0))
+
+
+def test_samples_of_another_length_are_left_out_and_said(caplog):
+    stage = Usd.Stage.CreateInMemory()
+    animation = UsdSkel.Animation.Define(stage, "/Walk")
+    for code, values in ((0.0, [(0, 0, 0), (1, 0, 0)]), (1.0, [(0, 0, 0)]), (2.0, [(0, 0, 0), (3, 0, 0)])):
+        animation.CreateTranslationsAttr().Set(values, code)
+    assert read_samples(animation.GetTranslationsAttr(), 2).codes.tolist() == [0.0, 2.0]
+    assert (
+        "/Walk.translations: 1 sample(s) that hold other than 2 values are left out, first at time code 1"
+        in caplog.text
+    )
 
 
 def test_a_single_default_gives_no_grid():

@@ -241,6 +241,12 @@ def pointed(name, target):
     return lambda prim: prim.GetRelationship(name).SetTargets([target])
 
 
+def author_text(prim):
+    layer, path = prim.GetStage().GetRootLayer(), prim.GetPath().AppendProperty(Token.ROOT_WEIGHT)
+    Sdf.JustCreatePrimAttributeInLayer(layer, path, Sdf.ValueTypeNames.String)
+    layer.GetAttributeAtPath(path).default = "1"
+
+
 _TOKEN, _FLOAT = Sdf.ValueTypeNames.Token, Sdf.ValueTypeNames.Float
 
 
@@ -250,6 +256,7 @@ _TOKEN, _FLOAT = Sdf.ValueTypeNames.Token, Sdf.ValueTypeNames.Float
         (authored(Token.MOTION, _TOKEN, "fly"), "agent:motion is fly. author one of clips, physics, hybrid"),
         (authored(Token.IK_REACH, _FLOAT, -1.0), "agent:ikReach is -1. author a number of at least 0"),
         (authored(Token.ROOT_WEIGHT, _FLOAT, 2.0), "agent:rootWeight is 2. author a number between 0 and 1"),
+        (author_text, "/World/Hero: usdfoot:agent:rootWeight is of type string. author it"),
         (authored(Token.CROUCH, _FLOAT, 0.75), "/World/Hero: usdfoot:agent:crouch is 0.75. -0.2 to 0.6 is possible"),
         (authored(Token.GRAVITY, _FLOAT, 0.0), "usdfoot:agent:gravity is 0. a positive number is possible"),
         (pointed(Token.PLAN, "/Nowhere"), "agent:plan points at what does not exist: /Nowhere"),

@@ -82,6 +82,17 @@ def test_matrices_split_into_what_they_were_made_of(generator):
         assert_allclose(found, expected, atol=1e-9)
 
 
+def scaled(attribute, factor, joint=1):
+    """Has a joint's matrix multiplied by a factor."""
+
+    def spoil(skeleton):
+        matrices = list(skeleton.GetPrim().GetAttribute(attribute).Get())
+        matrices[joint] = Gf.Matrix4d().SetScale(factor) * matrices[joint]
+        skeleton.GetPrim().GetAttribute(attribute).Set(Vt.Matrix4dArray(matrices))
+
+    return spoil
+
+
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
@@ -91,10 +102,13 @@ def test_matrices_split_into_what_they_were_made_of(generator):
             lambda s: s.GetBindTransformsAttr().Clear(),
             "has neither restTransforms nor bindTransforms for its 11 joints",
         ),
+        (scaled("bindTransforms", float("nan")), f"bindTransforms are not finite: {JOINTS[1]}. author numbers"),
+        (scaled("bindTransforms", 0.0), "bindTransforms have no inverse. author restTransforms"),
+        (scaled("restTransforms", 0.0), f"restTransforms shrink joints to nothing: {JOINTS[1]}. author scales"),
     ],
 )
 def test_faults_are_named(spoil, message):
-    _, skeleton = skeleton_prim(with_rest=False)
+    _, skeleton = skeleton_prim(with_rest=message.startswith("restTransforms"))
     spoil(skeleton)
     with pytest.raises(SkeletonError, match=f"/World/Hero/Skeleton: {message}"):
         read_skeleton(skeleton.GetPrim())

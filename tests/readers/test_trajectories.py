@@ -118,6 +118,25 @@ def test_points_keep_their_ids_when_they_change_places_appear_and_vanish(units):
         assert trajectory.name == f"/World/People id {number}"
 
 
+def test_points_keep_their_ids_under_a_layer_that_is_shifted_and_stretched():
+    """Offsets round: at some of these time codes what is held is the sample before."""
+    stage, count = new_stage(), 200
+    samples = {0.4 * k: {(k + n) % 3: ((k + n) % 3, 0, 0.1 * k) for n in range(3)} for k in range(count)}
+    for k in range(0, count // 2, 2):  # with a point that comes and goes, and later without
+        samples[0.4 * k][9] = (9, 0, 0.1 * k)
+    add_cloud(stage, "/World/People", Units(), samples)
+    stretched = Usd.Stage.CreateInMemory()
+    stretched.SetTimeCodesPerSecond(24.0)
+    stretched.GetRootLayer().subLayerPaths.append(stage.GetRootLayer().identifier)
+    stretched.GetRootLayer().subLayerOffsets[0] = Sdf.LayerOffset(100.0, 1.25)
+    cloud = stretched.GetPrimAtPath("/World/People")
+    for number in range(3):
+        trajectory = reader(Units()).read(cloud, number)
+        assert_allclose(trajectory.times, 100.0 / 24.0 + 0.5 * np.arange(count))
+        assert_allclose(trajectory.positions[:, 0], number, atol=1e-6)
+        assert_allclose(trajectory.positions[:, 2], 0.1 * np.arange(count), atol=1e-5)
+
+
 def test_instances_face_as_they_are_oriented():
     stage = new_stage()
     instancer = UsdGeom.PointInstancer.Define(stage, "/World/People")

@@ -12,8 +12,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 from tests.strategies import seeds
 from usdfoot.errors import ClipError
 from usdfoot.model.examples import Examples
-from usdfoot.spaces.features import FeatureScales, StepFeatures
-from usdfoot.spaces.library import StepWeights, build_spaces, end_landings, has_flight, reweigh_steps, solve_steps
+from usdfoot.spaces.features import DOUBT, FeatureScales, StepFeatures, example_features
+from usdfoot.spaces.gaits import has_flight
+from usdfoot.spaces.library import StepWeights, build_spaces, end_landings, reweigh_steps, solve_steps
 from usdfoot.spaces.mirror import mirror_partners
 
 FLIPPED = ("landings", "departures")
@@ -134,6 +135,27 @@ def test_weights_reproduce_landings_with_examples_of_the_side(
     inside = solved.hull_distances == 0.0
     assert 100 < inside.sum() < 300
     assert_array_equal(solved.projections[inside], landings[inside])
+
+
+def test_synthetic_examples_count_as_far_off_as_those_they_are_blended_from(generator: np.random.Generator) -> None:
+    recorded, made = random_examples(generator, 60), random_examples(generator, 25)
+    library, synthetic = joined(recorded, made), np.arange(85) >= 60
+    spaces = build_spaces(library, synthetic=synthetic)
+    solved = solve(recorded, end_landings(made), made.swing_sides, features=example_features(made))
+    plain = np.delete(spaces.coordinates, DOUBT, axis=1)
+    apart = plain[solved.examples] - plain[60:, None]
+    expected = np.sum(solved.weights * np.sum(apart**2, axis=2), axis=1)
+    assert_allclose(spaces.coordinates[60:, DOUBT] ** 2, expected, rtol=1e-9)
+    assert_array_equal(spaces.coordinates[:60, DOUBT], 0.0)
+
+    landings, sides, features = random_steps(generator, 300)
+    inside = solve(recorded, landings, sides, features=features).hull_distances == 0.0
+    steps = {"swing_sides": sides, "flights": np.zeros(300, dtype=bool), "styles": ["default"] * 300}
+    doubted, trusted = (
+        solve_steps(each, landings, features=features, **steps) for each in (spaces, build_spaces(library))
+    )
+    share, before = (np.mean(synthetic[each.examples[inside]] * each.weights[inside]) for each in (doubted, trusted))
+    assert share < 0.5 * before
 
 
 @given(seeds)

@@ -11,7 +11,7 @@ from usdfoot.analysis.timing import time_footsteps
 from usdfoot.maths import quaternion
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.physics.biped import PhysicsBiped
-from usdfoot.physics.interactive import WINDOW, optimise_step
+from usdfoot.physics.interactive import WINDOW, StepOptimiser
 from usdfoot.physics.optimise import optimise_com
 from usdfoot.physics.options import PhysicsOptions
 
@@ -32,9 +32,10 @@ def physics_times(biped: PhysicsBiped) -> dict[str, float]:
     figures = {f"{count} steps": time_plans([plan]) for count, plan in plans.items()}
     figures[f"{AGENTS} agents, {STEPS[0]} steps, each"] = time_plans([shortest] * AGENTS) / AGENTS
     figures[f"{STEPS[0]} steps, greedy"] = time_plans([shortest], PhysicsOptions(solver="greedy", run_up=0))
-    before = optimise_step(_part(shortest, WINDOW), biped)
+    stepper = StepOptimiser(biped)
+    before = stepper.optimise_step(_part(shortest, WINDOW))
     newest = _part(shortest, WINDOW + 1)
-    figures["one footstep more"] = 1e3 * best_time(lambda: optimise_step(newest, biped, before=before), repeats=20)
+    figures["one footstep more"] = 1e3 * best_time(lambda: stepper.optimise_step(newest, before=before), repeats=20)
     return figures
 
 

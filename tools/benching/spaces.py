@@ -11,7 +11,8 @@ from usdfoot.engine.options import EngineOptions
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.spaces.features import example_features
-from usdfoot.spaces.library import SideSpace, end_landings, has_flight, left_landings
+from usdfoot.spaces.gaits import has_flight
+from usdfoot.spaces.library import SideSpace, end_landings, left_landings
 from usdfoot.spaces.roots import find_roots
 from usdfoot.spaces.tetrahedra import solve_tetrahedra
 

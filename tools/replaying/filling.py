@@ -32,7 +32,8 @@ def with_fill(library: PreparedLibrary, *, gap: float) -> PreparedLibrary:
     synthetic, _ = build_examples(
         replace(library.source, clips=made.clips), samples=library.examples.rotations.shape[1]
     )
-    return with_examples(library, _joined(library.examples, synthetic))
+    joined = _joined(library.examples, synthetic)
+    return with_examples(library, joined, synthetic=joined.clip_indices >= len(library.examples.clip_names))
 
 
 def _joined(examples: Examples, added: Examples) -> Examples:

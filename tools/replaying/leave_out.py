@@ -22,7 +22,8 @@ from usdfoot.model.motion import Motion
 from usdfoot.model.terrain import Terrain
 from usdfoot.physics.animate import animate_hybrids
 from usdfoot.physics.motion_options import MotionOptions
-from usdfoot.spaces.library import build_spaces, end_landings, has_flight
+from usdfoot.spaces.gaits import has_flight
+from usdfoot.spaces.library import build_spaces, end_landings
 
 __all__ = ["ReplayErrors", "nearest_clips", "replay_takes", "with_clips", "with_examples"]
 
@@ -62,14 +63,18 @@ def with_clips(library: PreparedLibrary, clips: IntArray, *, style: str) -> Prep
     return replace(with_examples(library, kept), style=known)
 
 
-def with_examples(library: PreparedLibrary, examples: Examples) -> PreparedLibrary:
-    """The prepared library with other examples, a stand as the last."""
+def with_examples(
+    library: PreparedLibrary, examples: Examples, *, synthetic: BoolArray | None = None
+) -> PreparedLibrary:
+    """The prepared library with other examples, a stand as the last; synthetic are those made from the others, (E,)."""
     skeleton, pelvis = library.source.skeleton, library.source.biped.pelvis
     return replace(
         library,
         examples=examples,
         spaces=build_spaces(
-            _selected(examples, np.arange(len(examples) - 1)), leg_length=library.source.biped.maximal_leg_length
+            _selected(examples, np.arange(len(examples) - 1)),
+            leg_length=library.source.biped.maximal_leg_length,
+            synthetic=None if synthetic is None else synthetic[:-1],
         ),
         device=device_library(skeleton, examples, library.rig, pelvis=pelvis),
     )

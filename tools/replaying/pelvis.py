@@ -67,7 +67,7 @@ def _errors(motion: ComMotion, agent: int, take: Take, real: FloatArray) -> Pelv
     times, real = times[inside], real[inside]
     agents = np.full(len(times), agent)
     made = hung_pelvises(motion, agents, times, np.zeros(3))
-    yaws = motion.headings.moving_means(agents, times, window=motion.options.heading_window)
+    yaws = motion.footing.body_yaws(agents, times, window=motion.options.heading_window)
     apart = _in_heading(made - real, yaws)
     centred = apart - apart.mean(axis=0)
     step = float(np.median(np.diff(strikes)))

@@ -12,6 +12,8 @@ __all__ = ["ball_height_of_foot"]
 
 _STEEPEST = np.cos(np.radians(25.0))
 """A facet steeper than this is no sole: the foot has no heel to stand on, and stands as it is posed."""
+_THINNEST = 0.02
+"""Less than this part of the way from ankle to ball below the joint is no sole: bones are drawn, not feet."""
 
 
 def ball_height_of_foot(points: FloatArray, ankle: FloatArray, ball: FloatArray) -> float | None:
@@ -39,4 +41,5 @@ def ball_height_of_foot(points: FloatArray, ankle: FloatArray, ball: FloatArray)
     sole = downward[np.argmax(floors)]
     is_sole = -sole[1] > _STEEPEST
     height = -float(sole[:3] @ ball + sole[3]) if is_sole else float(ball[1] - points[:, 1].min())
-    return height if 0.0 < height < float(np.linalg.norm(ball - ankle)) else None
+    length = float(np.linalg.norm(ball - ankle))
+    return height if _THINNEST * length < height < length else None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
+from functools import cache
 
 import numpy as np
 
@@ -34,12 +35,17 @@ def _add_parts(parts: list[bytes], value: object) -> None:
             _add_parts(parts, item)
     elif is_dataclass(value) and not isinstance(value, type):
         parts.append(f"{type(value).__name__} ".encode())
-        for field in fields(value):
-            parts.append(f"{field.name} ".encode())
-            _add_parts(parts, getattr(value, field.name))
+        for name in _field_names(type(value)):
+            parts.append(f"{name} ".encode())
+            _add_parts(parts, getattr(value, name))
     elif isinstance(value, Mapping):
         parts.append(f"mapping {len(value)} ".encode())
         for key in sorted(value):
             _add_parts(parts, (key, value[key]))
     else:
         raise TypeError(f"{type(value).__name__} has no content to hash")
+
+
+@cache
+def _field_names(kind: type) -> tuple[str, ...]:
+    return tuple(field.name for field in fields(kind))

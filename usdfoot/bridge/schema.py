@@ -3,7 +3,7 @@
 import logging
 from pathlib import Path
 
-from pxr import Plug, Tf, Usd
+from pxr import Plug, Sdf, Tf, Usd
 
 from usdfoot.bridge.tokens import PLUGIN
 
@@ -54,3 +54,17 @@ def has_api(prim: Usd.Prim, name: str) -> bool:
         name: Name as in `tokens.Schema`; for multiple-apply schemas with the instance, as ``UsdfootContactAPI:left``.
     """
     return name in applied_apis(prim)
+
+
+def declared_type(name: str) -> Sdf.ValueTypeName | None:
+    """Type that the schemas give an attribute, registered or not; None if they know no such attribute.
+
+    Args:
+        name: As in ``usdfoot:plan:strikeTimes``, which is one of UsdfootPlanAPI.
+    """
+    folder, parts = schema_folder(), name.split(":")
+    if folder is None or parts[0] != "usdfoot" or len(parts) < 3:
+        return None
+    layer = Sdf.Layer.FindOrOpen(str(folder / "generatedSchema.usda"))
+    declared = layer.GetAttributeAtPath(f"/Usdfoot{parts[1].capitalize()}API.{name}") if layer else None
+    return declared.typeName if declared else None

@@ -66,6 +66,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print_error("interrupted; nothing was changed")
         return 2
+    except Exception as error:  # Python's own exit code would be 1: some skipped
+        if arguments.verbose:
+            traceback.print_exc()
+        print_error(f"usdfoot itself failed, please report it ({type(error).__name__}: {error})")
+        return 2
 
 
 def build_parser() -> argparse.ArgumentParser:

@@ -10,7 +10,8 @@ from usdfoot.engine.poses import Setup
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray, StyleArray
 from usdfoot.spaces.features import StepFeatures
-from usdfoot.spaces.library import FootstepSpaces, StepWeights, has_flight, reweigh_steps, solve_steps
+from usdfoot.spaces.gaits import has_flight
+from usdfoot.spaces.library import FootstepSpaces, StepWeights, reweigh_steps, solve_steps
 
 __all__ = ["StepQueries", "ask_spaces", "step_queries"]
 

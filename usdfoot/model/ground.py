@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import warp as wp
 
-from usdfoot.maths.types import BoolArray, FloatArray
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.device import start_warp
-from usdfoot.model.ground_kernel import find_ground
+from usdfoot.model.ground_kernel import find_ground, follow_ground
 from usdfoot.model.terrain import Terrain
 
 __all__ = ["Ground", "GroundSample"]
@@ -56,8 +56,9 @@ class Ground:
         walkable = np.asarray(terrain.walkable, dtype=bool)[terrain.mesh_indices]
         faces = np.flatnonzero(level)
         faces = faces[np.argsort(~walkable[faces], kind="stable")]  # where two faces coincide the first is the ground
-        self._walkable = walkable[faces]
-        self._normals = normals[faces] * (np.sign(normals[faces, 1]) / lengths[faces])[:, None]
+        upward = normals[faces] * (np.sign(normals[faces, 1]) / lengths[faces])[:, None]
+        self._walkable = np.append(walkable[faces], False)  # the last, which face -1 is, stands for the fallback plane
+        self._normals = np.vstack([upward, [0.0, 1.0, 0.0]])
         self._build_mesh(corners[faces])
 
     def falling_back(self, height: float) -> Ground:
@@ -79,20 +80,53 @@ class Ground:
             The sample; off the terrain it is the fallback plane, neither hit nor walkable, but both if there is no
             terrain at all.
         """
-        count = len(points)
-        heights = np.full(count, float(self.fallback_height))
-        normals = np.tile([0.0, 1.0, 0.0], (count, 1))
-        if self._mesh is None or count == 0:
-            hit = np.full(count, not self.has_terrain)
-            return GroundSample(heights=heights, normals=normals, walkable=hit.copy(), hit=hit)
-        limits = np.broadcast_to(np.asarray(near, dtype=float) + step_up, (count,))
-        found, faces = self._query(self._mesh, np.column_stack([points[:, 0], limits, points[:, 1]]) - self._centre)
+        limits = np.broadcast_to(np.asarray(near, dtype=float) + step_up, (len(points),))
+        if self._mesh is None or not len(points):
+            return self._level(len(points))
+        found, faces = self._query(find_ground, len(points), [self._around_centre(points, limits)])
+        return self._on_faces(found, faces)
+
+    def follow(self, points: FloatArray, near: FloatArray, *, first: IntArray, step_up: float = 0.5) -> GroundSample:
+        """The ground along ways, each keeping to the level it begins on.
+
+        The level of a point is the highest at most `step_up` above the point before it, so a way goes up the spiral
+        stairs and over or under the bridge as a walker would. A drop or rise of more than `step_up` is a gap: behind it
+        the level before it is looked for again.
+
+        Args:
+            points: Densely sampled ways one after the other, (x, z) [m], shape (N, 2).
+            near: Heights the ways are drawn at [m], shape (N,); those of first points choose the level.
+            first: Index of each way's first point, shape (P + 1,), increasing; the last entry is N.
+            step_up: Highest step along the way [m].
+
+        Returns:
+            The ground; where a way has left the terrain, at the height it had before.
+        """
+        if self._mesh is None or not len(points):
+            sample, drawn = self._level(len(points)), np.repeat(near[first[:-1]], np.diff(first))
+            return replace(sample, heights=drawn) if self.has_terrain else sample
+        ways: Any = wp.array(first.astype(np.int32), dtype=wp.int32, device=self.device)
+        found, faces = self._query(
+            follow_ground, len(first) - 1, [self._around_centre(points, near), ways, wp.float64(step_up)]
+        )
+        return replace(self._on_faces(found, faces), heights=found + self._centre[1])
+
+    def _level(self, count: int) -> GroundSample:
+        """The fallback plane at so many points."""
+        hit = np.full(count, not self.has_terrain)
+        heights, normals = np.full(count, float(self.fallback_height)), np.tile([0.0, 1.0, 0.0], (count, 1))
+        return GroundSample(heights=heights, normals=normals, walkable=hit.copy(), hit=hit)
+
+    def _on_faces(self, found: FloatArray, faces: IntArray) -> GroundSample:
+        """The sample at heights (N,) above the mesh's centre, on faces (N,); -1 = it is the fallback plane."""
         hit = faces >= 0
-        heights[hit] = found[hit] + self._centre[1]
-        normals[hit] = self._normals[faces[hit]]
-        walkable = np.zeros(count, dtype=bool)
-        walkable[hit] = self._walkable[faces[hit]]
-        return GroundSample(heights=heights, normals=normals, walkable=walkable, hit=hit)
+        heights = np.where(hit, found + self._centre[1], self.fallback_height)
+        return GroundSample(heights=heights, normals=self._normals[faces], walkable=self._walkable[faces], hit=hit)
+
+    def _around_centre(self, points: FloatArray, heights: FloatArray) -> Any:
+        """Ground points (N, 2) at heights (N,) as the mesh has them."""
+        places = np.column_stack([points[:, 0], heights, points[:, 1]]) - self._centre
+        return wp.array(places, dtype=wp.vec3d, device=self.device)
 
     def _build_mesh(self, corners: FloatArray) -> None:
         """The Warp mesh of triangles (T, 3, 3), around its own centre since its search tree is float32."""
@@ -110,15 +144,16 @@ class Ground:
             indices=wp.array(np.arange(len(vertices), dtype=np.int32), dtype=wp.int32, device=self.device),
         )
 
-    def _query(self, mesh: wp.Mesh, limits: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Heights and faces (-1 = none), shape (N,), under the points (N, 3) around the mesh's centre."""
-        heights = wp.empty(len(limits), dtype=wp.float64, device=self.device)
-        faces = wp.empty(len(limits), dtype=wp.int32, device=self.device)
-        queries: Any = wp.array(np.ascontiguousarray(limits), dtype=wp.vec3d, device=self.device)
+    def _query(self, kernel: Any, threads: int, places: list[Any]) -> tuple[FloatArray, IntArray]:
+        """Heights above the mesh's centre and faces (-1 = none) that a kernel finds at places, shape (N,)."""
+        assert self._mesh is not None
+        count = len(places[0])
+        heights = wp.empty(count, dtype=wp.float64, device=self.device)
+        faces = wp.empty(count, dtype=wp.int32, device=self.device)
         wp.launch(
-            find_ground,
-            dim=len(limits),
-            inputs=[mesh.id, self._corners, queries, self._margin],
+            kernel,
+            dim=threads,
+            inputs=[self._mesh.id, self._corners, self._margin, *places],
             outputs=[heights, faces],
             device=self.device,
         )

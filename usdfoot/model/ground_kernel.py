@@ -1,4 +1,4 @@
-"""The vertical height query of `Ground` as a Warp kernel."""
+"""The vertical height queries of `Ground` as Warp kernels."""
 # mypy: ignore-errors
 # Warp kernels are Python only in their syntax: Warp types and compiles them itself.
 
@@ -6,25 +6,16 @@ from __future__ import annotations
 
 import warp as wp
 
-__all__ = ["find_ground"]
+__all__ = ["find_ground", "follow_ground"]
 
 
-@wp.kernel(enable_backward=False)
-def find_ground(
-    mesh: wp.uint64,
-    corners: wp.array(dtype=wp.vec3d),
-    limits: wp.array(dtype=wp.vec3d),
-    margin: wp.float32,
-    heights: wp.array(dtype=wp.float64),
-    faces: wp.array(dtype=wp.int32),
-):
-    """Highest face at or below each limit, else the lowest above it.
+@wp.func
+def find_level(mesh: wp.uint64, corners: wp.array(dtype=wp.vec3d), limit: wp.vec3d, margin: wp.float32):
+    """Highest face at or below a limit, else the lowest above it: its height above the limit, and which (-1 = none).
 
     All faces whose bounds a thin vertical column touches are tested in float64, edges included, so a query on an edge
     or a vertex cannot slip between two faces as a ray may.
     """
-    index = wp.tid()
-    limit = limits[index]
     tolerance = wp.float64(1.0e-6)  # metres, and the same in barycentric coordinates
     zero = wp.float64(0.0)
     x = wp.float32(limit[0])
@@ -55,5 +46,47 @@ def find_ground(
             if nearer or (wp.abs(rise - best) <= tolerance and face < best_face):
                 best = rise
                 best_face = face
-    heights[index] = limit[1] + best
-    faces[index] = best_face
+    return best, best_face
+
+
+@wp.kernel(enable_backward=False)
+def find_ground(
+    mesh: wp.uint64,
+    corners: wp.array(dtype=wp.vec3d),
+    margin: wp.float32,
+    limits: wp.array(dtype=wp.vec3d),
+    heights: wp.array(dtype=wp.float64),
+    faces: wp.array(dtype=wp.int32),
+):
+    """The ground at each limit, one thread a point."""
+    index = wp.tid()
+    limit = limits[index]
+    rise, face = find_level(mesh, corners, limit, margin)
+    heights[index] = limit[1] + rise
+    faces[index] = face
+
+
+@wp.kernel(enable_backward=False)
+def follow_ground(
+    mesh: wp.uint64,
+    corners: wp.array(dtype=wp.vec3d),
+    margin: wp.float32,
+    points: wp.array(dtype=wp.vec3d),
+    first: wp.array(dtype=wp.int32),
+    step_up: wp.float64,
+    heights: wp.array(dtype=wp.float64),
+    faces: wp.array(dtype=wp.int32),
+):
+    """The ground along ways of points, one thread a way: each looked for from the level before it."""
+    way = wp.tid()
+    level = points[first[way]][1]
+    for index in range(first[way], first[way + 1]):
+        point = points[index]
+        rise, face = find_level(mesh, corners, wp.vec3d(point[0], level + step_up, point[2]), margin)
+        height = level
+        if face >= 0:
+            height = level + step_up + rise
+            if index == first[way] or wp.abs(height - level) <= step_up:
+                level = height
+        heights[index] = height
+        faces[index] = face

@@ -77,7 +77,8 @@ class FootstepPlan:
         if beyond.size:
             weight = self.root_weights[beyond[0]]
             raise PlanError(self.name, f"rootWeights of footstep {beyond[0]} is {weight:.4g}", "0 to 1 is possible")
-        if np.any(np.abs(np.linalg.norm(self.orientations, axis=1) - 1.0) > 1e-3):
+        lengths = np.sqrt(np.einsum("ij,ij->i", self.orientations, self.orientations))
+        if (np.abs(lengths - 1.0) > 1e-3).any():
             raise PlanError(self.name, "orientations are not unit quaternions", "normalise them")
 
     def _name_infinite(self, arrays: dict[str, FloatArray]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 from usdfoot.errors import UsdfootError
 
@@ -52,9 +52,9 @@ class BodyTuning:
     @property
     def given(self) -> dict[str, float]:
         """What was said, by field."""
-        values = {known.name: getattr(self, known.name) for known in fields(self)}
-        return {name: value for name, value in values.items() if value is not None}
+        return {name: value for name, value in vars(self).items() if value is not None}
 
     def over(self, base: BodyTuning) -> BodyTuning:
         """These values, and those of `base` where nothing is said."""
-        return BodyTuning(**{**base.given, **self.given})
+        given = self.given
+        return BodyTuning(**{**base.given, **given}) if given else base

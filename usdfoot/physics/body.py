@@ -24,8 +24,10 @@ from usdfoot.physics.upper_body import UpperBody
 
 __all__ = ["BodyPoses", "device_gait"]
 
-HEEL_OFF = 0.45
-"""Part of the time from flat to liftoff after which the heel rises."""
+HEEL_OFF = 0.5
+"""Part of the time from flat to liftoff after which the heel rises: in the middle of the stance (Perry 1992)."""
+LARGEST_LAUNCH = 3.0
+"""At the speed of the liftoff a foot would turn by this many of the liftoff's pitch in the swing, at most."""
 BALL_FIRST = 0.25
 """A foot that comes down ball first has its heel down after this part of the contact."""
 FLIGHT_STRIKE = 0.25
@@ -155,22 +157,33 @@ def device_gait(layout: Layout, biped: Biped, style: BodyStyle) -> GaitArrays:
     balls = contacts.positions - layout.origins[contacts.agents]
     balls[:, 1] += heights
     ends = np.where(contacts.has_swing, contacts.liftoffs, np.inf)
+    heel_offs = flats + HEEL_OFF * (contacts.liftoffs - flats)
     gait = GaitArrays()
     for name, values, kind in (
         ("balls", balls, wp.vec3f),
         ("yaws", contacts.yaws, wp.float32),
         ("strikes", contacts.strikes - clock, wp.float32),
         ("flats", flats - clock, wp.float32),
-        ("heel_offs", flats + HEEL_OFF * (contacts.liftoffs - flats) - clock, wp.float32),
+        ("heel_offs", heel_offs - clock, wp.float32),
         ("liftoffs", ends - clock, wp.float32),
         ("strike_pitches", strikes, wp.float32),
         ("liftoff_pitches", np.where(contacts.has_swing, liftoffs, 0.0), wp.float32),
+        ("launches", _launches(contacts, heel_offs), wp.float32),
         ("retracted", _retractions(contacts, style) * biped.nominal_leg_length, wp.float32),
         ("flat_rotations", np.array([foot.flat_rotation for foot in layout.rig.feet]), wp.quatf),
     ):
         setattr(gait, name, wp.array(np.ascontiguousarray(values, dtype=np.float32), dtype=kind))
     gait.nominal = float(biped.nominal_leg_length)
     return gait
+
+
+def _launches(contacts: ContactTable, heel_offs: FloatArray) -> FloatArray:
+    """Speed at which the heel still rises at the liftoff, as a part of its mean speed since heel-off, shape (C,).
+
+    It rises ever faster, as a parabola, unless the foot would then turn too far in the swing.
+    """
+    swings = np.where(contacts.has_swing, np.roll(contacts.strikes, -2) - contacts.liftoffs, 1.0)
+    return np.minimum(2.0, LARGEST_LAUNCH * (contacts.liftoffs - heel_offs) / np.maximum(swings, 1e-4))
 
 
 def _retractions(contacts: ContactTable, style: BodyStyle) -> FloatArray:

@@ -108,9 +108,9 @@ def sample_costs(samples: Samples, controls: FloatArray, *, gravity: float, comf
     Shape (M,).
     """
     positions, accelerations = spline_samples(samples, controls)
-    forces = leg_forces(samples.supports, samples.standing, positions, accelerations, gravity)
-    stretches = np.linalg.norm(positions[:, None] - samples.anchors, axis=-1) - samples.nominal_lengths
-    return np.linalg.norm(forces.residuals, axis=1) + comfort * np.sum(samples.leg_shares * stretches**2, axis=1)
+    forces = leg_forces(samples.stance.supports, samples.stance.standing, positions, accelerations, gravity)
+    stretches = np.linalg.norm(positions[:, None] - samples.stance.anchors, axis=-1) - samples.stance.nominal_lengths
+    return np.linalg.norm(forces.residuals, axis=1) + comfort * np.sum(samples.stance.leg_shares * stretches**2, axis=1)
 
 
 def segment_energies(samples: Samples, controls: FloatArray, *, gravity: float, comfort: float) -> FloatArray:

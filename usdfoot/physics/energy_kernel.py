@@ -7,8 +7,9 @@ from __future__ import annotations
 import warp as wp
 
 from usdfoot.physics.force_kernel import Force, acceleration_weights, leg_force, position_weights
+from usdfoot.physics.stance_kernel import StanceArrays
 
-__all__ = ["ProblemArrays", "add_agent", "agent_energy"]
+__all__ = ["ProblemArrays", "add_agent", "instant_share"]
 
 NEAREST = wp.constant(wp.float64(1.0e-9))
 
@@ -19,11 +20,7 @@ class ProblemArrays:
 
     instants: int  # of a segment; a constant would have Warp unroll the loops, which takes twice the time
     durations: wp.array(dtype=wp.float64)  # (S,) [s]
-    standing: wp.array2d(dtype=wp.bool)  # (M, 2)
-    supports: wp.array2d(dtype=wp.vec3d)  # (M, 2) [m]
-    anchors: wp.array2d(dtype=wp.vec3d)  # (M, 2) [m]
-    nominal_lengths: wp.array2d(dtype=wp.float64)  # (M, 2) [m]
-    leg_shares: wp.array2d(dtype=wp.float64)  # (M, 2) weight of each leg's comfort
+    stance: StanceArrays  # of M instants
     fixed: wp.array2d(dtype=wp.bool)  # (K, 2) position, velocity
     gravity: wp.float64  # [m/s^2]
     comfort: wp.float64  # [P]'s k [1/(m s^2)]
@@ -56,52 +53,24 @@ def soft_norm(residual: wp.vec3d, softness: wp.float64) -> wp.float64:
 def force_at(problem: ProblemArrays, m: int, position: wp.vec3d, wanted: wp.vec3d) -> Force:
     """What the standing legs cannot give at an instant."""
     return leg_force(
-        problem.supports[m, 0],
-        problem.supports[m, 1],
-        problem.standing[m, 0],
-        problem.standing[m, 1],
+        problem.stance.supports[m, 0],
+        problem.stance.supports[m, 1],
+        problem.stance.standing[m, 0],
+        problem.stance.standing[m, 1],
         position,
         wanted,
     )
 
 
-@wp.func
-def agent_energy(
-    problem: ProblemArrays,
-    unknowns: wp.array2d(dtype=wp.vec3d),
-    segment: int,
-    segments: int,
-    knot: int,
-    softness: wp.float64,
-) -> wp.float64:
-    """E of an agent whose first segment and knot are given."""
-    total = wp.float64(0.0)
-    for s in range(segments):
-        length = problem.durations[segment + s]
-        lasting = length / wp.float64(problem.instants)
-        for n in range(problem.instants):
-            m = (segment + s) * problem.instants + n
-            x = instant_share(n, problem.instants)
-            position = blend(position_weights(x, length), unknowns, knot + s)
-            wanted = blend(acceleration_weights(x, length), unknowns, knot + s)
-            wanted[1] = wanted[1] + problem.gravity
-            force = force_at(problem, m, position, wanted)
-            cost = soft_norm(force.residual, softness)
-            for leg in range(2):
-                stretch = wp.length(position - problem.anchors[m, leg]) - problem.nominal_lengths[m, leg]
-                cost = cost + problem.comfort * problem.leg_shares[m, leg] * stretch * stretch
-            total = total + cost * lasting
-    return total
-
-
 @wp.struct
 class Bend:
-    """How one instant's part of E changes.
+    """One instant's part of E and how it changes.
 
     A control with the weights m in position and b in acceleration, and w = b + turn m, has the gradient
     w slope + m drawn. Two of them have the second derivative w w' curve + m m' held.
     """
 
+    energy: wp.float64
     turn: wp.float64  # [1/s^2]
     slope: wp.vec3d
     drawn: wp.vec3d
@@ -118,20 +87,26 @@ def bend_instant(
     The norm |r| becomes the square r.r / |r|, as in iteratively reweighted least squares.
     """
     force = force_at(problem, m, position, wanted)
-    pull = lasting / soft_norm(force.residual, softness)
+    norm = soft_norm(force.residual, softness)
+    pull = lasting / norm
     bend = Bend()
+    bend.energy = lasting * norm
     bend.turn = force.turn
     bend.slope = pull * force.residual
     bend.drawn = wp.vec3d()
     bend.curve = pull * force.projector
     bend.held = (pull * force.tilt * force.tilt) * wp.outer(force.residual, force.residual)
     for leg in range(2):
-        across = position - problem.anchors[m, leg]
-        distance = wp.max(wp.length(across), NEAREST)
-        direction = across / distance
-        share = wp.float64(2.0) * problem.comfort * problem.leg_shares[m, leg] * lasting
-        bend.held = bend.held + wp.outer(direction, direction * share)
-        bend.drawn = bend.drawn + direction * (share * (distance - problem.nominal_lengths[m, leg]))
+        if problem.stance.leg_shares[m, leg] > wp.float64(0.0):
+            across = position - problem.stance.anchors[m, leg]
+            distance = wp.max(wp.length(across), NEAREST)
+            direction = across / distance
+            share = problem.comfort * problem.stance.leg_shares[m, leg] * lasting
+            stretch = distance - problem.stance.nominal_lengths[m, leg]
+            bend.energy = bend.energy + share * stretch * stretch
+            share = wp.float64(2.0) * share
+            bend.held = bend.held + wp.outer(direction, direction * share)
+            bend.drawn = bend.drawn + direction * (share * stretch)
     return bend
 
 
@@ -144,10 +119,11 @@ def add_segment(
     segment: int,
     knot: int,
     softness: wp.float64,
-):
-    """Adds the Hessian and gradient of one segment's part of E, summed up before they are stored."""
+) -> wp.float64:
+    """Adds the Hessian and gradient of one segment's part of E, and gives that part back."""
     length = problem.durations[segment]
     lasting = length / wp.float64(problem.instants)
+    energy = wp.float64(0.0)
     matrix = wp.mat33d()
     vector = wp.vec3d()
     h00 = matrix
@@ -173,6 +149,7 @@ def add_segment(
         wanted = blend(bent, unknowns, knot)
         wanted[1] = wanted[1] + problem.gravity
         bend = bend_instant(problem, m, position, wanted, lasting, softness)
+        energy = energy + bend.energy
         for a in range(4):
             if problem.fixed[knot + a // 2, a % 2]:
                 moved[a] = wp.float64(0.0)
@@ -207,6 +184,7 @@ def add_segment(
     gradients[row + 1] = gradients[row + 1] + g1
     gradients[row + 2] = g2
     gradients[row + 3] = g3
+    return energy
 
 
 @wp.func
@@ -219,11 +197,13 @@ def add_agent(
     segments: int,
     knot: int,
     softness: wp.float64,
-):
-    """Sets the Hessian and gradient of an agent's E, segment by segment."""
+) -> wp.float64:
+    """Sets the Hessian and gradient of E of the agent whose first segment and knot are given, and gives E back."""
+    energy = wp.float64(0.0)
     for c in range(2):
         blocks[2 * knot + c, 0] = wp.mat33d()
         blocks[2 * knot + c, 1] = wp.mat33d()
         gradients[2 * knot + c] = wp.vec3d()
     for s in range(segments):
-        add_segment(problem, unknowns, blocks, gradients, segment + s, knot + s, softness)
+        energy = energy + add_segment(problem, unknowns, blocks, gradients, segment + s, knot + s, softness)
+    return energy

@@ -71,47 +71,50 @@ def leg_force(
         wanted: a - g [m/s^2].
     """
     zero = wp.float64(0.0)
-    identity = wp.identity(n=3, dtype=wp.float64)
-    across_left = position - left
-    across_right = position - right
-    distance_left = wp.length(across_left) + NEAREST
-    distance_right = wp.length(across_right) + NEAREST
-    ray_left = across_left / distance_left
-    ray_right = across_right / distance_right
-    push_left = wp.dot(ray_left, wanted)
-    push_right = wp.dot(ray_right, wanted)
-    cosine = wp.dot(ray_left, ray_right)
-    cross = wp.cross(across_left, across_right)
-    area = wp.length(cross)
     force = Force()
-    if (
-        stands_left
-        and stands_right
-        and push_left > cosine * push_right
-        and push_right > cosine * push_left
-        and area > NARROW * distance_left * distance_right
-    ):
-        normal = cross / area
-        apart = left - right
-        force.residual = wp.dot(normal, wanted) * normal
-        force.projector = wp.outer(normal, normal)
-        force.turn = -wp.dot(normal, wp.cross(wanted, apart)) / area
-        force.tilt = wp.length(apart) / area
-        return force
-    push = zero
-    ray = wp.vec3d(zero, zero, zero)
     force.turn = zero
     force.tilt = zero
-    if stands_left and push_left > zero:
+    push = zero
+    ray = wp.vec3d(zero, zero, zero)
+    across_left = position - left
+    across_right = position - right
+    distance_left = wp.float64(1.0)
+    push_left = zero
+    ray_left = ray
+    if stands_left:
+        distance_left = wp.length(across_left) + NEAREST
+        ray_left = across_left / distance_left
+        push_left = wp.dot(ray_left, wanted)
+    distance_right = wp.float64(1.0)
+    push_right = zero
+    ray_right = ray
+    if stands_right:
+        distance_right = wp.length(across_right) + NEAREST
+        ray_right = across_right / distance_right
+        push_right = wp.dot(ray_right, wanted)
+    if stands_left and stands_right:
+        cosine = wp.dot(ray_left, ray_right)
+        if push_left > cosine * push_right and push_right > cosine * push_left:
+            cross = wp.cross(across_left, across_right)
+            area = wp.length(cross)
+            if area > NARROW * distance_left * distance_right:
+                normal = cross / area
+                apart = left - right
+                force.residual = wp.dot(normal, wanted) * normal
+                force.projector = wp.outer(normal, normal)
+                force.turn = -wp.dot(normal, wp.cross(wanted, apart)) / area
+                force.tilt = wp.length(apart) / area
+                return force
+    if push_left > zero:
         push = push_left
         ray = ray_left
         force.turn = -push / distance_left
         force.tilt = wp.float64(1.0) / distance_left
-    if stands_right and push_right > push:
+    if push_right > push:
         push = push_right
         ray = ray_right
         force.turn = -push / distance_right
         force.tilt = wp.float64(1.0) / distance_right
     force.residual = wanted - push * ray
-    force.projector = identity - wp.outer(ray, ray)
+    force.projector = wp.identity(n=3, dtype=wp.float64) - wp.outer(ray, ray)
     return force

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.physics.energy import segment_energies
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.samples import Samples, take_segments
@@ -23,9 +23,10 @@ def search_unknowns(samples: Samples, knots: Knots, unknowns: FloatArray, option
 
     As printed, with its sign slip mended (the second trial is kept as v - delta): each value is tried upward, then
     downward; an alteration that helps is repeated; sweeps end when nothing helps. Only the segments that share the
-    knot are evaluated again. Tangents are altered by the scale over the duration of the segments beside them, since
-    they are velocities here. Every other knot comes first, then those between: these share no segment, so that all of
-    them, of all agents, are altered at once with the same outcome as one after the other.
+    knot are evaluated again, and only knots beside which something changed since they were tried. Tangents are altered
+    by the scale over the duration of the segments beside them, since they are velocities here. Every other knot comes
+    first, then those between: these share no segment, so that all of them, of all agents, are altered at once with the
+    same outcome as one after the other.
 
     Args:
         samples: Of all segments.
@@ -36,15 +37,26 @@ def search_unknowns(samples: Samples, knots: Knots, unknowns: FloatArray, option
     state = _Search(samples, knots, unknowns, options)
     places = np.arange(len(knots.times)) - np.searchsorted(knots.agents, knots.agents)
     for scale in SCALES:
+        before = np.ones(len(places), dtype=bool)  # what the last sweep altered
         for _ in range(SWEEPS):
-            moved = False
+            altered = np.zeros(len(places), dtype=bool)
             for parity in (0, 1):
+                tried = (places % 2 == parity) & _beside(before | altered)
                 for column in range(6):
-                    rows = np.flatnonzero((places % 2 == parity) & ~knots.fixed[:, column // 3])
-                    moved |= state.alter(rows, column, scale)
-            if not moved:
+                    rows = np.flatnonzero(tried & ~knots.fixed[:, column // 3])
+                    altered[rows[state.alter(rows, column, scale)]] = True
+            if not altered.any():
                 break
+            before = altered
     return state.unknowns
+
+
+def _beside(flags: BoolArray) -> BoolArray:
+    """Knots that are marked or next to one that is, shape (K,)."""
+    marked = flags.copy()
+    marked[1:] |= flags[:-1]
+    marked[:-1] |= flags[1:]
+    return marked
 
 
 class _Search:
@@ -62,8 +74,8 @@ class _Search:
         beside = (self.after >= 0).astype(int) + (self.before >= 0)
         self.spans = (lengths[self.after] + lengths[self.before]) / beside
 
-    def alter(self, rows: IntArray, column: int, scale: float) -> bool:
-        """Alters one value of each knot of `rows` up or down as long as E falls; whether anything moved."""
+    def alter(self, rows: IntArray, column: int, scale: float) -> BoolArray:
+        """Alters one value of each knot of `rows` (R,) up or down as long as E falls; which of them moved, (R,)."""
         deltas = np.full(len(rows), scale) if column < 3 else scale / self.spans[rows]
         moved = np.zeros(len(rows), dtype=bool)
         for sign in (1.0, -1.0):
@@ -79,7 +91,7 @@ class _Search:
                 self.unknowns[knots[~lower], column] -= sign * deltas[going[~lower]]
                 going, energies = going[lower], trial[lower]
                 moved[going] = True
-        return bool(moved.any())
+        return moved
 
     def _energies(self, rows: IntArray) -> FloatArray:
         """E of the segments that share each knot, shape (rows,)."""

@@ -5,51 +5,156 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import warp as wp
 
-from usdfoot.model.contact_table import lay_contacts
+from usdfoot.maths.types import FloatArray
+from usdfoot.model.contact_table import ContactTable, lay_contacts
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.physics.biped import PhysicsBiped
+from usdfoot.physics.contact_kernel import ContactArrays, ContactFooting
+from usdfoot.physics.device import shared_record
+from usdfoot.physics.footing import Footing, device_legs
+from usdfoot.physics.interactive_kernel import solve_window
+from usdfoot.physics.knot_kernel import KnotOptions
 from usdfoot.physics.optimise import ComMotion, solve_motion, start_unknowns
 from usdfoot.physics.options import PhysicsOptions
-from usdfoot.physics.run_up import extend_contacts
-from usdfoot.physics.spline import lay_knots
+from usdfoot.physics.run_up import extend_contacts, has_steady_end
+from usdfoot.physics.samples import SAMPLES, Samples
+from usdfoot.physics.spline import ComSpline, Knots, lay_knots
+from usdfoot.physics.step_room import WINDOW, StepRoom, make_step_room
+from usdfoot.physics.support import Stance
 
-__all__ = ["WINDOW", "optimise_step"]
+__all__ = ["WINDOW", "StepOptimiser"]
 
-WINDOW = 4
-"""Footsteps of a plan, from its end, that the last steps depend on."""
 TOLERANCE = 1e-3
 """Relative decrease of E that is not worth another iteration."""
+ROOM = 64
+"""Knots that there is room for at first."""
 
 
-def optimise_step(
-    plan: FootstepPlan, biped: PhysicsBiped, options: PhysicsOptions | None = None, *, before: ComMotion | None = None
+class StepOptimiser:
+    """Optimises one character step by step; the arrays it works in are laid out once, what it gives back is its own."""
+
+    def __init__(self, biped: PhysicsBiped, options: PhysicsOptions | None = None) -> None:
+        """For a character.
+
+        Args:
+            biped: The character.
+            options: How to optimise; `run_up` strides are expected after the newest footstep.
+        """
+        options = options or PhysicsOptions()
+        self.biped = biped
+        self.options = replace(options, tolerance=max(options.tolerance, TOLERANCE))
+        self._legs = device_legs(biped, options)
+        self._divisions = shared_record(KnotOptions, {"parts": options.parts, "longest": options.longest_segment})
+        self._room = make_step_room(ROOM, self.options)
+
+    def optimise_step(self, plan: FootstepPlan, *, before: ComMotion | None = None) -> ComMotion:
+        """Centre of mass of step n - 1, and of what is expected after it, when footstep n is new.
+
+        What was executed stays: step n - 1 begins with the position and velocity in which `before` has it begin. The
+        steps after footstep n are expected to repeat the last stride and optimised too, so that step n - 1 prepares
+        them; the next call replaces them. Executed so, a plan stays within 2 cm of its whole optimum on even walks and
+        turns, within 3 cm on runs, and within 8 cm where steps of a walk differ by up to half their length.
+
+        Args:
+            plan: The last footsteps up to footstep n; `WINDOW` of them are used, however long the plan has become.
+            before: Returned for footstep n - 1; None = the plan begins here, all of its steps are optimised.
+        """
+        if before is None or self.options.solver == "greedy" or len(plan) < 3:
+            return self._optimise_anew(plan, before)
+        if plan.ends_standing:
+            return self._optimise_window(plan, before, expected=0)
+        if self.options.run_up > 0 and has_steady_end(plan.strike_times[-3:], plan.liftoff_times[-3:]):
+            return self._optimise_window(plan, before, expected=2 * self.options.run_up)
+        return self._optimise_anew(plan, before)
+
+    def _optimise_anew(self, plan: FootstepPlan, before: ComMotion | None) -> ComMotion:
+        """The same for a plan's begin and for ends that no stride can follow, by way of the tables of whole plans."""
+        options = self.options
+        extended = extend_contacts(lay_contacts([plan]), strides=options.run_up)
+        if before is not None:
+            last = np.flatnonzero(extended.steps >= 0)[-2]
+            extended = replace(extended, starts=extended.strikes[last : last + 1])
+        knots = lay_knots(extended, parts=options.parts, longest_segment=options.longest_segment)
+        start = start_unknowns(extended, knots, self.biped)
+        if before is not None:
+            start[0] = _state_at(before, knots.times[0])
+            knots = replace(knots, fixed=knots.fixed | (np.arange(len(knots.times)) == 0)[:, None])
+        return solve_motion(extended, extended, knots, start, self.biped, options, ())
+
+    def _optimise_window(self, plan: FootstepPlan, before: ComMotion, *, expected: int) -> ComMotion:
+        """The same in one launch, with `expected` contacts after the last footstep."""
+        real = min(len(plan), WINDOW)
+        rows, agents = np.empty_like(self._room.rows[: real + expected]), np.empty_like(self._room.agents)
+        contacts = shared_record(ContactArrays, {"rows": rows, "agents": agents})
+        footing = Footing(
+            contacts=contacts, legs=self._legs, rows=wp.empty(len(rows), dtype=ContactFooting, device="cpu")
+        )
+        state = _state_at(before, plan.strike_times[-2])
+        while True:
+            room = self._room
+            room.unknowns[0] = state
+            room.take_footsteps(plan, real)
+            inputs = [contacts, self._legs, footing.rows, self._divisions, room.window, room.problem, room.work]
+            wp.launch(solve_window, dim=1, inputs=inputs, device="cpu")
+            count = int(room.count[0])
+            if count <= len(room.unknowns):
+                break
+            self._room = make_step_room(2 * count, self.options)
+        table = _window_table(rows, agents, room.headings[: len(rows)], real)
+        return _motion(table, footing, room, count, self.biped, self.options)
+
+
+def _state_at(before: ComMotion, time: float) -> FloatArray:
+    """Position and velocity of the centre of mass, shape (6,)."""
+    spline = before.spline
+    knot = min(int(np.searchsorted(spline.knots.times, time)), len(spline.knots.times) - 1)
+    if spline.knots.times[knot] == time:
+        return np.concatenate([spline.positions[knot], spline.velocities[knot]])
+    position, velocity, _ = spline.evaluate(np.zeros(1, dtype=int), np.full(1, time))
+    return np.concatenate([position[0], velocity[0]])
+
+
+def _window_table(rows: np.ndarray, agents: np.ndarray, yaws: FloatArray, real: int) -> ContactTable:
+    """The contacts of the window, the first `real` of which are footsteps; `yaws` are continuous [rad], shape (C,)."""
+    index = np.arange(len(rows))
+    headings = yaws.copy()
+    headings[1:] = 0.5 * (yaws[1:] + yaws[:-1])
+    headings[0] = headings[1]
+    return ContactTable(
+        first=np.array([0, len(rows)]),
+        agents=np.zeros_like(index),
+        steps=np.where(index < real, index, -1),
+        sides=rows["side"], positions=rows["position"], yaws=rows["yaw"], normals=rows["normal"],
+        strikes=rows["strike"], liftoffs=rows["liftoff"],
+        headings=headings,
+        starts=agents["start"], ends=agents["finish"],
+    )  # fmt: skip
+
+
+def _motion(
+    contacts: ContactTable, footing: Footing, room: StepRoom, count: int, biped: PhysicsBiped, options: PhysicsOptions
 ) -> ComMotion:
-    """Centre of mass of step n - 1, and of what is expected after it, when footstep n is new.
-
-    What was executed stays: step n - 1 begins with the position and velocity in which `before` has it begin. The steps
-    after footstep n are expected to repeat the last stride and optimised too, so that step n - 1 prepares them; the
-    next call replaces them. Executed so, a plan stays within 2 cm of its whole optimum on even walks and turns, within
-    3 cm on runs, and within 8 cm where steps of a walk differ by up to half their length.
-
-    Args:
-        plan: The last footsteps up to footstep n; `WINDOW` of them are enough, however long the plan has become.
-        biped: The character.
-        options: How to optimise; `run_up` strides are expected after footstep n.
-        before: Returned by the call for footstep n - 1; None = the plan begins here, all of its steps are optimised.
-    """
-    options = options or PhysicsOptions()
-    options = replace(options, tolerance=max(options.tolerance, TOLERANCE))
-    extended = extend_contacts(lay_contacts([plan]), strides=options.run_up)
-    if before is not None:
-        last = np.flatnonzero(extended.steps >= 0)[-2]
-        extended = replace(extended, starts=extended.strikes[last : last + 1])
-    knots = lay_knots(extended, parts=options.parts, longest_segment=options.longest_segment)
-    start = start_unknowns(extended, knots, biped)
-    if before is not None:
-        position, velocity, _ = before.spline.evaluate(np.zeros(1, dtype=int), knots.times[:1])
-        start[0] = np.concatenate([position[0], velocity[0]])
-        fixed = knots.fixed.copy()
-        fixed[0] = True
-        knots = replace(knots, fixed=fixed)
-    return solve_motion(extended, extended, knots, start, biped, options, ())
+    """The motion solved in the room's first `count` knots."""
+    segments = count - 1
+    times, unknowns = room.knot_times[:count].copy(), room.unknowns[:count].copy()
+    knots = Knots(
+        agents=np.zeros(count, dtype=int), times=times, starts=contacts.starts, fixed=room.fixed[:count].copy(),
+        begins=np.arange(segments),
+    )  # fmt: skip
+    instants = segments * SAMPLES
+    stance = Stance(**{name: values[:instants].copy() for name, values in vars(room.stance).items()})
+    return ComMotion(
+        contacts=contacts,
+        biped=biped,
+        options=options,
+        spline=ComSpline(knots=knots, positions=unknowns[:, :3], velocities=unknowns[:, 3:]),
+        footing=footing,
+        scripts=(),
+        samples=Samples(
+            times=room.times[:instants].reshape(segments, SAMPLES).copy(),
+            intervals=np.diff(times) / SAMPLES,
+            stance=stance,
+        ),
+    )

@@ -23,6 +23,7 @@ class GaitArrays:
     liftoffs: wp.array(dtype=wp.float32)  # +inf without a swing after
     strike_pitches: wp.array(dtype=wp.float32)  # heel up > 0 [rad]
     liftoff_pitches: wp.array(dtype=wp.float32)
+    launches: wp.array(dtype=wp.float32)  # (C,) speed of the pitch at the liftoff, of its mean speed since heel-off
     retracted: wp.array(dtype=wp.float32)  # (C,) length of the virtual leg in the middle of the swing after [m]
     flat_rotations: wp.array(dtype=wp.quatf)  # (2,) ankle of the flat foot that points along +Z
     nominal: wp.float32  # length of the virtual leg [m]
@@ -36,20 +37,29 @@ def yaw_rotation(yaw: float) -> wp.quatf:
 
 @wp.func
 def stance_pitch(gait: GaitArrays, contact: int, time: float) -> float:
-    """Pitch of a standing foot: from the strike's to flat, and from heel-off to the liftoff's."""
-    flat = gait.flats[contact]
+    """Pitch of a standing foot: from the strike's to flat, and from heel-off to the liftoff's, on into the swing."""
+    flat, heel_off = gait.flats[contact], gait.heel_offs[contact]
     settled = smootherstep((time - gait.strikes[contact]) / wp.max(flat - gait.strikes[contact], 1.0e-4))
-    rising = smootherstep(
-        (time - gait.heel_offs[contact]) / wp.max(gait.liftoffs[contact] - gait.heel_offs[contact], 1.0e-4)
-    )
+    share = wp.clamp((time - heel_off) / wp.max(gait.liftoffs[contact] - heel_off, 1.0e-4), 0.0, 1.0)
+    rising = share * share * (3.0 - 2.0 * share - gait.launches[contact] * (1.0 - share))
     return gait.strike_pitches[contact] * (1.0 - settled) + gait.liftoff_pitches[contact] * rising
 
 
 @wp.func
-def foot_rotation(gait: GaitArrays, side: int, contact: int, pitch: float) -> wp.quatf:
-    """Ankle joint of a foot that points where its print does."""
+def swing_pitch(gait: GaitArrays, contact: int, share: float) -> float:
+    """Pitch of the foot after `share` of the swing that follows a contact: it goes on rising, then comes down."""
+    rise = wp.max(gait.liftoffs[contact] - gait.heel_offs[contact], 1.0e-4)
+    swing = gait.strikes[contact + 2] - gait.liftoffs[contact]
+    start, end = gait.liftoff_pitches[contact], gait.strike_pitches[contact + 2]
+    passed, left = share * share * (3.0 - 2.0 * share), 1.0 - share
+    return start * (1.0 - passed + gait.launches[contact] * swing / rise * share * left * left) + end * passed
+
+
+@wp.func
+def foot_rotation(gait: GaitArrays, side: int, yaw: float, pitch: float) -> wp.quatf:
+    """Ankle joint of a foot that points along `yaw`."""
     nod = wp.quat_from_axis_angle(wp.vec3f(1.0, 0.0, 0.0), pitch)
-    return yaw_rotation(gait.yaws[contact]) * nod * gait.flat_rotations[side]
+    return yaw_rotation(yaw) * nod * gait.flat_rotations[side]
 
 
 @wp.func
@@ -61,14 +71,12 @@ def lead_foot(rig: LegRig, gait: GaitArrays, side: int, contact: int, time: floa
     """
     liftoff = gait.liftoffs[contact]
     if time <= liftoff:
-        rotation = foot_rotation(gait, side, contact, stance_pitch(gait, contact, time))
+        rotation = foot_rotation(gait, side, gait.yaws[contact], stance_pitch(gait, contact, time))
         return wp.transformf(gait.balls[contact] - wp.quat_rotate(rotation, rig.ball_offsets[side]), rotation)
     share = wp.clamp((time - liftoff) / (gait.strikes[contact + 2] - liftoff), 0.0, 1.0)
-    start = foot_rotation(gait, side, contact, gait.liftoff_pitches[contact])
-    end = foot_rotation(gait, side, contact + 2, gait.strike_pitches[contact + 2])
-    if wp.dot(start, end) < 0.0:
-        end = -end
-    turned = wp.quat_slerp(start, end, smootherstep(share))
+    turn = gait.yaws[contact + 2] - gait.yaws[contact]
+    yaw = gait.yaws[contact] + smootherstep(share) * wp.atan2(wp.sin(turn), wp.cos(turn))
+    turned = foot_rotation(gait, side, yaw, swing_pitch(gait, contact, share))
     passed = share * share * (3.0 - 2.0 * share)
     ball = gait.balls[contact] * (1.0 - passed) + gait.balls[contact + 2] * passed
     ankle = ball - wp.quat_rotate(turned, rig.ball_offsets[side])

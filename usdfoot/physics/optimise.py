@@ -13,9 +13,9 @@ from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable, lay_contacts
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.physics.biped import PhysicsBiped
-from usdfoot.physics.footing import lay_footing
+from usdfoot.physics.footing import Footing, lay_footing
 from usdfoot.physics.greedy import search_unknowns
-from usdfoot.physics.heading import FootHeadings, OrientationScript, body_orientations, lay_headings
+from usdfoot.physics.heading import OrientationScript, body_orientations
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.results import StepForces, measure_forces
 from usdfoot.physics.rhythm import FootRows, lay_foot_rows
@@ -50,7 +50,7 @@ class ComMotion:
     biped: PhysicsBiped
     options: PhysicsOptions
     spline: ComSpline
-    headings: FootHeadings
+    footing: Footing
     scripts: tuple[OrientationScript | None, ...]
     samples: Samples
     """Where E was evaluated."""
@@ -82,7 +82,7 @@ class ComMotion:
             positions=positions,
             velocities=velocities,
             accelerations=accelerations,
-            orientations=body_orientations(self.headings, self.scripts, agents, times, window=options.heading_window),
+            orientations=body_orientations(self.footing, self.scripts, agents, times, window=options.heading_window),
         )
 
 
@@ -129,8 +129,8 @@ def solve_motion(
     scripts: Sequence[OrientationScript | None],
 ) -> ComMotion:
     """The motion over `contacts`, solved over `extended` contacts from the unknowns `start` (K, 6) at the knots."""
-    headings = lay_headings(extended)
-    samples = lay_samples(lay_footing(extended, biped, options), knots, headings, scripts)
+    footing = lay_footing(extended, biped, options)
+    samples = lay_samples(footing, knots, scripts, window=options.heading_window)
     solve = search_unknowns if options.solver == "greedy" else optimise_unknowns
     unknowns = solve(samples, knots, start, options)
     return ComMotion(
@@ -138,7 +138,7 @@ def solve_motion(
         biped=biped,
         options=options,
         spline=ComSpline(knots=knots, positions=unknowns[:, :3], velocities=unknowns[:, 3:]),
-        headings=headings,
+        footing=footing,
         scripts=tuple(scripts),
         samples=samples,
     )

@@ -52,7 +52,7 @@ def measure_forces(
     """
     knots, controls = spline.knots, spline.controls
     positions, accelerations = spline_samples(samples, controls)
-    forces = leg_forces(samples.supports, samples.standing, positions, accelerations, options.gravity)
+    forces = leg_forces(samples.stance.supports, samples.stance.standing, positions, accelerations, options.gravity)
     count, instants = len(contacts.sides), samples.times.shape[1]
     agents, times = np.repeat(knots.agents[knots.begins], instants), samples.times.ravel()
     inside = (times >= contacts.starts[agents]) & (times <= contacts.ends[agents])
@@ -60,18 +60,19 @@ def measure_forces(
     costs = sample_costs(samples, controls, gravity=options.gravity, comfort=options.comfort)
     rows = locate(contacts.agents, contacts.strikes, contacts.starts, agents, times)
     imbalance = np.bincount(rows, lasting * np.linalg.norm(forces.residuals, axis=1), count)
-    stands = samples.standing.any(axis=1)
+    stands = samples.stance.standing.any(axis=1)
     pushing = forces.pushes > 0.0
     pushing[forces.planes] = True
     index = np.arange(count)
     before = np.where(contacts.has_previous, index - 1, index)
     takeoffs = spline.evaluate(contacts.agents, np.maximum(contacts.liftoffs, contacts.liftoffs[before]))[0][:, 1]
     rises = positions[:, 1] - takeoffs[rows]
-    stretches = np.linalg.norm(positions[:, None] - samples.anchors, axis=-1) - biped.maximal_length
+    stretches = np.linalg.norm(positions[:, None] - samples.stance.anchors, axis=-1) - biped.maximal_length
     jump, overstretch = np.zeros(count), np.zeros(count)
     np.maximum.at(jump, rows, np.where(inside & ~stands, rises, 0.0))
-    feet = find_stance(lay_footing(contacts, biped, options), agents, times).contacts
-    np.maximum.at(overstretch, feet, np.where(inside[:, None] & samples.standing, stretches, 0.0))
+    upright = np.tile([0.0, 0.0, 0.0, 1.0], (len(times), 1))
+    feet = find_stance(lay_footing(contacts, biped, options), agents, times, upright).contacts
+    np.maximum.at(overstretch, feet, np.where(inside[:, None] & samples.stance.standing, stretches, 0.0))
     steps = StepForces(
         force_imbalance=imbalance / np.maximum(np.bincount(rows, lasting, count), 1e-9),
         clamp_time=np.bincount(rows, np.where(stands & ~pushing, lasting, 0.0), count).astype(float),

@@ -10,7 +10,7 @@ from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable, with_headings
 
-__all__ = ["extend_contacts"]
+__all__ = ["extend_contacts", "has_steady_end"]
 
 
 def extend_contacts(contacts: ContactTable, *, strides: int) -> ContactTable:
@@ -66,6 +66,12 @@ def extend_contacts(contacts: ContactTable, *, strides: int) -> ContactTable:
     )
 
 
+def has_steady_end(strikes: FloatArray, liftoffs: FloatArray) -> BoolArray:
+    """Whether the stride over three last footsteps (..., 3) can be repeated: each foot lifts off before it, (...)."""
+    period = strikes[..., 2] - strikes[..., 0]
+    return (liftoffs[..., 2] < strikes[..., 2] + period) & (liftoffs[..., 1] < strikes[..., 1] + period)
+
+
 def _steady_ends(contacts: ContactTable) -> tuple[IntArray, IntArray, BoolArray, BoolArray]:
     """First and last footstep of each agent, and whether its first and its last stride can be repeated, (A,) each."""
     real = np.flatnonzero(contacts.steps >= 0)
@@ -75,11 +81,11 @@ def _steady_ends(contacts: ContactTable) -> tuple[IntArray, IntArray, BoolArray,
     last = real[np.searchsorted(owners, everyone, side="right") - 1]
     enough = last - first >= 2
     strikes, liftoffs = contacts.strikes, contacts.liftoffs
-    third, earlier = np.minimum(first + 2, len(strikes) - 1), np.maximum(last - 2, 0)
+    third = np.minimum(first + 2, len(strikes) - 1)
     period = strikes[third] - strikes[first]
     begins = enough & (strikes[first + 1] > strikes[first]) & (strikes[first] + period > liftoffs[first])
-    period = strikes[last] - strikes[earlier]
-    steady = (liftoffs[last] < strikes[last] + period) & (liftoffs[last - 1] < strikes[last - 1] + period)
+    stride = np.maximum(last[:, None] + np.arange(-2, 1), 0)
+    steady = has_steady_end(strikes[stride], liftoffs[stride])
     return first, last, begins, enough & steady & (liftoffs[last] != liftoffs[last - 1])
 
 

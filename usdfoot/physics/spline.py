@@ -5,15 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import warp as wp
 
 from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable
+from usdfoot.physics.device import shared, shared_record
+from usdfoot.physics.footing import device_contacts
+from usdfoot.physics.knot_kernel import KnotOptions, count_knots, write_knots
 
 __all__ = ["ComSpline", "Knots", "controls_of", "hermite_basis", "lay_knots"]
-
-SHORTEST_SEGMENT = 0.02
-"""Events closer than this share a knot [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,50 +117,33 @@ def lay_knots(contacts: ContactTable, *, parts: int = 1, longest_segment: float 
         parts: Segments a step on the ground; 1 as in [P].
         longest_segment: Longer ones are divided [s].
     """
-    inner = contacts.has_previous
-    rows = np.flatnonzero(inner)
-    before = np.where(contacts.has_previous[rows - 1], rows - 2, rows - 1)
-    takeoffs = np.maximum(contacts.liftoffs[rows - 1], contacts.liftoffs[before])
-    flying = takeoffs < contacts.strikes[rows]
     count = len(contacts.starts)
-    everyone = np.arange(count)
-    agents = np.concatenate([everyone, contacts.agents, contacts.agents[rows[flying]], everyone])
-    times = np.concatenate([contacts.starts, contacts.strikes, takeoffs[flying], contacts.ends])
-    ranks = np.repeat([0, 1, 2, 3], [count, len(contacts.agents), int(flying.sum()), count])
-    inside = (ranks % 3 == 0) | (
-        (times > contacts.starts[agents] + SHORTEST_SEGMENT) & (times < contacts.ends[agents] - SHORTEST_SEGMENT)
-    )
-    agents, times, ranks = agents[inside], times[inside], ranks[inside]
-    order = np.lexsort((ranks, times, agents))
-    agents, times, ranks = agents[order], times[order], ranks[order]
-    apart = np.diff(times, prepend=-np.inf) >= SHORTEST_SEGMENT
-    kept = apart | (ranks % 3 == 0)
-    agents, times = _divided(agents[kept], times[kept], np.where(ranks[kept] == 2, 1, parts), longest_segment)
+    counts = np.empty(count, dtype=np.int32)
+    steps = device_contacts(contacts)
+    options = shared_record(KnotOptions, {"parts": parts, "longest": longest_segment})
+    wp.launch(
+        count_knots, dim=count, inputs=[steps, options, wp.empty(0, dtype=wp.float64, device="cpu")],
+        outputs=[shared(counts, wp.int32)], device="cpu",
+    )  # fmt: skip
+    starts = np.cumsum(counts) - counts
+    agents, times = np.repeat(np.arange(count), counts), np.empty(counts.sum())
+    wp.launch(
+        write_knots, dim=count, inputs=[steps, options, shared(starts, wp.int32)],
+        outputs=[shared(times, wp.float64)], device="cpu",
+    )  # fmt: skip
     return Knots(
         agents=agents,
         times=times,
         starts=contacts.starts,
-        fixed=_rests(contacts, agents),
+        fixed=_rests(contacts, starts, starts + counts - 1),
         begins=np.flatnonzero(agents[:-1] == agents[1:]),
     )
 
 
-def _rests(contacts: ContactTable, agents: IntArray) -> BoolArray:
-    """Fixed velocities at the begin and end of motions that begin or end standing, shape (K, 2)."""
-    fixed = np.zeros((len(agents), 2), dtype=bool)
+def _rests(contacts: ContactTable, firsts: IntArray, lasts: IntArray) -> BoolArray:
+    """Fixed velocities at the first and last knots (A,) of motions that begin or end standing, shape (K, 2)."""
+    fixed = np.zeros((lasts[-1] + 1, 2), dtype=bool)
     first, last = contacts.first[:-1], contacts.first[1:] - 1
-    starts = contacts.strikes[first] == contacts.strikes[first + 1]
-    ends = (contacts.steps[last] >= 0) & (contacts.liftoffs[last] == contacts.liftoffs[last - 1])
-    fixed[np.searchsorted(agents, np.flatnonzero(starts)), 1] = True
-    fixed[np.searchsorted(agents, np.flatnonzero(ends), side="right") - 1, 1] = True
+    fixed[firsts, 1] = contacts.strikes[first] == contacts.strikes[first + 1]
+    fixed[lasts, 1] |= (contacts.steps[last] >= 0) & (contacts.liftoffs[last] == contacts.liftoffs[last - 1])
     return fixed
-
-
-def _divided(agents: IntArray, times: FloatArray, least: IntArray, longest: float) -> tuple[IntArray, FloatArray]:
-    """Agents and times of knots with at least `least` equal parts after each, more where they lie too far apart."""
-    lengths = np.append(np.diff(times), 0.0)
-    last = np.append(agents[1:] != agents[:-1], True)
-    possible = np.maximum((lengths / SHORTEST_SEGMENT).astype(int), 1)
-    parts = np.where(last, 1, np.maximum(np.ceil(lengths / longest - 1e-9), np.minimum(least, possible))).astype(int)
-    part = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
-    return np.repeat(agents, parts), np.repeat(times, parts) + part * np.repeat(lengths / parts, parts)

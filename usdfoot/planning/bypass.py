@@ -12,7 +12,6 @@ from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
-from usdfoot.planning.prints import follow_ground
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.spots import HEADROOM, STEP, Spots, build_spots, trace_way
 
@@ -68,8 +67,7 @@ def go_round(path: WalkingPath, ground: Ground, *, body: Proportions) -> Walking
 def _dense(path: WalkingPath, ground: Ground) -> FloatArray:
     """Points of the path at even spacing on the level it keeps to, shape (K, 3)."""
     points = _even(path.points)
-    starts = np.arange(len(points)) == 0
-    points[:, 1] = follow_ground(ground, points[:, [0, 2]], points[:, 1], starts=starts).heights
+    points[:, 1] = ground.follow(points[:, [0, 2]], points[:, 1], first=np.array([0, len(points)])).heights
     return points
 
 

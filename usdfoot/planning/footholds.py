@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import dijkstra
+import warp as wp
 
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.device import start_warp
 from usdfoot.model.ground import Ground
 from usdfoot.planning.gait import Gait
 from usdfoot.planning.proportions import Proportions
+from usdfoot.planning.tread_kernel import choose_treads
 from usdfoot.planning.ways import Ways
 
 __all__ = ["Footholds", "find_footholds", "firm_ends", "foot_places", "tread_steps"]
@@ -71,17 +74,20 @@ def foot_places(
     return points + (0.5 * widths * outward)[:, None] * across, headings + outward * toe_out
 
 
-def find_footholds(ways: Ways, gaits: list[Gait], bodies: list[Proportions], ground: Ground) -> Footholds:
-    """Footholds of both feet at every sample of the ways."""
-    rows = ways.rows
+def find_footholds(
+    ways: Ways, gaits: Sequence[Gait], bodies: Sequence[Proportions], ground: Ground, *, samples: IntArray | None = None
+) -> Footholds:
+    """Footholds of both feet at samples (M,) of the ways, None = at every one."""
+    chosen = np.arange(len(ways.arcs)) if samples is None else samples
+    rows, points, near = ways.rows[chosen], ways.points[chosen], ways.heights[chosen]
     widths = np.array([gait.step_width for gait in gaits])[rows]
     toe_out = np.array([gait.toe_out for gait in gaits])[rows]
     heels = np.array([body.heel + MARGIN * body.foot_length for body in bodies])[rows]
     toes = np.array([body.toe + MARGIN * body.foot_length for body in bodies])[rows]
     costs, heights = np.zeros((len(rows), 2)), np.zeros((len(rows), 2))
     for side in (0, 1):
-        places, yaws = foot_places(ways.points, ways.headings, np.full(len(rows), side), widths, toe_out)
-        balls = ground.heights(places, ways.heights)
+        places, yaws = foot_places(points, ways.headings[chosen], np.full(len(rows), side), widths, toe_out)
+        balls = ground.heights(places, near)
         forward = planar.direction(yaws)
         rise = -np.sum(balls.normals[:, [0, 2]] * forward, axis=1) / balls.normals[:, 1]
         bad = ~balls.walkable | (balls.normals[:, 1] < np.cos(STEEPEST))
@@ -95,62 +101,60 @@ def find_footholds(ways: Ways, gaits: list[Gait], bodies: list[Proportions], gro
     return Footholds(costs=costs, heights=heights)
 
 
-def firm_ends(ways: Ways, way: int, footholds: Footholds, gait: Gait) -> tuple[int, int]:
-    """First and last sample of a way at which both feet can stand, within a step of its ends.
+def firm_ends(ways: Ways, footholds: Footholds, gaits: Sequence[Gait]) -> IntArray:
+    """First and last sample within each way at which both feet can stand, within a step of its ends, shape (P, 2).
 
     Where there is none the end itself.
     """
-    own = slice(int(ways.first[way]), int(ways.first[way + 1]))
-    costs, arcs = footholds.costs[own].max(axis=1), ways.arcs[own]
+    steps = np.array([gait.step_length for gait in gaits])
+    costs, rows, lengths = footholds.costs.max(axis=1), ways.rows, ways.lengths
+    within = np.minimum(steps, 0.4 * lengths)[rows]
     ends = []
-    for distances in (arcs, arcs[-1] - arcs):
-        near = np.where(distances <= min(gait.step_length, 0.4 * arcs[-1]), costs + STEP * distances, np.inf)
-        ends.append(int(np.argmin(near)))
-    return ends[0], ends[1]
+    for distances in (ways.arcs, lengths[rows] - ways.arcs):
+        near = np.where(distances <= within, costs + STEP * distances, np.inf)
+        best = np.flatnonzero(near == np.minimum.reduceat(near, ways.first[:-1])[rows])
+        ends.append(best[np.unique(rows[best], return_index=True)[1]] - ways.first[:-1])
+    return np.stack(ends, axis=1)
 
 
-def tread_steps(
-    ways: Ways, way: int, footholds: Footholds, gait: Gait, *, ends: tuple[int, int], support: int
-) -> IntArray:
-    """Samples of a way to step on, from its start to its end: the sequence nearest to even steps on firm footholds.
+def tread_steps(ways: Ways, footholds: Footholds, gaits: Sequence[Gait], *, ends: IntArray, support: int) -> IntArray:
+    """Samples of ways to step on, from their starts to their ends: those nearest to even steps on firm footholds.
 
     On stairs these are the treads. A shortest path over (sample, foot): a step costs the square of how much its length
     differs from what it should be there, and a little more for a high rise.
 
     Args:
-        ways: All ways.
-        way: Which.
-        footholds: Of all ways.
-        gait: Of the walker.
-        ends: Samples of the way where the feet stand first and last, as from `firm_ends`.
+        ways: Samples at even spacing.
+        footholds: At all of them.
+        gaits: Of each way's walker.
+        ends: Samples within each way where the feet stand first and last, as from `firm_ends`, shape (P, 2).
         support: Foot that stands at the start while the other steps first.
 
     Returns:
-        Sample indices within the way, shape (S,), the last of them the second of `ends`.
+        Indices of the samples of all ways, ascending, shape (S,), without those where the feet stand first.
     """
-    own = slice(int(ways.first[way]), int(ways.first[way + 1]))
-    arcs, costs, heights = ways.arcs[own], footholds.costs[own], footholds.heights[own]
-    count, spacing = len(arcs), float(arcs[1])
-    wanted = gait.step_length * ways.shares[own]
-    least = max(1, int(SHORTEST * wanted.min() / spacing))
-    most = max(least + 1, int(np.ceil(LONGEST * gait.step_length / spacing)))
-    start, offset = np.meshgrid(np.arange(count), np.arange(least, min(most, count - 1) + 1), indexing="ij")
-    inside = start + offset < count
-    start, end = start[inside], (start + offset)[inside]
-    mean = 0.5 * (wanted[start] + wanted[end])
-    stretch = ((arcs[end] - arcs[start]) / mean - 1.0) ** 2
-    edges = []
-    for side in (0, 1):  # the foot that steps
-        rise = (heights[end, side] - heights[start, 1 - side]) / (HIGH * gait.rule.leg_length)
-        cost = STEP + stretch + rise**4 + costs[end, side]
-        edges.append((start + count * (1 - side), end + count * side, cost))
-    rows, columns, values = (np.concatenate(parts) for parts in zip(*edges, strict=True))
-    graph = csr_array((values, (rows, columns)), shape=(2 * count, 2 * count))
-    reached, before = dijkstra(graph, indices=ends[0] + count * support, return_predecessors=True)
-    node = ends[1] + count * int(reached[ends[1] + count] < reached[ends[1]])
-    if not np.isfinite(reached[node]):
-        return np.array([ends[1]])
-    steps = [node]
-    while before[steps[-1]] >= 0:
-        steps.append(int(before[steps[-1]]))
-    return np.array(steps[::-1][1:], dtype=int) % count
+    start_warp()
+    spacings, lengths = ways.arcs[ways.first[:-1] + 1], np.array([gait.step_length for gait in gaits])
+    wanted = lengths[ways.rows] * ways.shares
+    least = np.maximum((SHORTEST * np.minimum.reduceat(wanted, ways.first[:-1]) / spacings).astype(np.int32), 1)
+    most = np.maximum(np.ceil(LONGEST * lengths / spacings).astype(np.int32), least + 1)
+    count = len(ways.arcs)
+    taken: Any = wp.zeros(count, dtype=wp.bool)
+    tables: list[tuple[FloatArray | IntArray, type]] = [
+        (ways.first, wp.int32),
+        (ends, wp.int32),
+        (np.stack([least, most], axis=1), wp.int32),
+        (spacings, wp.float64),
+        (HIGH * np.array([gait.rule.leg_length for gait in gaits]), wp.float64),
+        (wanted, wp.float64),
+        (footholds.costs, wp.float64),
+        (footholds.heights, wp.float64),
+    ]
+    wp.launch(
+        choose_treads,
+        dim=len(gaits),
+        inputs=[*(wp.array(values, dtype=dtype) for values, dtype in tables), support, STEP],
+        outputs=[wp.full((count, 2), np.inf, dtype=wp.float64), wp.full((count, 2), -1, dtype=wp.int32), taken],
+        device="cpu",
+    )
+    return np.flatnonzero(taken.numpy())

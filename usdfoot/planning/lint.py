@@ -14,7 +14,8 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.planning.collisions import FootTable, feet_of, find_collisions
 from usdfoot.planning.proportions import Proportions
-from usdfoot.spaces.library import FootstepSpaces, has_flight, solve_steps
+from usdfoot.spaces.gaits import has_flight
+from usdfoot.spaces.library import FootstepSpaces, solve_steps
 
 __all__ = ["Fault", "LintLimits", "lint_clips", "lint_plans"]
 

@@ -45,12 +45,13 @@ def pace_steps(ways: Ways, gaits: list[Gait], *, rows: IntArray, arcs: FloatArra
         arcs: Where along it [m], shape (N,).
         heights: Of the print [m], shape (N,).
     """
+    known = {gait: gait.longest_time for gait in dict.fromkeys(gaits)}
     lengths, times, longest = (
         np.array(values)[rows]
         for values in (
             [gait.step_length for gait in gaits],
             [gait.step_time for gait in gaits],
-            [gait.longest_time for gait in gaits],
+            [known[gait] for gait in gaits],
         )
     )
     previous = np.concatenate([arcs[:1], arcs[:-1]])

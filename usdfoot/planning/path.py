@@ -76,10 +76,12 @@ def plan_paths(
         return []
     options = options or PathOptions()
     bodies = list(proportions or [Proportions()] * len(paths))
-    gaits = [
-        derive_gait(body, speed=path.speed, step_length=path.step_length, step_width=path.step_width)
-        for path, body in zip(paths, bodies, strict=True)
-    ]
+    sizes = [(body, path.speed, path.step_length, path.step_width) for path, body in zip(paths, bodies, strict=True)]
+    known = {
+        size: derive_gait(size[0], speed=size[1], step_length=size[2], step_width=size[3])
+        for size in dict.fromkeys(sizes)
+    }
+    gaits = [known[size] for size in sizes]
     for path, body in zip(paths, bodies, strict=True):
         check_length(path, body)
     if options.around:
@@ -111,21 +113,31 @@ def _steps(ways: Ways, gaits: list[Gait], bodies: list[Proportions], ground: Gro
     steps = _even_steps(ways, gaits)
     if not ground.has_terrain:
         return steps
-    footholds = find_footholds(ways, gaits, bodies, ground)
-    uneven = np.flatnonzero(~np.logical_and.reduceat(footholds.firm, ways.first[:-1])).tolist()
-    if not uneven:
+    uneven = _uneven_ways(ways, gaits, bodies, ground, steps)
+    if not len(uneven):
         return steps
-    starts, chosen = steps.starts.copy(), []
-    for way in uneven:
-        ends = firm_ends(ways, way, footholds, gaits[way])
-        own = ways.arcs[ways.first[way] : ways.first[way + 1]]
-        starts[way] = own[ends[0]]
-        chosen.append(own[tread_steps(ways, way, footholds, gaits[way], ends=ends, support=1 - options.first_side)])
+    rough, walkers = ways.only(uneven), [gaits[way] for way in uneven]
+    footholds = find_footholds(rough, walkers, [bodies[way] for way in uneven], ground)
+    ends = firm_ends(rough, footholds, walkers)
+    treads = tread_steps(rough, footholds, walkers, ends=ends, support=1 - options.first_side)
+    starts = steps.starts.copy()
+    starts[uneven] = rough.arcs[rough.first[:-1] + ends[:, 0]]
     kept = ~np.isin(steps.rows, uneven)
-    rows = np.concatenate([steps.rows[kept], np.repeat(uneven, [len(arcs) for arcs in chosen])])
-    arcs = np.concatenate([steps.arcs[kept], *chosen])
+    rows = np.concatenate([steps.rows[kept], uneven[rough.rows[treads]]])
+    arcs = np.concatenate([steps.arcs[kept], rough.arcs[treads]])
     order = np.lexsort((arcs, rows))
     return _Steps(starts=starts, rows=rows[order], arcs=arcs[order])
+
+
+def _uneven_ways(ways: Ways, gaits: list[Gait], bodies: list[Proportions], ground: Ground, steps: _Steps) -> IntArray:
+    """Ways with ground on which a foot does not stand firmly: where even steps end, or twice in every sole's length."""
+    rows, numbers = ways.rows, np.arange(len(ways.arcs))
+    half_soles = np.array([0.5 * (body.heel + body.toe) for body in bodies])
+    every = np.maximum((half_soles / ways.arcs[ways.first[:-1] + 1]).astype(np.intp), 1)
+    stepped = np.rint(ways.at(steps.rows, steps.arcs, numbers.astype(float))).astype(np.intp)
+    samples = np.union1d(np.flatnonzero((numbers - ways.first[rows]) % every[rows] == 0), stepped)
+    firm = find_footholds(ways, gaits, bodies, ground, samples=samples).firm
+    return np.unique(rows[samples[~firm]])
 
 
 def _even_steps(ways: Ways, gaits: list[Gait]) -> _Steps:

@@ -1,16 +1,16 @@
-"""Prints on the ground: the level a way keeps to, and feet that take on the ground's height and slope ([P] 2.1)."""
+"""Prints on the ground: feet that take on the ground's height and slope ([P] 2.1)."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import BoolArray, FloatArray
-from usdfoot.model.ground import Ground, GroundSample
+from usdfoot.model.ground import Ground
 
-__all__ = ["Prints", "follow_ground", "lay_prints", "print_orientations", "settle_on_treads"]
+__all__ = ["Prints", "lay_prints", "print_orientations", "settle_on_treads"]
 
 STEP_UP = 0.5
 """Ground this far above [m] is still the same level."""
@@ -30,39 +30,6 @@ class Prints:
     """Turns +Z into the foot's forward and +Y into the ground's normal, unit xyzw, shape (N, 4)."""
     walkable: BoolArray
     """Whether feet may stand there, shape (N,)."""
-
-
-def follow_ground(
-    ground: Ground, points: FloatArray, near: FloatArray, *, starts: BoolArray, step_up: float = STEP_UP
-) -> GroundSample:
-    """The ground along ways, each keeping to the level it begins on.
-
-    The level of a point is the highest at most `step_up` above the point before it, so a way goes up the spiral stairs
-    and over or under the bridge as a walker would. A drop or rise of more than `step_up` is a gap: behind it the level
-    before it is looked for again. The heights are the fixed point of that rule, found for all points at once; where
-    nothing is above anything else they are there after two rounds.
-
-    Args:
-        ground: The terrain.
-        points: Densely sampled ways one after the other, (x, z) [m], shape (M, 2).
-        near: Heights the ways are drawn at [m], shape (M,); those at the starts choose the level.
-        starts: Whether a way begins at the point, shape (M,).
-        step_up: Highest step along the way [m].
-
-    Returns:
-        The ground; where a way has left the terrain, at the height it had before.
-    """
-    levels = np.array(near, dtype=float)
-    sample = ground.heights(points, levels, step_up=step_up)
-    while True:
-        same = sample.hit & (starts | (np.abs(sample.heights - levels) <= step_up))
-        kept = np.where(same, sample.heights, levels)
-        following = np.where(starts, near, np.concatenate([kept[:1], kept[:-1]]))
-        changed = np.flatnonzero(following != levels)
-        if not changed.size:
-            return replace(sample, heights=np.where(sample.hit, sample.heights, levels))
-        levels = following
-        sample = _with(sample, changed, ground.heights(points[changed], levels[changed], step_up=step_up))
 
 
 def lay_prints(
@@ -123,12 +90,3 @@ def print_orientations(yaws: FloatArray, normals: FloatArray) -> FloatArray:
     forward = np.stack([sine, rise, cosine], axis=-1)
     forward /= np.linalg.norm(forward, axis=-1, keepdims=True)
     return quaternion.from_matrix(np.stack([np.cross(normals, forward), normals, forward], axis=-1))
-
-
-def _with(sample: GroundSample, rows: np.ndarray, part: GroundSample) -> GroundSample:
-    """The sample with some of its points replaced."""
-    columns = {}
-    for name in ("heights", "normals", "walkable", "hit"):
-        columns[name] = getattr(sample, name).copy()
-        columns[name][rows] = getattr(part, name)
-    return replace(sample, **columns)

@@ -18,7 +18,7 @@ from usdfoot.planning.elbow_room import keep_apart
 from usdfoot.planning.feet_apart import set_feet_apart, uncross
 from usdfoot.planning.footholds import foot_places
 from usdfoot.planning.gait import TOE_OUT, natural_lengths, overlap_shares
-from usdfoot.planning.prints import follow_ground, lay_prints
+from usdfoot.planning.prints import lay_prints
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.root_curves import SPACING, RootCurves, build_root_curves
 
@@ -213,10 +213,9 @@ def lay_plans(names: Sequence[str], feet: FootTable, ground: Ground, *, on_groun
             is known.
     """
     places, near = feet.positions[:, [0, 2]], feet.positions[:, 1]
-    starts = np.full(len(near), True) if on_ground else feet.numbers == 0
-    level = follow_ground(ground, places, near, starts=starts).heights
-    prints = lay_prints(ground, places, feet.yaws, level)
     first = np.append(np.flatnonzero(feet.numbers == 0), len(feet.owners))
+    ways = np.arange(len(near) + 1) if on_ground else first
+    prints = lay_prints(ground, places, feet.yaws, ground.follow(places, near, first=ways).heights)
     return [
         FootstepPlan(
             name=name,

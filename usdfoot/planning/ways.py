@@ -11,7 +11,6 @@ from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
 from usdfoot.planning.gait import Gait
-from usdfoot.planning.prints import follow_ground
 
 __all__ = ["Ways", "lay_ways"]
 
@@ -54,6 +53,12 @@ class Ways:
         """Of each way [m], shape (P,)."""
         return self.arcs[self.first[1:] - 1]
 
+    def only(self, kept: IntArray) -> Ways:
+        """The ways that are kept (K,)."""
+        samples = np.flatnonzero(np.isin(self.rows, kept))
+        columns = {name: getattr(self, name)[samples] for name in ("arcs", "points", "heights", "headings", "shares")}
+        return Ways(first=np.concatenate([[0], np.cumsum(np.diff(self.first)[kept])]), **columns)
+
     def at(self, rows: IntArray, arcs: FloatArray, values: FloatArray) -> FloatArray:
         """`values` (M,) of the samples between them: on ways `rows` (N,) at distances `arcs` [m] (N,), shape (N,)."""
         offsets = _offsets(self.lengths)
@@ -70,8 +75,7 @@ def lay_ways(paths: Sequence[WalkingPath], gaits: Sequence[Gait], ground: Ground
     ways = _even(paths, np.array([SPACING * gait.step_length for gait in gaits]))
     rows, starts = ways.rows, np.zeros(len(ways.arcs), dtype=bool)
     starts[ways.first[:-1]] = True
-    near = ways.heights
-    heights = follow_ground(ground, ways.points, near, starts=starts).heights
+    heights = ground.follow(ways.points, ways.heights, first=ways.first).heights
     steps = np.array([gait.step_length for gait in gaits])[rows]
     legs = np.array([gait.rule.leg_length for gait in gaits])[rows]
     headings = _smooth(ways, _tangents(ways, starts), 0.5 * steps)

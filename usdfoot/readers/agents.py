@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from typing import Any
 
 from pxr import Sdf, Usd
 
@@ -15,7 +16,7 @@ from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import PlanError, SceneError
 from usdfoot.model.report import Problem
 from usdfoot.readers.plans import is_plan
-from usdfoot.readers.stage import StagePrims, authored, targets
+from usdfoot.readers.stage import StagePrims, authored, authored_values, targets
 
 __all__ = [
     "AgentOptions",
@@ -28,6 +29,7 @@ __all__ = [
 
 IK_REACH = 0.3
 """Largest IK correction where none is authored [m]."""
+_OPTIONS = (Token.MOTION, Token.ROOT_WEIGHT, Token.REPLACE_DISTANCE, Token.IK_REACH)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,14 +144,15 @@ def read_agent_options(source: AgentSource, units: StageUnits) -> AgentOptions:
     Raises:
         SceneError: If a value is outside its range.
     """
-    motion = str(authored(source.prim, Token.MOTION) or Motion.CLIPS)
+    said = authored_values(source.prim, _OPTIONS)
+    motion = str(said.get(Token.MOTION) or Motion.CLIPS)
     if motion not in Motion.ALL:
         raise SceneError(source.prim.GetPath(), f"{Token.MOTION} is {motion}", f"author one of {', '.join(Motion.ALL)}")
     return AgentOptions(
         motion=motion,
-        root_weight=_number(source.prim, Token.ROOT_WEIGHT, 0.0, upper=1.0),
-        replace_distance=_number(source.prim, Token.REPLACE_DISTANCE, 0.0) * units.meters_per_unit,
-        ik_reach=_number(source.prim, Token.IK_REACH, IK_REACH / units.meters_per_unit) * units.meters_per_unit,
+        root_weight=_number(source.prim, said, Token.ROOT_WEIGHT, 0.0, upper=1.0),
+        replace_distance=_number(source.prim, said, Token.REPLACE_DISTANCE, 0.0) * units.meters_per_unit,
+        ik_reach=_number(source.prim, said, Token.IK_REACH, IK_REACH / units.meters_per_unit) * units.meters_per_unit,
     )
 
 
@@ -198,8 +201,8 @@ def _existing(stage: Usd.Stage, prim: Usd.Prim, name: str) -> list[Sdf.Path]:
     return found
 
 
-def _number(prim: Usd.Prim, name: str, default: float, *, upper: float = math.inf) -> float:
-    value = authored(prim, name)
+def _number(prim: Usd.Prim, said: Mapping[str, Any], name: str, default: float, *, upper: float = math.inf) -> float:
+    value = said.get(name)
     if value is None:
         return default
     if not (math.isfinite(value) and 0.0 <= value <= upper):

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 from pxr import Kind, Sdf, Usd, UsdGeom, UsdSkel
 
-__all__ = ["asset_of", "character_prim_of"]
+__all__ = ["asset_of", "character_prim_of", "look_of"]
 
 _HARMLESS_PROPERTIES = ("xformOp", "usdfoot:", "visibility", "extent", "skel:animationSource")
 """Properties on the character prim that a written agent replaces or does not need."""
+_BROUGHT = ("usdfoot:", "visibility")
+"""Those that an agent has from a prim of the scene that it references."""
 
 
 def asset_of(prim: Usd.Prim) -> tuple[str, str]:
@@ -17,13 +19,36 @@ def asset_of(prim: Usd.Prim) -> tuple[str, str]:
 
     That is the asset itself where the scene only places it; the scene's own prim where the scene changes the asset.
     """
+    return _followed(prim, _changes)
+
+
+def look_of(prim: Usd.Prim) -> tuple[object, ...]:
+    """What prims have in common that one of them can stand for, because they hold the same character.
+
+    That is the asset, where the scene only places it and selects variants, with these and what else referencing the
+    prim would bring along.
+    """
+    asset = _followed(prim, lambda spec: _changes(spec, selections=False))
+    if asset == asset_of(prim):
+        return asset
+    sets = prim.GetVariantSets()
+    brought = [
+        (attribute.GetName(), str(attribute.Get()))
+        for attribute in prim.GetAuthoredAttributes()
+        if attribute.GetName().startswith(_BROUGHT)
+    ]
+    return (*asset, tuple(sorted(sets.GetAllVariantSelections().items())), tuple(brought))
+
+
+def _followed(prim: Usd.Prim, changes: Callable[[Sdf.PrimSpec], bool]) -> tuple[str, str]:
+    """Layer identifier and path of the asset below all that does not change it."""
     root = prim.GetStage().GetRootLayer()
     layer, path = root, prim.GetPath()
     arcs = _direct_arcs(prim)
     for i, arc in enumerate(arcs):
         starts = [(other.GetIntroducingLayer(), other.GetIntroducingPrimPath()) for other in arcs]
         follows = i == 0 or arc.GetIntroducingPrimPath() == path
-        if not follows or starts.count(starts[i]) > 1 or _is_changed_above(prim, arc):
+        if not follows or starts.count(starts[i]) > 1 or _is_changed_above(prim, arc, changes):
             break
         layer, path = arc.GetTargetLayer(), arc.GetTargetPrimPath()
         if layer != arc.GetIntroducingLayer():
@@ -82,19 +107,21 @@ def _has_local_arc(prim: Usd.Prim) -> bool:
     )
 
 
-def _is_changed_above(prim: Usd.Prim, arc: Usd.CompositionArc) -> bool:
+def _is_changed_above(prim: Usd.Prim, arc: Usd.CompositionArc, changes: Callable[[Sdf.PrimSpec], bool]) -> bool:
     """Whether layers stronger than an arc's target say more than where the prim stands and what it does."""
     session = prim.GetStage().GetSessionLayer()
     targets = arc.GetTargetNode().layerStack.layers
     for spec in prim.GetPrimStack():
         if spec.layer in targets and spec.path == arc.GetTargetPrimPath():
             return False
-        if spec.layer != session and _changes(spec):
+        if spec.layer != session and changes(spec):
             return True
     return False
 
 
-def _changes(spec: Sdf.PrimSpec) -> bool:
+def _changes(spec: Sdf.PrimSpec, *, selections: bool = True) -> bool:
+    """Whether a spec says more of a prim than a written agent does anew; `selections` of variants count."""
     own = [prop.name for prop in spec.properties if not prop.name.startswith(_HARMLESS_PROPERTIES)]
     # These views are truthy even when they are empty.
-    return any(len(part) > 0 for part in (own, spec.nameChildren, spec.variantSelections, spec.variantSets))
+    parts = (own, spec.nameChildren, spec.variantSets, spec.variantSelections if selections else ())
+    return any(len(part) > 0 for part in parts)

@@ -53,6 +53,7 @@ class Casting:
     problems: list[Problem] = field(default_factory=list)
     _only: Usd.Prim | None = None
     _unfit: dict[str, str] = field(default_factory=dict)
+    _tuning_of: dict[str, BodyTuning] = field(default_factory=dict)
     _key_of: dict[tuple[Sdf.Path, float], tuple[object, ...]] = field(default_factory=dict)
     _character_of: dict[object, int | UsdfootError] = field(default_factory=dict)
     _library_of: dict[object, int | UsdfootError] = field(default_factory=dict)
@@ -147,7 +148,9 @@ class Casting:
         return _or_raise(self._character_of[key]), prim
 
     def _tuning(self, source: AgentSource) -> BodyTuning:
-        return self.tuning.over(read_tuning(source.prim, self.units))
+        if source.name not in self._tuning_of:
+            self._tuning_of[source.name] = self.tuning.over(read_tuning(source.prim, self.units))
+        return self._tuning_of[source.name]
 
     def _only_character(self) -> Usd.Prim:
         """The stage's only character, looked for once."""

@@ -15,7 +15,7 @@ from usdfoot.errors import SkeletonError
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.skeleton import Pose
-from usdfoot.readers.assets import asset_of, character_prim_of
+from usdfoot.readers.assets import asset_of, character_prim_of, look_of
 from usdfoot.readers.biped import read_biped
 from usdfoot.readers.bounds import read_bounds
 from usdfoot.readers.samples import read_samples
@@ -123,7 +123,7 @@ def read_character(prim: Usd.Prim, units: StageUnits, frame_codes: FloatArray) -
 def character_key(prim: Usd.Prim, units: StageUnits) -> tuple[object, ...]:
     """What two prims have in common if they are the same character: asset, tilt and scale."""
     tilt, scale = _upright(prim, units)
-    return (*asset_of(prim), tuple(np.round(_snapped(tilt), 5)), float(f"{scale:.6g}"))
+    return (look_of(prim), tuple(np.round(_snapped(tilt), 5)), float(f"{scale:.6g}"))
 
 
 def _upright(prim: Usd.Prim, units: StageUnits) -> tuple[FloatArray, float]:

@@ -19,7 +19,7 @@ from usdfoot.model.draft import PlanDraft
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.readers.skeleton import matrices_of
-from usdfoot.readers.stage import authored, start_code
+from usdfoot.readers.stage import authored, is_authored, start_code
 
 __all__ = ["is_plan", "path_orientations", "read_draft", "read_plan", "read_prints"]
 
@@ -36,7 +36,7 @@ def is_plan(prim: Usd.Prim) -> bool:
     """Whether a prim is a footstep plan: it has UsdfootPlanAPI, or is a PointInstancer with a plan's times."""
     if has_api(prim, Schema.PLAN):
         return True
-    has_times = any(authored(prim, name) is not None for name in (Token.STRIKE_TIMES, Token.LIFTOFF_TIMES))
+    has_times = any(is_authored(prim, name) for name in (Token.STRIKE_TIMES, Token.LIFTOFF_TIMES))
     return prim.IsA(UsdGeom.PointInstancer) and has_times
 
 
@@ -166,21 +166,21 @@ def _to_world(prim: Usd.Prim, units: StageUnits, matrix: FloatArray, orientation
     Whether +Z or -Y of a print is its forward depends on the stage's up axis. A plan from a stage with the other up
     axis that a transform stands up here lies on its side when read so; then its own stage's axes are meant.
     """
-    if np.linalg.det(matrix[:3, :3]) <= 0.0:
-        raise PlanError(prim.GetPath(), "is mirrored by its transform", "left would be right; bake the mirror into it")
-    lengths = np.linalg.norm(orientations, axis=-1, keepdims=True)
-    unusable = ~(np.isfinite(lengths[..., 0]) & (lengths[..., 0] > 1e-3))
-    if unusable.any():
+    lengths = np.sqrt(np.einsum("ij,ij->i", orientations, orientations))
+    usable = (lengths > 1e-3) & (lengths < np.inf)
+    if not usable.all():
         raise PlanError(
             prim.GetPath(),
-            f"orientation of footstep {np.flatnonzero(unusable)[0]} is zero or not finite",
+            f"orientation of footstep {np.flatnonzero(~usable)[0]} is zero or not finite",
             "author unit quaternions",
         )
-    own = orientations / lengths
-    if np.array_equal(matrix[:3, :3], np.eye(3)):
+    own = orientations / lengths[:, None]
+    if (matrix[:3, :3] == np.eye(3)).all():
         unturned = units.rotations_to_canonical(own)
         if (1.0 - 2.0 * (unturned[:, 0] ** 2 + unturned[:, 2] ** 2)).mean() >= _UPRIGHT:
             return np.where(unturned[:, 3:] < 0.0, -unturned, unturned)
+    if np.linalg.det(matrix[:3, :3]) <= 0.0:
+        raise PlanError(prim.GetPath(), "is mirrored by its transform", "left would be right; bake the mirror into it")
     other = replace(units, up_axis="Y" if units.up_axis == "Z" else "Z")
     forward, normal = _print_axes(units, matrix, own, units)
     if normal[:, 1].mean() < _UPRIGHT:

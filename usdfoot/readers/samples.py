@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -13,6 +14,8 @@ from usdfoot.maths.types import FloatArray
 from usdfoot.model.limits import DEFAULT_LIMITS, check_limit
 
 __all__ = ["SampledArray", "interpolate_linear", "interpolate_rotations", "read_samples", "regular_codes"]
+
+_logger = logging.getLogger(__name__)
 
 _SLOWEST = 24.0
 """Keys farther apart than this rate [Hz] are filled in between: contacts cannot be seen in fewer samples."""
@@ -33,7 +36,7 @@ class SampledArray:
 def read_samples(attribute: Usd.Attribute, count: int) -> SampledArray | None:
     """All time samples of an array attribute, or its default; None if there is neither.
 
-    Samples that are blocked or do not hold `count` elements are left out.
+    Samples that are blocked or do not hold `count` elements are left out, the latter with a warning.
     """
     codes = list(attribute.GetTimeSamples())
     values = [attribute.Get(code) for code in codes] if codes else [attribute.Get()]
@@ -41,6 +44,15 @@ def read_samples(attribute: Usd.Attribute, count: int) -> SampledArray | None:
     kept = [i for i, value in enumerate(values) if value is not None and len(value) == count]
     if not kept:
         return None
+    odd = [code for code, value in zip(codes, values, strict=True) if value is not None and len(value) != count]
+    if odd:
+        _logger.warning(
+            "%s: %d sample(s) that hold other than %d values are left out, first at time code %g",
+            attribute.GetPath(),
+            len(odd),
+            count,
+            odd[0],
+        )
     return SampledArray(
         codes=np.array([codes[i] for i in kept], dtype=float),
         values=np.stack([np.asarray(values[i]) for i in kept]).astype(float),

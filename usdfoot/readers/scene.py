@@ -123,6 +123,7 @@ class SceneReader:
         self._roots: dict[str, RootTrajectory] = {}
         self._trajectories = TrajectoryReader(units=self.info.units)
         self._frames: dict[str, FloatArray] = {}
+        self._cast: dict[str, Agent | Follower | None] = {}
         self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units, limits=limits)
         self._planned = self._plan_paths(stage, prims)
         codes = _frame_codes(self._all_walks(), self.info, frames, limits.frames)
@@ -154,17 +155,9 @@ class SceneReader:
         """
         casting = self._casting
         wanted = None if names is None else set(names)
-        cast, followers = [], []
-        for source in self._chosen:
-            if wanted is not None and source.name not in wanted:
-                continue
-            walk = self._walk_of(source)
-            if isinstance(walk, RootTrajectory):
-                follower = casting.cast_follower(source, walk)
-                followers += [self._sampled(follower, walk)] if follower else []
-            elif isinstance(walk, FootstepPlan):
-                agent = casting.cast(source, walk, self._roots.get(source.name))
-                cast += [self._sampled(agent, walk)] if agent else []
+        everyone = [self._performer_of(source) for source in self._chosen if wanted is None or source.name in wanted]
+        cast = [performer for performer in everyone if isinstance(performer, Agent)]
+        followers = [performer for performer in everyone if isinstance(performer, Follower)]
         problems = (
             *self._agent_problems,
             *self._walk_problems,
@@ -190,12 +183,28 @@ class SceneReader:
             plan_frames={agent.name: self._frames[agent.name] for agent in cast if agent.name in self._frames},
         )
 
+    def _performer_of(self, source: AgentSource) -> Agent | Follower | None:
+        """An agent with all it needs, None if it cannot be used; read once."""
+        if source.name not in self._cast:
+            self._cast[source.name] = self._read_performer(source)
+        return self._cast[source.name]
+
+    def _read_performer(self, source: AgentSource) -> Agent | Follower | None:
+        walk = self._walk_of(source)
+        if isinstance(walk, RootTrajectory):
+            follower = self._casting.cast_follower(source, walk)
+            return self._sampled(follower, walk) if follower else None
+        if isinstance(walk, FootstepPlan):
+            agent = self._casting.cast(source, walk, self._roots.get(source.name))
+            return self._sampled(agent, walk) if agent else None
+        return None
+
     def _sampled(self, performer: Walking, walk: FootstepPlan | RootTrajectory) -> Walking:
         """The performer with its frames; one below a transform that moves undoes that at all of them."""
         if len(self._casting.characters[performer.character].skeleton_to_agent) > 1:
             return performer
         frames = self._sampling.frames_of(walk, performer.name)
-        return replace(performer, sampled=frames)
+        return performer if frames == performer.sampled else replace(performer, sampled=frames)
 
     def _plan_paths(self, stage: Usd.Stage, prims: StagePrims) -> dict[str, FootstepPlan | UsdfootError]:
         """Plans of all agents that follow a path, or why there is none, by agent name."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,7 +58,7 @@ def read_skeleton(prim: Usd.Prim) -> RawSkeleton:
     """Joints and rest pose of a Skeleton; without a rest pose that of the bind pose.
 
     Raises:
-        SkeletonError: If joints are missing, listed twice or after their children, or there is neither pose.
+        SkeletonError: If joints are missing, listed twice or after their children, or there is no usable pose.
     """
     skeleton = UsdSkel.Skeleton(prim)
     joints = tuple(str(joint) for joint in skeleton.GetJointsAttr().Get() or ())
@@ -66,8 +67,8 @@ def read_skeleton(prim: Usd.Prim) -> RawSkeleton:
     _check_unique(prim, joints)
     _warn_of_names(prim, joints)
     parents = parent_indices(joints)
-    bind = _matrices(skeleton.GetBindTransformsAttr().Get(), len(joints))
-    rest = _matrices(skeleton.GetRestTransformsAttr().Get(), len(joints))
+    bind = _matrices(skeleton.GetBindTransformsAttr(), joints)
+    rest = _matrices(skeleton.GetRestTransformsAttr(), joints)
     if rest is None:
         if bind is None:
             raise SkeletonError(
@@ -76,9 +77,17 @@ def read_skeleton(prim: Usd.Prim) -> RawSkeleton:
                 "author restTransforms, one matrix a joint",
             )
         _logger.warning("%s: restTransforms are not authored for every joint, the bind pose is used", prim.GetPath())
-        rest = _joint_local(bind, parents)
+        try:
+            rest = _joint_local(bind, parents)
+        except np.linalg.LinAlgError:
+            remedy = "author restTransforms, or bindTransforms that have one"
+            raise SkeletonError(prim.GetPath(), "bindTransforms have no inverse", remedy) from None
     translations, rotations, scales = split_matrices(rest)
     folded, inherited = fold_scales(parents, translations[None], scales[None], prim.GetPath())
+    if not inherited.all():
+        flat = [joints[parent] for joint, parent in enumerate(parents) if not inherited[joint]]
+        remedy = "author scales other than zero for joints that have others below them"
+        raise SkeletonError(prim.GetPath(), "restTransforms shrink joints to nothing", remedy, dict.fromkeys(flat))
     return RawSkeleton(
         path=str(prim.GetPath()),
         joints=joints,
@@ -171,9 +180,21 @@ def is_moving(prim: Usd.Prim, below: Usd.Prim | None = None) -> bool:
     return False
 
 
-def _matrices(value: object, count: int) -> FloatArray | None:
+def _matrices(attribute: Usd.Attribute, joints: Sequence[str]) -> FloatArray | None:
+    """One matrix a joint, shape (J, 4, 4); None if there are not as many.
+
+    Raises:
+        SkeletonError: If one has values that are not finite.
+    """
+    value = attribute.Get()
     matrices = np.array(value if value is not None else (), dtype=float)
-    return matrices if matrices.shape == (count, 4, 4) else None
+    if matrices.shape != (len(joints), 4, 4):
+        return None
+    broken = np.flatnonzero(~np.isfinite(matrices).all(axis=(1, 2)))
+    if len(broken):
+        what = f"{attribute.GetName()} are not finite"
+        raise SkeletonError(attribute.GetPrimPath(), what, "author numbers", [joints[int(i)] for i in broken])
+    return matrices
 
 
 def _joint_local(matrices: FloatArray, parents: IntArray) -> FloatArray:

@@ -4,22 +4,41 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from pxr import Sdf, Tf, Usd, UsdGeom, UsdSkel
 
 from usdfoot.bridge.scene import StageInfo
-from usdfoot.bridge.schema import applied_apis
+from usdfoot.bridge.schema import applied_apis, declared_type
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import SceneError
 
-__all__ = ["StagePrims", "authored", "collect_prims", "open_stage", "read_stage_info", "start_code", "targets"]
+__all__ = [
+    "StagePrims",
+    "authored",
+    "authored_values",
+    "collect_prims",
+    "is_authored",
+    "open_stage",
+    "read_stage_info",
+    "start_code",
+    "targets",
+]
 
 _logger = logging.getLogger(__name__)
 
 _EXTENSIONS = "usd, usda, usdc or usdz"
+_MESHES, _INSTANCERS, _SHAPES = "meshes", "instancers", "shapes"
+_KINDS = {
+    _MESHES: UsdGeom.Mesh,
+    "skeletons": UsdSkel.Skeleton,
+    "animations": UsdSkel.Animation,
+    _INSTANCERS: UsdGeom.PointInstancer,
+}
+_GEOMETRY = (_MESHES, _SHAPES)
 
 
 def open_stage(scene: str | os.PathLike[str] | Usd.Stage) -> Usd.Stage:
@@ -75,11 +94,36 @@ def start_code(stage: Usd.Stage) -> Usd.TimeCode:
 
 
 def authored(prim: Usd.Prim, name: str) -> Any:
-    """Value authored for an attribute, None where there is none; the schema's fallback does not count."""
-    attribute = prim.GetAttribute(name)
-    if not attribute or not attribute.HasAuthoredValue():
+    """Value authored for an attribute, None where there is none; the schema's fallback does not count.
+
+    Raises:
+        SceneError: If the attribute is of a type that cannot stand for the schema's, as text cannot for a number.
+    """
+    if not is_authored(prim, name):
         return None
+    attribute = prim.GetAttribute(name)
+    expected, found = declared_type(name), attribute.GetPropertyStack()[0].typeName  # the attribute's is the schema's
+    if expected and expected != found and _form(expected) != _form(found):
+        raise SceneError(prim.GetPath(), f"{name} is of type {found}", f"author it as {expected}")
     return attribute.Get(Usd.TimeCode.EarliestTime())
+
+
+def authored_values(prim: Usd.Prim, names: Collection[str]) -> dict[str, Any]:
+    """Values authored for attributes, by name; those without are left out. Quick where few are authored."""
+    values = {name: authored(prim, name) for name in prim.GetAuthoredPropertyNames() if name in names}
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def is_authored(prim: Usd.Prim, name: str) -> bool:
+    """Whether an attribute has a value of its own, whatever that is."""
+    attribute = prim.GetAttribute(name)
+    return bool(attribute) and attribute.HasAuthoredValue()
+
+
+def _form(type_name: Sdf.ValueTypeName) -> tuple[bool, bool, tuple[int, ...]]:
+    """Whether values are arrays, whether they are text, and the shape of one; float, double and timecode are alike."""
+    value = type_name.scalarType.defaultValue
+    return type_name.isArray, isinstance(value, (str, Sdf.AssetPath)), np.shape(value)
 
 
 def targets(prim: Usd.Prim, name: str) -> list[Sdf.Path]:
@@ -98,40 +142,41 @@ class StagePrims:
     """Without those below point instancers, which are prototypes."""
     instancers: tuple[Usd.Prim, ...]
     shapes: tuple[Usd.Prim, ...]
-    """Geometry that is given by numbers alone: cubes, planes, spheres."""
+    """Geometry that is given by numbers alone: cubes, planes, spheres; without prototypes too."""
     with_apis: dict[str, tuple[Usd.Prim, ...]]
     """Prims by the usdfoot API schemas applied to them."""
 
 
 def collect_prims(stage: Usd.Stage) -> StagePrims:
     """Every prim the readers look at, found in one walk."""
-    skeletons, animations, meshes, instancers, shapes = [], [], [], [], []
+    found: dict[str, list[Usd.Prim]] = {kind: [] for kind in ("", *_KINDS, _SHAPES)}
     with_apis: dict[str, list[Usd.Prim]] = {}
+    kinds: dict[str, str] = {}
     prototypes: list[Sdf.Path] = []
     for prim in _walk(stage):
-        for name in applied_apis(prim):
-            if name.startswith("Usdfoot"):
-                with_apis.setdefault(name, []).append(prim)
-        if prim.IsA(UsdGeom.Mesh):
-            if not any(prim.GetPath().HasPrefix(path) for path in prototypes[-1:]):
-                meshes.append(prim)
-        elif prim.IsA(UsdSkel.Skeleton):
-            skeletons.append(prim)
-        elif prim.IsA(UsdSkel.Animation):
-            animations.append(prim)
-        elif prim.IsA(UsdGeom.PointInstancer):
-            instancers.append(prim)
+        if prim.HasAuthoredMetadata("apiSchemas"):
+            for name in applied_apis(prim):
+                if name.startswith("Usdfoot"):
+                    with_apis.setdefault(name, []).append(prim)
+        type_name = prim.GetTypeName()
+        kind = kinds.get(type_name)
+        if kind is None:
+            kind = kinds[type_name] = _kind(prim)
+        if kind in _GEOMETRY and prototypes and prim.GetPath().HasPrefix(prototypes[-1]):
+            continue
+        if kind == _INSTANCERS:
             prototypes.append(prim.GetPath())
-        elif prim.IsA(UsdGeom.Gprim) and not prim.IsA(UsdGeom.PointBased):
-            shapes.append(prim)
-    return StagePrims(
-        skeletons=tuple(skeletons),
-        animations=tuple(animations),
-        meshes=tuple(meshes),
-        instancers=tuple(instancers),
-        shapes=tuple(shapes),
-        with_apis={name: tuple(prims) for name, prims in with_apis.items()},
-    )
+        found[kind].append(prim)
+    prims = {kind: tuple(found[kind]) for kind in (*_KINDS, _SHAPES)}
+    return StagePrims(**prims, with_apis={name: tuple(marked) for name, marked in with_apis.items()})
+
+
+def _kind(prim: Usd.Prim) -> str:
+    """Field of `StagePrims` that prims of this one's type belong to, "" if none."""
+    for kind, schema in _KINDS.items():
+        if prim.IsA(schema):
+            return kind
+    return _SHAPES if prim.IsA(UsdGeom.Gprim) and not prim.IsA(UsdGeom.PointBased) else ""
 
 
 def _walk(stage: Usd.Stage) -> Iterator[Usd.Prim]:

@@ -22,6 +22,9 @@ __all__ = ["TrajectoryReader"]
 
 _SAME_TIME = 1e-6
 """[s]"""
+_JUST_AFTER = 1e-6
+"""How long after a sample ids are asked for [time codes]: layer offsets round, and a moment before it they are the last
+sample's."""
 _FARTHEST_ROOT = 1.0
 """A root trajectory farther than this from the middle of the feet belongs to other footsteps [m]."""
 _LEAST_TURN = np.radians(1.0)
@@ -201,9 +204,8 @@ def _read_cloud(prim: Usd.Prim, units: StageUnits) -> _Cloud:
     orientations = _orientation_attribute(prim) if is_instancer else None
     parts: list[tuple[np.ndarray, ...]] = []
     for code, matrix in zip(codes, matrices_of(prim, codes), strict=True):
-        places, numbers = points.Get(float(code)), ids.Get(float(code))
-        places = np.array(places if places is not None else (), dtype=float).reshape(-1, 3)
-        numbers = np.array(numbers if numbers is not None else (), dtype=np.int64)
+        numbers = np.array(ids.Get(float(code) + _JUST_AFTER) or (), dtype=np.int64)
+        places = _values_at(points, float(code), len(numbers)).reshape(-1, 3)
         if len(places) != len(numbers):
             what = f"has {len(places)} {name} but {len(numbers)} ids at time code {code:g}"
             raise PlanError(prim.GetPath(), what, "author one id a point")
@@ -221,6 +223,14 @@ def _read_cloud(prim: Usd.Prim, units: StageUnits) -> _Cloud:
     )
 
 
+def _values_at(attribute: Usd.Attribute, code: float, count: int) -> FloatArray:
+    """The array at a time code; if it has not `count` elements there, as the sample before may, that just after."""
+    values = attribute.Get(code)
+    if values is None or len(values) != count:
+        values = attribute.Get(code + _JUST_AFTER)
+    return np.array(values if values is not None else (), dtype=float)
+
+
 def _orientation_attribute(prim: Usd.Prim) -> Usd.Attribute | None:
     for name in ("orientationsf", "orientations"):
         attribute = prim.GetAttribute(name)
@@ -235,7 +245,7 @@ def _instance_yaws(
     """Headings of instances at a time code [rad], 0 without orientations, shape (N,)."""
     if orientations is None:
         return np.zeros(count)
-    values = np.array(orientations.Get(code), dtype=float)
+    values = _values_at(orientations, code, count)
     if len(values) != count:
         what = f"has {count} positions but {len(values)} orientations at time code {code:g}"
         raise PlanError(orientations.GetPrim().GetPath(), what, "author one orientation a point")

@@ -8,7 +8,7 @@ from usdfoot.bridge.tokens import Agent as Token
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.model.tuning import BodyTuning
-from usdfoot.readers.stage import authored
+from usdfoot.readers.stage import authored_values
 
 __all__ = ["read_tuning"]
 
@@ -32,8 +32,9 @@ def read_tuning(prim: Usd.Prim, units: StageUnits) -> BodyTuning:
     Raises:
         SceneError: If a value is out of its range.
     """
-    values = {name: authored(prim, token) for name, token in _TOKENS.items() if name not in _COM_AXES}
-    shift, gravity = authored(prim, Token.COM_SHIFT), values["gravity"]
+    said = authored_values(prim, _TOKENS.values())
+    values = {name: said.get(token) for name, token in _TOKENS.items() if name not in _COM_AXES}
+    shift, gravity = said.get(Token.COM_SHIFT), values["gravity"]
     if shift is not None:
         values.update({name: value * units.meters_per_unit for name, value in zip(_COM_AXES, shift, strict=True)})
     if gravity is not None:

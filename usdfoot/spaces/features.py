@@ -10,7 +10,10 @@ from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.biped import RIGHT
 from usdfoot.model.examples import Examples
 
-__all__ = ["FeatureScales", "StepFeatures", "example_features", "step_coordinates"]
+__all__ = ["DOUBT", "FeatureScales", "StepFeatures", "example_features", "step_coordinates"]
+
+DOUBT = 6
+"""Coordinate in which what is wanted and what was recorded is 0: how far off a synthetic step is from what it is of."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,7 +79,7 @@ def example_features(examples: Examples) -> StepFeatures:
 
 
 def step_coordinates(landings: FloatArray, features: StepFeatures, scales: FeatureScales) -> FloatArray:
-    """Landings and features, each divided by its scale, shape (N, 8): distances between steps are Euclidean."""
+    """Landings and features, each divided by its scale, and no doubt, shape (N, 9): steps' distances are Euclidean."""
     return np.column_stack(
         [
             landings / scales.landing,
@@ -84,6 +87,7 @@ def step_coordinates(landings: FloatArray, features: StepFeatures, scales: Featu
             features.swing_liftoffs / scales.swing_liftoff,
             features.turns / scales.turn,
             features.landing_heights / scales.landing_height,
+            np.zeros(len(landings)),
             features.departures / scales.departure,
         ]
     )

@@ -14,14 +14,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from usdfoot.analysis.timing import EARTH_GRAVITY, HUMAN_LEG
+from usdfoot.analysis.timing import HUMAN_LEG
 from usdfoot.errors import ClipError
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray, StyleArray
 from usdfoot.model.biped import LEFT, RIGHT, SIDES
 from usdfoot.model.examples import Examples
-from usdfoot.spaces.features import FeatureScales, StepFeatures, example_features, step_coordinates
+from usdfoot.spaces.features import DOUBT, FeatureScales, StepFeatures, example_features, step_coordinates
 from usdfoot.spaces.footsteps import FootstepSpace, build_footstep_space, solve_footsteps
+from usdfoot.spaces.gaits import has_flight
 from usdfoot.spaces.mirror import mirror_partners
 from usdfoot.spaces.neighbours import NeighbourSpace, adjoin_triples, build_neighbour_space, solve_neighbours
 from usdfoot.spaces.poses import EndPoses, build_end_poses
@@ -35,19 +36,12 @@ __all__ = [
     "StepWeights",
     "build_spaces",
     "end_landings",
-    "has_flight",
     "left_landings",
     "reweigh_steps",
     "root_velocities",
     "solve_steps",
 ]
 
-FLIGHT_SHARE = 0.2
-"""Shortest flight of a run, relative to its step. By ball contacts walks have up to 0.18, slow jogs 0.22 and more."""
-FAST_FLIGHT_SHARE = 0.05
-"""The same where legs are too short to walk that fast: no walk has a flight there, runs may have a short one."""
-RUNNING_FROUDE = 0.5
-"""Froude number from which people do not walk (design.md section 8)."""
 BACKWARD = -0.1
 """Landings further back than this [m] are walked whatever the flight: going backward the ball leaves the ground first
 and the heel still stands, so the ball's contacts show a flight that is none."""
@@ -140,25 +134,6 @@ class StepWeights:
     """Landing the weights give, (x, z) in the heading at the step's end [m], shape (N, 2)."""
 
 
-def has_flight(
-    durations: FloatArray, support_liftoffs: FloatArray, strides: FloatArray, *, leg_length: float = HUMAN_LEG
-) -> BoolArray:
-    """Whether both feet are in the air for a good part of the step, shape (N,).
-
-    The ball's contacts are shorter than the foot's, so those of a quick walk may not overlap; that is no flight. Steps
-    too fast for a walk need less of one.
-
-    Args:
-        durations: Strike of the support foot to strike of the swing foot [s], shape (N,).
-        support_liftoffs: Liftoff of the support foot after its strike [s], shape (N,).
-        strides: Support ball to swing ball, (x, z) [m], shape (N, 2).
-        leg_length: From hip to ankle [m].
-    """
-    durations = np.asarray(durations)
-    fast = np.linalg.norm(strides, axis=1) > durations * np.sqrt(RUNNING_FROUDE * EARTH_GRAVITY * leg_length)
-    return durations - support_liftoffs > np.where(fast, FAST_FLIGHT_SHARE, FLIGHT_SHARE) * durations
-
-
 def end_landings(examples: Examples) -> FloatArray:
     """Landings in the heading at the step's end, (x, z) [m], shape (E, 2).
 
@@ -193,6 +168,7 @@ def build_spaces(
     polar: bool = True,
     scales: FeatureScales | None = None,
     leg_length: float = HUMAN_LEG,
+    synthetic: BoolArray | None = None,
 ) -> FootstepSpaces:
     """Footstep spaces of all styles, gaits and swing sides of a library.
 
@@ -205,6 +181,8 @@ def build_spaces(
         polar: Root velocities are weighted by polar gradient bands; else by Cartesian ones.
         scales: Differences between steps that count the same when neighbours are chosen.
         leg_length: Of the character, straight [m].
+        synthetic: Examples that were blended from the others; they never seem nearer to a wanted step than these are,
+            shape (E,).
     """
     scales = scales or FeatureScales()
     landings = left_landings(end_landings(examples), examples.swing_sides)
@@ -213,6 +191,8 @@ def build_spaces(
     velocities = left_landings(root_velocities(examples), examples.swing_sides)
 
     def build(members: IntArray) -> SideSpace:
+        if synthetic is not None:
+            coordinates[members, DOUBT] = _doubts(landings[members], coordinates[members], synthetic[members])
         footsteps = build_footstep_space(
             landings[members], merge_distance=merge_distance, minimal_altitude=minimal_altitude
         )
@@ -240,6 +220,7 @@ def build_spaces(
                 spaces[style, gait, LEFT] = build(left)
             paired = left.size > 0 and np.array_equal(np.sort(partners[left]), right)
             if paired and np.abs(landings[left] - landings[partners[left]]).max() <= SAME_LANDING:
+                coordinates[partners[left], DOUBT] = coordinates[left, DOUBT]
                 spaces[style, gait, RIGHT] = replace(spaces[style, gait, LEFT], examples=partners[left])
             elif right.size:
                 spaces[style, gait, RIGHT] = build(right)
@@ -252,6 +233,24 @@ def build_spaces(
         scales=scales,
         leg_length=leg_length,
     )
+
+
+def _doubts(landings: FloatArray, coordinates: FloatArray, synthetic: BoolArray) -> FloatArray:
+    """How far off the recorded examples are that would be blended into each synthetic one, scaled, shape (E',).
+
+    To any wanted step the mean square distance of examples is that of their mean and their own spread about it. With
+    the spread a blend seems no nearer than what it is blended from.
+    """
+    doubts = np.zeros(len(landings))
+    recorded, made = np.flatnonzero(~synthetic), np.flatnonzero(synthetic)
+    if recorded.size and made.size:
+        known = build_neighbour_space(
+            build_footstep_space(landings[recorded]), landings[recorded], coordinates[recorded]
+        )
+        solved = solve_neighbours(known, landings[made], coordinates[made])
+        apart = coordinates[recorded[solved.examples]] - coordinates[made, None]
+        doubts[made] = np.sqrt(np.sum(solved.weights * np.sum(apart**2, axis=-1), axis=1))
+    return doubts
 
 
 def solve_steps(
