@@ -91,6 +91,45 @@ def test_nothing_is_wrong_with_it_for_usd(leveled):
     assert [error.GetErrorAsString() for error in found] == []
 
 
+def test_levels_that_an_asset_has_itself_work_through_the_agents_reference(stages, tmp_path):
+    lod = pytest.importorskip("pxr.UsdLod", reason="USD before 26.08 has no UsdLod")
+    asset = Usd.Stage.CreateNew(str(tmp_path / "person.usda"))
+    UsdGeom.SetStageUpAxis(asset, UsdGeom.Tokens.y)
+    UsdGeom.SetStageMetersPerUnit(asset, 1.0)
+    asset.SetDefaultPrim(UsdGeom.Xform.Define(asset, "/Person").GetPrim())
+    root = lod.RootAPI.Apply(UsdGeom.Xform.Define(asset, "/Person/Levels").GetPrim())
+    heuristic = lod.DistanceHeuristic.Define(asset, "/Person/Distance")
+    heuristic.CreateLodDomainAttr(lod.Tokens.imaging)
+    heuristic.CreateThresholdsAttr([15.0])
+    root.CreateLodHeuristicsRel().SetTargets([heuristic.GetPath()])
+    for name in ("Near", "Far"):
+        asset.DefinePrim(f"/Person/Levels/{name}").GetReferences().AddReference(str(stages / "human.usdc"))
+    asset.Save()
+    scene = write_crowd_scene(stages, tmp_path / "scene")
+    stage = Usd.Stage.Open(str(scene))
+    stage.DefinePrim("/World/Cast/Person").GetReferences().AddReference(str(tmp_path / "person.usda"))
+    for number in range(AGENTS):
+        agent = stage.GetPrimAtPath(f"/World/Crowd/Agent_{number}")
+        agent.GetRelationship("usdfoot:agent:character").SetTargets(["/World/Cast/Person"])
+    stage.Save()
+
+    stage = Usd.Stage.Open(str(animate(scene, tmp_path / "out", agents="Agent_[01]").crowd_file))
+    assert len(stage.GetPrototypes()) == 1
+    code = 0.5 * (stage.GetStartTimeCode() + stage.GetEndTimeCode())
+    cache = UsdSkel.Cache()
+    for agent in stage.GetPrimAtPath("/Crowd/Agents").GetChildren():
+        (levels,) = (part for part in below(agent, UsdGeom.Xform) if part.HasAPI(lod.RootAPI))
+        (target,) = lod.RootAPI(levels).GetLodHeuristicsRel().GetTargets()
+        query = lod.DistanceHeuristic(stage.GetPrimAtPath(target)).CreateDistanceHeuristicQuery(code)
+        place = UsdGeom.Xformable(levels).ComputeLocalToWorldTransform(code)
+        far = 16.0 / UsdGeom.GetStageMetersPerUnit(stage)
+        assert [query.ComputeLOD(place.Transform(Gf.Vec3d(0, 0, away)), place) for away in (0.0, far)] == [0.0, 1.0]
+        cache.Populate(UsdSkel.Root(agent), Usd.TraverseInstanceProxies())
+        queries = [cache.GetSkelQuery(UsdSkel.Skeleton(part)) for part in below(agent, UsdSkel.Skeleton)]
+        near, far = [query.ComputeSkinningTransforms(code) for query in queries]
+        assert near == far and not Gf.IsClose(near[5], Gf.Matrix4d(1.0), 1e-3)
+
+
 def test_it_is_remade_with_its_levels(leveled):
     before = {path.name: path.read_bytes() for path in leveled.crowd_file.parent.glob("*.levels.usda")}
     assert before and remake(read_written_crowd(leveled.crowd_file)).kept_agents == AGENTS

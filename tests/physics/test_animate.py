@@ -41,6 +41,26 @@ def test_every_source_keeps_its_footsteps(mixed):
         assert np.isfinite(motion.rotations).all() and np.isfinite(motion.pelvis_positions).all()
 
 
+def test_hybrids_rise_and_fall_as_physics_does_with_the_upper_body_of_the_clips(mixed):
+    source = library_of(WALKS)
+    clips, physics, hybrid = mixed[0]
+    strikes = np.sort(np.concatenate([foot.strike_times for foot in hybrid.contacts]))
+    heights = [
+        np.interp(
+            np.linspace(*strikes[[1, -1]], 200), each.times, each.root_positions[:, 1] + each.pelvis_positions[:, 1]
+        )
+        for each in mixed[0]
+    ]
+    assert np.ptp(heights[2] - heights[1]) < 0.25 * np.ptp(heights[1])
+    assert np.ptp(heights[2] - heights[0]) > 0.5 * np.ptp(heights[1])
+    legs = {*source.biped.hips, *source.biped.knees, *source.biped.ankles, *source.biped.balls}
+    above = [joint for joint in range(len(source.skeleton.joints)) if joint not in legs]
+    times = np.intersect1d(clips.times, hybrid.times)
+    turned, own = (each.rotations[np.isin(each.times, times)][:, above] for each in (hybrid, clips))
+    assert np.abs(turned - own).max() < 1e-5
+    assert np.abs(physics.rotations[np.isin(physics.times, times)][:, above] - own).max() > 0.01
+
+
 def test_physics_needs_no_clips_and_turns_with_the_plan():
     source = library_of(WALKS)
     bare = ClipLibrary(skeleton=source.skeleton, biped=source.biped, clips=())

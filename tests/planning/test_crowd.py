@@ -6,6 +6,7 @@ from numpy.testing import assert_allclose
 
 from tests.planning.terrains import bridge, slab, spiral, storeys, terrain_of
 from usdfoot.errors import PlanError
+from usdfoot.maths import planar
 from usdfoot.model.ground import Ground
 from usdfoot.planning import crowd as crowd_module
 from usdfoot.planning.collisions import feet_of, find_collisions
@@ -108,11 +109,11 @@ def test_who_cannot_go_is_named_and_the_rest_goes_on():
 def test_a_way_narrower_than_the_body_is_none():
     pytest.importorskip("jupedsim")
     walls = [
-        Obstacle(name="/Left", outline=box_outline((-9.0, -0.1), (-0.2, 0.1))),
-        Obstacle(name="/Right", outline=box_outline((0.2, -0.1), (9.0, 0.1))),
+        Obstacle(name="/Left", outline=box_outline((-9.0, -0.1), (-0.15, 0.1))),
+        Obstacle(name="/Right", outline=box_outline((0.15, -0.1), (9.0, 0.1))),
     ]
     plans, problems = plan_crowd(scenario(seeker("/A", (0.0, -3.0), (0.0, 3.0)), obstacles=walls), FLAT)
-    assert plans == [] and "the ways are narrower than its body, 0.50 m" in problems[0].message
+    assert plans == [] and "narrower than its body, 0.50 m, and sideways 0.38 m" in problems[0].message
 
 
 def test_two_head_on_in_a_passage_get_past_each_other():
@@ -125,6 +126,38 @@ def test_two_head_on_in_a_passage_get_past_each_other():
     plans, problems = plan_crowd(scenario(there, back, obstacles=walls), FLAT, options=CrowdOptions(duration=60.0))
     assert problems == ()
     assert len(find_collisions(feet_of(plans, [Proportions()] * 2)).times) == 0
+
+
+@pytest.mark.parametrize(("width", "length", "people"), [(0.4, 2.0, 1), (0.45, 2.0, 2), (0.62, 2.0, 2), (0.8, 6.0, 4)])
+def test_where_it_is_tight_they_go_one_after_the_other_and_sideways_where_a_body_is_too_broad(width, length, people):
+    pytest.importorskip("jupedsim")
+    half = 0.5 * length
+    walls = [
+        Obstacle(name="/Left", outline=box_outline((-9.0, -half), (-0.5 * width, half))),
+        Obstacle(name="/Right", outline=box_outline((0.5 * width, -half), (9.0, half))),
+    ]
+    ends = [((0.0, -4.0), (0.0, 4.0)), ((0.0, 4.0), (0.0, -4.0)), ((0.8, -5.0), (0.8, 4.0)), ((0.8, 5.0), (0.8, -4.0))]
+    task = scenario(*(seeker(f"/{i}", *way) for i, way in enumerate(ends[:people])), obstacles=walls)
+    plans, problems = plan_crowd(task, FLAT, options=CrowdOptions(duration=90.0))
+    bodies = [Proportions()] * people
+    feet = feet_of(plans, bodies)
+    assert problems == () and len(plans) == people and lint_plans(plans, Ground(FLAT), bodies=bodies) == []
+    assert len(find_collisions(feet).times) == 0
+    assert clearances(World(obstacles=tuple(walls)), feet.positions[:, [0, 2]]).min() >= feet.half_widths[0] - 1e-6
+    inside = np.abs(feet.positions[:, 2]) < half
+    assert np.all(np.abs(np.sin(feet.yaws[inside])) > 0.8) == (width < 0.5), "toes to the wall, or ahead"
+    starts = np.array([feet.strikes[inside & (feet.owners == one)].min() for one in range(people)])
+    ends = np.array([feet.liftoffs[inside & (feet.owners == one)].max() for one in range(people)])
+    there = np.array([plan.positions[0, 2] < 0.0 for plan in plans])
+    for one, other in np.argwhere(there[:, None] & ~there):
+        assert ends[one] <= starts[other] or ends[other] <= starts[one], "nobody comes the other way"
+    if width < 0.5:
+        rows = np.flatnonzero(inside[1:] & inside[:-1])
+        across = planar.direction(feet.yaws + 0.5 * np.pi)[rows]
+        apart = np.sum((feet.positions[rows + 1] - feet.positions[rows])[:, [0, 2]] * across, axis=1)
+        assert np.all(apart * np.where(feet.sides[rows + 1] == 0, 1.0, -1.0) > 2.0 * feet.half_widths[0]), (
+            "feet close up"
+        )
 
 
 def from_to(name: str, start, goal) -> Seeker:

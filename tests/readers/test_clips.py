@@ -432,3 +432,15 @@ def test_instances_share_one_clip(tmp_path):
     clip, actor = read(stage, "/World/A/walk", "/World/B/Hero")
     assert_allclose(positions(clip, actor), expected_positions(), atol=1e-6)
     assert isinstance(stage, Usd.Stage)
+
+
+def test_blend_shapes_come_along():
+    stage = scene()
+    animation = UsdSkel.Animation(stage.GetPrimAtPath("/World/walk"))
+    animation.CreateBlendShapesAttr(["smile", "blink"])
+    codes = animation.GetRotationsAttr().GetTimeSamples()
+    for code, smile in ((codes[0], 0.0), (codes[-1], 1.0)):
+        animation.CreateBlendShapeWeightsAttr().Set([smile, 0.5], code)
+    clip, _ = read(stage)
+    assert clip.shapes.names == ("smile", "blink")
+    assert_allclose(clip.shapes.weights, np.stack([np.linspace(0, 1, len(clip.times)), 0.5 + 0 * clip.times], axis=1))

@@ -21,6 +21,7 @@ from usdfoot.bridge import tokens
 from usdfoot.bridge.schema import has_api
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths import quaternion
+from usdfoot.model.clip import ShapeTrack
 from usdfoot.writers.footsteps import print_models, write_executed_plan
 
 Z_UP = StageUnits(meters_per_unit=1.0, up_axis="Z", time_codes_per_second=24.0)
@@ -151,6 +152,20 @@ def test_animation_has_all_four_arrays_and_ancestors_of_the_pelvis_rest(tmp_path
     rest = np.array(skeleton.GetRestTransformsAttr().Get()[0])
     root = [np.array(value) for value in (animation.GetTransforms(0.0)[0], animation.GetTransforms(7.0)[0])]
     np.testing.assert_allclose(root, [rest, rest], atol=1e-6)
+
+
+def test_blend_shapes_of_a_motion_are_on_the_animation(tmp_path):
+    character = character_of(write_character(tmp_path / "hero.usda", Rig(units=CENTIMETRES)))
+    scene = scene_of(character, CENTIMETRES, agents=1, frames=4)
+    weights = np.arange(8.0).reshape(4, 2) / 8.0
+    motion = wandering_motion("A0", character, frames=4, rate=30.0)
+    shapes = ShapeTrack(names=("smile", "blink"), weights=weights)
+    crowd, _ = write_crowd(scene, [replace(motion, shapes=shapes)], tmp_path / "out")
+    stage = Usd.Stage.Open(str(crowd))
+    animation = UsdSkel.Animation(stage.GetPrimAtPath("/Crowd/Anims/A0"))
+    assert list(animation.GetBlendShapesAttr().Get()) == ["smile", "blink"]
+    found = [animation.GetBlendShapeWeightsAttr().Get(code) for code in animation.GetRotationsAttr().GetTimeSamples()]
+    np.testing.assert_allclose(found, weights)
 
 
 @pytest.mark.parametrize("units", [CENTIMETRES, Z_UP])

@@ -62,6 +62,18 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path):
         write(tmp_path, folder="file/out")
 
 
+def test_links_that_lead_out_of_the_folder_are_refused(tmp_path):
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "characters").symlink_to(tmp_path / "elsewhere")
+    with (
+        pytest.raises(OutputError, match=r"characters/Hero: leads out of .*out\. remove the link"),
+        staged_files(tmp_path / "out") as staged,
+    ):
+        staged.add_text("characters/Hero/note.txt", "here")
+    assert not list((tmp_path / "elsewhere").iterdir())
+
+
 def test_output_over_the_input_is_refused(tmp_path):
     units = StageUnits(time_codes_per_second=30.0)
     character = character_of(write_character(tmp_path / "agents.usdc", Rig(units=units)))

@@ -21,7 +21,7 @@ from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.examples import Examples, event_knots
 from usdfoot.model.report import Problem
 
-__all__ = ["build_examples"]
+__all__ = ["build_examples", "times_of_phases"]
 
 REMEDY = "author usdfoot:clip:start and :end or the strikeTimes and liftoffTimes of both feet"
 
@@ -143,7 +143,7 @@ def _sampled(
     headings = planar.circular_mean(np.stack([yaws["support"], yaws["departure"]], axis=1))
     next_headings = planar.circular_mean(np.stack([yaws["support"], yaws["landing"]], axis=1))
 
-    times = table.starts[:, None] + _times_of_phases(durations, swing_liftoffs, support_liftoffs, samples)
+    times = table.starts[:, None] + times_of_phases(durations, swing_liftoffs, support_liftoffs, samples)
     rotations, pelvis_world = motion.pose(np.repeat(table.runs, samples), times.ravel())
     balls = motion.feet(rotations[:, motion.legs], pelvis_world)[1].reshape(count, samples, 2, 3)
     rows = np.arange(count)
@@ -184,7 +184,7 @@ def _sampled(
     )
 
 
-def _times_of_phases(
+def times_of_phases(
     durations: FloatArray, swing_liftoffs: FloatArray, support_liftoffs: FloatArray, samples: int
 ) -> FloatArray:
     """Time after the support strike of evenly spaced phases, straight between the events [s], shape (E, S)."""

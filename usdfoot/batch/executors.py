@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 
-from usdfoot.batch.workshop import open_early
 from usdfoot.errors import UsdfootError
 
 __all__ = ["open_executor", "open_scene_early"]
@@ -64,6 +63,8 @@ def _dask(scheduler: str) -> Iterator[Executor]:
 
 def open_scene_early(executor: Executor, scene: str) -> None:
     """Has as many workers as there are cores open a scene. Who cannot says so when it is asked for a chunk."""
+    from usdfoot.batch.workshop import open_early
+
     for _ in range(_cores()):
         executor.submit(open_early, scene)
 

@@ -14,10 +14,8 @@ from usdfoot.maths.types import FloatArray
 from usdfoot.model.agent import Agent
 from usdfoot.model.motion import ForceResults, Motion, StepResults
 from usdfoot.model.report import Problem
-from usdfoot.planning.follow import Following
-from usdfoot.planning.followers import following_figures
 
-__all__ = ["ChunkRecord", "parse_record", "problem_json", "record_of"]
+__all__ = ["ChunkRecord", "parse_record", "problem_json", "problem_of", "record_of"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +42,7 @@ def record_of(
     sources: Mapping[str, Mapping[str, float]],
     *,
     names: Sequence[str],
-    followings: Mapping[str, Following],
+    trajectories: Mapping[str, Mapping[str, Any]],
     kept: Mapping[str, Mapping[str, Any]],
 ) -> str:
     """A chunk's record as JSON, the same whether its agents were made or kept.
@@ -55,13 +53,13 @@ def record_of(
         problems: Of the chunk, in any order and as often as they come.
         sources: Figures of the source clips by agent.
         names: Of all agents in the order of the report, and perhaps of some that could not be animated.
-        followings: How those that follow a trajectory were planned, by agent.
+        trajectories: How near those that follow one keep to it, by agent.
         kept: Entries of agents that were made before, by name.
     """
     by_name = {agent.name: agent for agent in agents}
     made = {
         motion.name: _agent_json(
-            by_name[motion.name], motion, sources.get(motion.name, {}), followings.get(motion.name)
+            by_name[motion.name], motion, sources.get(motion.name, {}), trajectories.get(motion.name)
         )
         for motion in motions
     }
@@ -82,10 +80,7 @@ def parse_record(text: str, *, is_kept: bool) -> ChunkRecord:
         is_kept: Whether an earlier run made it.
     """
     record = json.loads(text)
-    problems = tuple(
-        Problem(severity=problem["severity"], where=problem["where"], message=problem["message"])
-        for problem in record["problems"]
-    )
+    problems = tuple(problem_of(problem) for problem in record["problems"])
     return ChunkRecord(agents=tuple(record["agents"]), problems=problems, is_kept=is_kept)
 
 
@@ -94,8 +89,13 @@ def problem_json(problem: Problem) -> dict[str, str]:
     return {"severity": problem.severity, "where": problem.where, "message": problem.message}
 
 
+def problem_of(entry: Mapping[str, str]) -> Problem:
+    """The problem of an entry that `problem_json` made."""
+    return Problem(severity=entry["severity"], where=entry["where"], message=entry["message"])
+
+
 def _agent_json(
-    agent: Agent, motion: Motion, source: Mapping[str, float], following: Following | None
+    agent: Agent, motion: Motion, source: Mapping[str, float], trajectory: Mapping[str, Any] | None
 ) -> dict[str, Any]:
     results = motion.results
     ends = np.cumsum(results.clip_counts)
@@ -108,7 +108,7 @@ def _agent_json(
         "prim": agent.source,
         "plan": agent.plan.name,
         "source": dict(source),
-        "trajectory": following_figures(following, motion) if following else None,
+        "trajectory": trajectory,
         "steps": {
             "status": list(results.status),
             "blendError": _numbers(results.blend_error),

@@ -21,7 +21,7 @@ from usdfoot.model.limits import Limits
 from usdfoot.model.motion import Motion
 from usdfoot.model.report import Problem
 from usdfoot.physics.motion_options import MotionOptions
-from usdfoot.planning.followers import plan_followers
+from usdfoot.planning.followers import following_figures, plan_followers
 from usdfoot.readers.scene import SceneReader
 from usdfoot.readers.stage import open_stage
 from usdfoot.writers.chunks import write_chunk
@@ -65,7 +65,11 @@ class Workshop:
             [*kept.problems, *clip_problems, *lost, *problems],
             self._sources.of(crowd, motions),
             names=task.agents,
-            followings=followings,
+            trajectories={
+                motion.name: following_figures(followings[motion.name], motion)
+                for motion in motions
+                if motion.name in followings
+            },
             kept=kept.entries,
         )
         written = {*kept.entries, *(motion.name for motion in motions)}

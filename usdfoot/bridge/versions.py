@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from importlib.metadata import PackageNotFoundError, version
+
 import numpy as np
-import warp as wp
 from pxr import Usd
 
 __all__ = ["library_versions"]
@@ -11,4 +12,15 @@ __all__ = ["library_versions"]
 
 def library_versions() -> dict[str, str]:
     """Version of USD, Warp and numpy by name."""
-    return {"usd": ".".join(str(part) for part in Usd.GetVersion()), "warp": wp.__version__, "numpy": np.__version__}
+    usd = ".".join(str(part) for part in Usd.GetVersion())
+    return {"usd": usd, "warp": _warp_version(), "numpy": np.__version__}
+
+
+def _warp_version() -> str:
+    """As it was installed, since importing Warp to ask takes longer than what many a run has to do."""
+    try:
+        return version("warp-lang")
+    except PackageNotFoundError:  # a program's own copy
+        from warp import __version__
+
+        return __version__

@@ -6,6 +6,7 @@ import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
@@ -15,7 +16,7 @@ from usdfoot.analysis.standing import find_standing_pose
 from usdfoot.engine.given_roots import guide_headings
 from usdfoot.engine.kernels import LibraryArrays
 from usdfoot.engine.options import EngineOptions
-from usdfoot.engine.planting import Planting, cut_motions, plant_samples, prepare_planting
+from usdfoot.engine.planting import Planted, Planting, cut_motions, plant_samples, prepare_planting
 from usdfoot.engine.poses import ClipPoses, Setup, StepBlend, device_library, device_segments, place_segments
 from usdfoot.engine.reach import unreached_steps
 from usdfoot.engine.results import measure_contacts, measure_steps
@@ -24,13 +25,14 @@ from usdfoot.engine.root import lay_root
 from usdfoot.engine.root_goals import root_goals
 from usdfoot.engine.seams import measure_seams
 from usdfoot.engine.segments import cut_segments
+from usdfoot.engine.shapes import ExampleShapes, blend_shapes, sample_shapes
 from usdfoot.engine.stand import with_stand
 from usdfoot.engine.styles import contact_styles
 from usdfoot.engine.time_warps import extreme_warps, longest_step
 from usdfoot.engine.weights import Landings, weigh_steps
 from usdfoot.errors import ClipError, UsdfootError
 from usdfoot.model.agent import Agent, Crowd
-from usdfoot.model.clip import ClipLibrary
+from usdfoot.model.clip import ClipLibrary, ShapeTrack
 from usdfoot.model.contact_table import lay_contacts, lay_on_ground
 from usdfoot.model.device import start_warp
 from usdfoot.model.examples import Examples
@@ -67,6 +69,8 @@ class PreparedLibrary:
     device: LibraryArrays
     style: str
     """Style of plans that name none."""
+    shapes: ExampleShapes | None
+    """Blend shapes of the clips."""
     problems: tuple[Problem, ...]
 
 
@@ -109,6 +113,7 @@ def prepare_library(library: ClipLibrary, options: EngineOptions) -> PreparedLib
         rig=rig,
         device=device_library(library.skeleton, whole, rig, pelvis=library.biped.pelvis),
         style=style,
+        shapes=sample_shapes(library, whole),
         problems=tuple(problems),
     )
 
@@ -200,7 +205,21 @@ def animate_agents(
     planted = plant_samples(steps.planting, crowd, agents)
     figures = measure_contacts(steps.setup, steps.planting.feet, planted.frames, planted.feet, agents)
     results = measure_steps(steps.setup, steps.blend, steps.landings, figures, agents)
-    return cut_motions(steps.planting, planted, results, agents)
+    motions = cut_motions(steps.planting, planted, results, agents)
+    return motions if library.shapes is None else _with_shapes(library.shapes, steps, planted, motions)
+
+
+def _with_shapes(
+    shapes: ExampleShapes, steps: PreparedSteps, planted: Planted, motions: Sequence[Motion]
+) -> list[Motion]:
+    """The motions with the blend shapes of their clips."""
+    frames = planted.frames
+    weights = blend_shapes(shapes, steps.setup, steps.blend, steps.source.arrays, frames.segments, frames.times)
+    own = [weights[first:stop][planted.kept[first:stop]] for first, stop in pairwise(frames.first)]
+    return [
+        replace(motion, shapes=ShapeTrack(names=shapes.names, weights=rows))
+        for motion, rows in zip(motions, own, strict=True)
+    ]
 
 
 def prepare_steps(
@@ -227,7 +246,7 @@ def prepare_steps(
     reach = np.array([agent.ik_reach for agent in agents])
     goals, stand = root_goals(setup, agents), len(library.examples) - 1
     setup, blend, landings = weigh_steps(setup, library.spaces, goals, stand=stand, reach=reach)
-    contacts = lay_on_ground(setup.contacts, ground, planned=contacts.positions)
+    contacts = lay_on_ground(setup.contacts, ground, planned=contacts.positions, foot_lengths=library.rig.foot_lengths)
     setup = replace(
         setup, contacts=contacts, path=lay_root(contacts, setup.segments, step_height_share=options.step_height_share)
     )

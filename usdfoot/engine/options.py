@@ -6,13 +6,13 @@ from dataclasses import dataclass, field
 
 from usdfoot.engine.follow_options import FollowOptions
 from usdfoot.errors import UsdfootError
-from usdfoot.spaces.root_weight import BEYONDS
 
 __all__ = ["SEAMS", "SPACES", "EngineOptions"]
 
 SEAMS = ("inertialise", "crossfade", "none")
 SPACES = ("neighbours", "delaunay", "3d")
 BANDS = ("polar", "cartesian")
+BEYONDS = ("segment", "closest")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,7 +11,7 @@ from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.skeleton import Skeleton
 
-__all__ = ["AuthoredEvents", "Clip", "ClipLibrary"]
+__all__ = ["AuthoredEvents", "Clip", "ClipLibrary", "ShapeTrack"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,6 +24,16 @@ class AuthoredEvents:
     """Foot flat [s], shape (K,)."""
     liftoff_times: FloatArray | None = None
     """Ball leaves the ground [s], shape (K,)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShapeTrack:
+    """Weights of blend shapes over the samples of a clip."""
+
+    names: tuple[str, ...]
+    """Of B blend shapes."""
+    weights: FloatArray
+    """Shape (T, B)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,6 +69,8 @@ class Clip:
     """Authored contact events of the left and right foot."""
     synthetic: bool = False
     """Made by a program rather than recorded."""
+    shapes: ShapeTrack | None = None
+    """Blend shapes that go with it."""
 
     def __post_init__(self) -> None:
         frames, joints = self.rotations.shape[:2]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.clip import ShapeTrack
 from usdfoot.model.contacts import Contacts
 
 __all__ = ["STATUSES", "ForceResults", "Motion", "StepResults"]
@@ -83,3 +84,5 @@ class Motion:
     contacts: Contacts
     """As executed, positions in the world."""
     results: StepResults
+    shapes: ShapeTrack | None = None
+    """Blend shapes of the clips blended, if any has some."""

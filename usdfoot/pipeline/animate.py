@@ -7,24 +7,24 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from usdfoot.batch.executors import open_scene_early
-from usdfoot.batch.kept import most_kept
 from usdfoot.batch.records import ChunkRecord, parse_record
-from usdfoot.batch.running import run_chunks
-from usdfoot.batch.tasks import ChunkTask, cut_chunks, with_earlier
-from usdfoot.batch.workshop import Workshop
-from usdfoot.bridge.scene import Scene
 from usdfoot.errors import OutputError, SceneError
 from usdfoot.model.levels import DetailLevels
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits
 from usdfoot.model.report import Problem
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.report import CHUNK_SIZE, AnimateReport, CallRecord, provenance_of, report_json
+from usdfoot.pipeline.unchanged import find_unchanged
 from usdfoot.readers.chunks import find_agents, read_record
-from usdfoot.readers.scene import SceneReader
-from usdfoot.writers.crowd import check_output, crowd_format, write_crowd
-from usdfoot.writers.placing import PlacedCharacter, place_characters
+
+if TYPE_CHECKING:  # imported where something is to be made: that takes longer than to find that nothing is
+    from usdfoot.batch.tasks import ChunkTask
+    from usdfoot.bridge.scene import Scene
+    from usdfoot.readers.scene import SceneReader
+    from usdfoot.writers.placing import PlacedCharacter
 
 __all__ = ["animate", "animate_chunk", "count_chunks"]
 
@@ -76,9 +76,14 @@ def animate(
         OutputError: If the folder cannot be written to, the output would replace the input, or a worker vanished.
     """
     progress("read", 0, 0)
-    shot = _open_shot(
-        scene_file, folder, agents, frames, options or MotionOptions(), collect, chunk_size, limits, executor, levels
-    )
+    options, target = options or MotionOptions(), Path(os.path.realpath(folder))
+    call = CallRecord(agents=agents, frames=frames, chunk_size=chunk_size, collect=collect, levels=levels)
+    unchanged = find_unchanged(scene_file, target, options=options, call=call)
+    if unchanged:
+        return unchanged
+    from usdfoot.writers.crowd import write_crowd
+
+    shot = _open_shot(scene_file, folder, agents, frames, options, collect, chunk_size, limits, executor, levels)
     records, kept_agents = _make_chunks(shot, executor, beside, progress)
     problems = _distinct((*shot.scene.crowd.problems, *(problem for record in records for problem in record.problems)))
     _require_agents(scene_file, records, problems)
@@ -89,12 +94,7 @@ def animate(
         shot.folder,
         chunks=[task.files for task, record in zip(shot.tasks, records, strict=True) if record.agents],
         characters=shot.characters,
-        provenance=provenance_of(
-            shot.scene,
-            shot.options,
-            shot.folder,
-            call=CallRecord(agents=agents, frames=frames, chunk_size=chunk_size, collect=collect, levels=levels),
-        ),
+        provenance=provenance_of(shot.scene, shot.options, shot.folder, call=call),
         report=report_json(shot.scene, records, options=shot.options, problems=problems, folder=shot.folder),
     )
     return AnimateReport(
@@ -139,6 +139,9 @@ def animate_chunk(
         SceneError: If the scene cannot be opened, no agent can be used, or there is no such chunk.
         OutputError: If the folder cannot be written to or the output would replace the input.
     """
+    from usdfoot.batch.tasks import with_earlier
+    from usdfoot.batch.workshop import Workshop
+
     options = options or MotionOptions()
     shot = _open_shot(scene_file, folder, agents, frames, options, collect, chunk_size, limits, levels=levels)
     count = len(range(0, len(shot.reader.names), chunk_size))
@@ -168,6 +171,8 @@ def count_chunks(
     Raises:
         SceneError: If the scene cannot be opened or the glob matches nobody.
     """
+    from usdfoot.readers.scene import SceneReader
+
     reader = SceneReader(scene_file, agents=agents, frames=frames, motion=motion, limits=limits)
     return len(range(0, len(reader.names), chunk_size))
 
@@ -196,6 +201,11 @@ def _open_shot(
     executor: Executor | None = None,
     levels: DetailLevels | None = None,
 ) -> _Shot:
+    from usdfoot.batch.tasks import cut_chunks
+    from usdfoot.readers.scene import SceneReader
+    from usdfoot.writers.crowd import check_output, crowd_format
+    from usdfoot.writers.placing import place_characters
+
     target = Path(os.path.realpath(folder))
 
     def open_early(count: int) -> None:
@@ -229,6 +239,11 @@ def _make_chunks(
     shot: _Shot, executor: Executor | None, beside: bool, progress: Callable[[str, int, int], None]
 ) -> tuple[tuple[ChunkRecord, ...], int]:
     """Records of all chunks, kept or made, and how many agents of theirs are kept."""
+    from usdfoot.batch.kept import most_kept
+    from usdfoot.batch.running import run_chunks
+    from usdfoot.batch.tasks import with_earlier
+    from usdfoot.batch.workshop import Workshop
+
     tasks = shot.tasks
     kept = [read_record(shot.folder, task.files, task.content_hash) for task in tasks]
     records = [None if text is None else parse_record(text, is_kept=True) for text in kept]

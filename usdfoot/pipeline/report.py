@@ -11,14 +11,28 @@ from typing import Any, TypeVar
 
 from usdfoot import __version__
 from usdfoot.batch.records import ChunkRecord, problem_json
-from usdfoot.bridge.scene import Scene
+from usdfoot.bridge.file_hashes import file_hashes
+from usdfoot.bridge.scene import Scene, StageInfo
+from usdfoot.bridge.tokens import File
 from usdfoot.bridge.versions import library_versions
 from usdfoot.model.levels import DetailLevels
 from usdfoot.model.motion import StepResults
 from usdfoot.model.report import Outcome, Problem
 from usdfoot.physics.motion_options import MotionOptions
+from usdfoot.readers.overrides import read_overrides
 
-__all__ = ["CHUNK_SIZE", "AnimateReport", "CallRecord", "call_of", "options_of", "provenance_of", "report_json"]
+__all__ = [
+    "CHUNK_SIZE",
+    "AnimateReport",
+    "CallRecord",
+    "call_of",
+    "combined_hash",
+    "input_hashes",
+    "options_of",
+    "provenance_of",
+    "relative_path",
+    "report_json",
+]
 
 CHUNK_SIZE = 100
 """Agents a chunk unless told otherwise."""
@@ -64,12 +78,10 @@ def provenance_of(scene: Scene, options: MotionOptions, folder: Path, *, call: C
     The scene's path is relative to the folder. It is a string, not an asset: the crowd does not depend on the scene,
     but `usdfoot validate` finds the terrain there.
     """
-    hashes = _input_hashes(scene, folder)
-    combined = hashlib.sha256("\n".join(f"{name} {value}" for name, value in hashes.items()).encode())
     return {
         "version": __version__,
-        "scene": _relative(scene.stage.identifier, folder),
-        "contentHash": combined.hexdigest(),
+        "scene": relative_path(scene.stage.identifier, folder),
+        "contentHash": combined_hash(input_hashes(scene.stage, folder)),
         "options": _given(asdict(options)),
         "call": {
             "agents": "\n".join([call.agents] if isinstance(call.agents, str) else call.agents),
@@ -141,20 +153,26 @@ def report_json(
     return {
         "versions": {"usdfoot": __version__, **library_versions()},
         "options": asdict(options),
-        "scene": _relative(scene.stage.identifier, folder),
-        "inputs": _input_hashes(scene, folder),
+        "scene": relative_path(scene.stage.identifier, folder),
+        "inputs": input_hashes(scene.stage, folder),
         "agents": [agent for record in records for agent in record.agents],
         "problems": [problem_json(problem) for problem in problems],
     }
 
 
-def _input_hashes(scene: Scene, folder: Path) -> dict[str, str]:
-    """SHA-256 of every file the scene consists of, by path relative to the folder."""
-    files = [layer for layer in scene.stage.layers if os.path.isfile(layer)]
-    return dict(
-        sorted((_relative(file, folder), hashlib.sha256(Path(file).read_bytes()).hexdigest()) for file in files)
-    )
+def input_hashes(stage: StageInfo, folder: Path) -> dict[str, str]:
+    """SHA-256 of every file of the scene, and of overrides.usda if it says anything, by path from the folder."""
+    files = [layer for layer in stage.layers if os.path.isfile(layer)]
+    if read_overrides(folder, stage.units).layer is not None:
+        files.append(str(folder / File.OVERRIDES))
+    return file_hashes({relative_path(file, folder): Path(file) for file in files})
 
 
-def _relative(path: str, folder: Path) -> str:
+def combined_hash(hashes: Mapping[str, str]) -> str:
+    """One hash for those of several files."""
+    return hashlib.sha256("\n".join(f"{name} {value}" for name, value in hashes.items()).encode()).hexdigest()
+
+
+def relative_path(path: str, folder: Path) -> str:
+    """Path of a file as seen from a folder, links resolved."""
     return Path(os.path.relpath(os.path.realpath(path), os.path.realpath(folder))).as_posix()

@@ -18,7 +18,7 @@ from usdfoot.model.terrain import Terrain
 from usdfoot.planning.collisions import FootTable, feet_of, find_collisions
 from usdfoot.planning.elbow_room import keep_apart
 from usdfoot.planning.facing import face_tracks
-from usdfoot.planning.feet_apart import set_feet_apart, uncross
+from usdfoot.planning.feet_apart import is_sideways, set_feet_apart, uncross
 from usdfoot.planning.prints import settle_on_treads
 from usdfoot.planning.root_curves import build_root_curves
 from usdfoot.planning.scenario import Scenario, Seeker
@@ -34,6 +34,8 @@ SMOOTHING = 0.4
 """Standard deviation of the filter on the simulated paths: people start and stop more gently than discs [s]."""
 NEAR = 0.3
 """The ground is at most this far from the middle of its cell [m]."""
+BETWEEN = 0.01
+"""Between the feet when one closes up to the other in side steps [m]."""
 ELBOW_ROOM = 0.45
 """Least distance between the roots of two people [m]."""
 
@@ -92,9 +94,14 @@ def _plans(party: Party, tracks: Tracks, terrain: Terrain, faults: list[Problem]
         time_step=float(tracks.times[1]),
         yaws=np.array([np.nan if seeker.yaw is None else seeker.yaw for seeker in seekers]),
         heights=_on_ground(tracks, starts[:, 1], ground),
+        side_on=tracks.side_on,
         names=[seeker.name for seeker in seekers],
     )
     curves = keep_apart(build_root_curves(trajectories, smoothing_time=SMOOTHING), distance=ELBOW_ROOM)
+    roots = curves.positions.copy()
+    across = _off_walls(roots[..., [0, 2]].reshape(-1, 2), min(seeker.narrowest for seeker in seekers), party)
+    roots[..., [0, 2]] = across.reshape(*roots.shape[:2], 2)
+    curves = replace(curves, positions=roots)
     tables, order = [], np.zeros(0, dtype=int)
     for body in dict.fromkeys(seeker.body for seeker in seekers):
         own = np.array([index for index, seeker in enumerate(seekers) if seeker.body == body])
@@ -102,7 +109,10 @@ def _plans(party: Party, tracks: Tracks, terrain: Terrain, faults: list[Problem]
         tables.append((replace(table, owners=table.owners + len(order)), NARROW * body.step_width))
         order = np.concatenate([order, own])
     feet, narrowest = _joined(tables)
-    feet = _off_edges(set_feet_apart(uncross(feet, narrowest=narrowest), narrowest=narrowest), ground)
+    narrowest = np.where(is_sideways(feet), 2.0 * feet.half_widths + BETWEEN, narrowest)
+    feet = set_feet_apart(uncross(feet, narrowest=narrowest), narrowest=narrowest)
+    feet = _where_free(feet, _off_walls(feet.positions[:, [0, 2]], float(feet.half_widths.max()), party))
+    feet = _off_edges(feet, ground)
     ordered = [seekers[index] for index in order]
     plans = lay_plans([seeker.name for seeker in ordered], feet, ground, on_ground=True)
     ends = np.array([itinerary.points[-1] for itinerary in party.itineraries])
@@ -110,6 +120,14 @@ def _plans(party: Party, tracks: Tracks, terrain: Terrain, faults: list[Problem]
     faults += [_late(seekers[index], left[index]) for index in np.flatnonzero(~tracks.arrived)]
     faults += _treads(ordered, feet_of(plans, [seeker.body for seeker in ordered]))
     return plans
+
+
+def _off_walls(points: FloatArray, distance: float, party: Party) -> FloatArray:
+    """Points (K, 2) at a distance [m] from walls; on several levels, where it is not said on which, as they are."""
+    from usdfoot.planning.walkable import move_inside  # needs what comes with the extra
+
+    levels = party.area.levels
+    return points if len(levels) > 1 else move_inside(levels[0].buffer(-distance), points)
 
 
 def _on_ground(tracks: Tracks, starts: FloatArray, ground: Ground) -> FloatArray:
@@ -134,12 +152,19 @@ def _off_edges(feet: FootTable, ground: Ground) -> FootTable:
     """The table with feet moved off the edges of treads, where that brings them into nobody else's."""
     points, near = feet.positions[:, [0, 2]], feet.positions[:, 1]
     settled = settle_on_treads(ground, points, feet.yaws, near, heels=feet.heels, toes=feet.toes)
-    if np.array_equal(settled, points):
+    return _where_free(feet, settled)
+
+
+def _where_free(feet: FootTable, points: FloatArray) -> FootTable:
+    """The table with feet moved to points (S, 2), where that brings them into nobody else's."""
+    before, near = feet.positions[:, [0, 2]], feet.positions[:, 1]
+    if np.array_equal(points, before):
         return feet
-    moved = replace(feet, positions=np.insert(settled, 1, near, axis=1))
+    moved = replace(feet, positions=np.insert(points, 1, near, axis=1))
     met = find_collisions(moved).steps.ravel()
     back = np.concatenate([met, np.minimum(met + 2, len(near) - 1)])
-    settled[back] = points[back]
+    settled = points.copy()
+    settled[back] = before[back]
     return replace(feet, positions=np.insert(settled, 1, near, axis=1))
 
 

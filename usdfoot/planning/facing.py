@@ -6,13 +6,15 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from usdfoot.maths import planar
-from usdfoot.maths.types import FloatArray
+from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.trajectory import RootTrajectory
 
 __all__ = ["face_tracks"]
 
 FACING = 0.8
 """Standard deviation of the filter on where people face; to what is quicker they side-step [s]."""
+SHOULDERS = 0.4
+"""Standard deviation of the filter on how far they turn their shoulders [s]."""
 STILL = 0.05
 """Whose mean velocity is less keeps facing as before [m/s]."""
 STAND, TURN = 1.2, 2.8
@@ -22,7 +24,13 @@ TAIL = 3.0
 
 
 def face_tracks(
-    points: FloatArray, *, time_step: float, yaws: FloatArray, heights: FloatArray, names: list[str]
+    points: FloatArray,
+    *,
+    time_step: float,
+    yaws: FloatArray,
+    heights: FloatArray,
+    side_on: BoolArray,
+    names: list[str],
 ) -> list[RootTrajectory]:
     """Trajectories of N people along tracks, who first turn from where they look to where they go.
 
@@ -31,10 +39,12 @@ def face_tracks(
         time_step: Between their samples [s].
         yaws: Where people look at first, NaN = where they go [rad], shape (N,).
         heights: Of the ground where they are [m], shape (T, N).
+        side_on: Where they can only go sideways, the left shoulder first, shape (T, N).
         names: Of the trajectories, N of them.
     """
     stand, turn, tail = (round(time / time_step) for time in (STAND, TURN, TAIL))
-    headings = _headings(points, time_step)
+    sideways = gaussian_filter1d(side_on.astype(float), SHOULDERS / time_step, axis=0, mode="nearest")
+    headings = _headings(points, time_step) - 0.5 * np.pi * np.minimum(1.2 * sideways, 1.0)
     turns = np.where(np.isnan(yaws), 0.0, planar.wrap_angle(yaws - headings[0]))
     shares = np.concatenate([np.zeros(stand), np.linspace(0.0, 1.0, turn, endpoint=False)])[:, None]
     turning = headings[0] + (1.0 - shares * shares * (3.0 - 2.0 * shares)) * turns

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from usdfoot.maths import planar
-from usdfoot.maths.types import FloatArray
+from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.biped import LEFT
 from usdfoot.planning.collisions import FootTable, Instants, near_feet, overlaps
 
-__all__ = ["set_feet_apart", "uncross"]
+__all__ = ["is_sideways", "set_feet_apart", "uncross"]
 
 CLEARANCE = 0.03
 """Wanted between soles [m]."""
@@ -21,6 +21,8 @@ SEARCHES, ROUNDS = 15, 12
 """How often near feet are looked for, and how often they are moved in between."""
 RELAXING = 0.8
 """With every search the own feet may come this much nearer to each other across, over before."""
+ACROSS = 0.1
+"""Feet that go less far across take no side step [m]."""
 NEAR = 0.1
 """Feet this far apart are watched while others move [m]."""
 
@@ -74,6 +76,15 @@ def uncross(feet: FootTable, *, narrowest: FloatArray) -> FootTable:
         apart = np.sum((points[rows] - points[rows - 1]) * across, axis=1)
         points[rows] += np.maximum(narrowest[rows] - apart, 0.0)[:, None] * across
     return _placed(feet, points)
+
+
+def is_sideways(feet: FootTable) -> BoolArray:
+    """Whether each footstep is part of a side step, in which a foot goes more across than ahead, shape (S,)."""
+    rows = np.arange(len(feet.owners))
+    before, after = np.where(feet.numbers > 1, rows - 2, rows), np.where(feet.last, rows, rows + 2)
+    after = np.minimum(after, len(rows) - 1)
+    moved = planar.rotate(-feet.yaws, (feet.positions[after] - feet.positions[before])[:, [0, 2]])
+    return np.asarray(np.abs(moved[:, 0]) > np.maximum(np.abs(moved[:, 1]), ACROSS))
 
 
 def _placed(feet: FootTable, points: FloatArray) -> FootTable:

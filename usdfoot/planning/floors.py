@@ -23,6 +23,10 @@ SAME = 0.3
 """A level as near above another [m] is the same ground."""
 ASTRAY = 0.5
 """Who is so far [m] from where it is on its own level is taken off the other."""
+AHEAD = 4.0
+"""People are sent to corners of their ways that are at least so far away [m]."""
+SLIP = 0.06
+"""Radius with which somebody slips back between wall and crowd [m]."""
 PACE = 0.03
 """Changes of speed smaller than this part of it are left out."""
 
@@ -40,8 +44,9 @@ class Floors:
 
     def __init__(self, party: Party) -> None:
         self._area, self._seekers = party.area, party.seekers
-        narrowest = min(seeker.radius for seeker in party.seekers) if party.area.spots is not None else 0.0
-        self._floors = [_Floor(_wide(level, narrowest)) for level in party.area.levels]
+        self.rooms = tuple(_wide(level, party.narrowest) for level in party.area.levels)
+        """What of each level is wide enough, shape (L,)."""
+        self._floors = [_Floor(room) for room in self.rooms]
         self.levels: IntArray = party.starts.copy()
         """Level each is on, shape (N,)."""
         self._ids = [
@@ -50,12 +55,19 @@ class Floors:
         ]
         self._shadows: dict[int, tuple[int, int]] = {}
         self._points = np.array([seeker.start[[0, 2]] for seeker in party.seekers])
+        self.aims: FloatArray = self._points.copy()
+        """Corner of its way each is sent to, or its target (x, z) [m], shape (N, 2)."""
         self._paces = np.ones(len(party.seekers))
+        self._radii = np.array([seeker.radius for seeker in party.seekers])
 
     def iterate(self, count: int) -> FloatArray:
         """Where everyone is (x, z) after so many time steps [m], shape (N, 2)."""
-        for floor in self._floors:
-            floor.simulation.iterate(count)
+        for level, floor in enumerate(self._floors):
+            try:
+                floor.simulation.iterate(count)
+            except RuntimeError:  # in the thick of a crowd JuPedSim pushes people through walls, and then stops
+                self._put_back(level)
+                floor.simulation.iterate(count)
         ids = zip(self.levels.tolist(), self._ids, strict=True)
         self._points = np.array([self._floors[level].agent(identity).position for level, identity in ids])
         return self._points
@@ -63,7 +75,19 @@ class Floors:
     def steer(self, people: Iterable[int], targets: FloatArray) -> None:
         """Send people to their targets (N, 2) on the levels they are on."""
         for index in people:
-            self._floors[self.levels[index]].agent(self._ids[index]).target = tuple(targets[index].tolist())
+            floor = self._floors[self.levels[index]]
+            self.aims[index] = floor.aim(self._points[index], targets[index])
+            floor.agent(self._ids[index]).target = tuple(self.aims[index].tolist())
+
+    def way(self, index: int, target: FloatArray) -> shapely.LineString:
+        """The way of one from where it is to a target (2,) on its level."""
+        return shapely.LineString(self._floors[self.levels[index]].corners(self._points[index], target))
+
+    def slim(self, radii: FloatArray) -> None:
+        """Make bodies as wide as radii (N,) [m] say."""
+        for index in np.flatnonzero(radii != self._radii).tolist():
+            self._floors[self.levels[index]].agent(self._ids[index]).model.radius = float(radii[index])
+        self._radii = radii.copy()
 
     def pace(self, paces: FloatArray) -> None:
         """Let everyone go as much slower than it likes as paces (N,) say."""
@@ -92,6 +116,20 @@ class Floors:
                 floor.agent(shadow).target = tuple(place.tolist())
         return over
 
+    def _put_back(self, level: int) -> None:
+        """Bring those on a level who are outside it back to where it is nearest."""
+        floor = self._floors[level]
+        for index in np.flatnonzero(self.levels == level).tolist():
+            place = np.array(floor.agent(self._ids[index]).position)
+            if not floor.covers(place):
+                before = self._ids[index]
+                self._ids[index] = floor.enter(self._seekers[index], place, radius=SLIP)
+                own = floor.agent(self._ids[index])
+                own.target = floor.agent(before).target
+                own.model.radius = float(self._radii[index])
+                own.model.desired_speed = self._paces[index] * self._seekers[index].speed
+                floor.leave(before)
+
     def _has(self, level: int, index: int, height: float) -> bool:
         """Whether the ground one is on at a height [m] belongs to a level."""
         own = self._area.height_at(np.array([level]), self._points[index : index + 1])[0]
@@ -112,6 +150,7 @@ class Floors:
                 return False
         self._shadows[index] = before
         self.levels[index], self._ids[index], self._paces[index] = level, identity, 1.0
+        self._radii[index] = self._seekers[index].radius
         return True
 
 
@@ -135,16 +174,39 @@ class _Floor:
         self._steering = self.simulation.add_direct_steering_stage()
         self._journey = self.simulation.add_journey(jupedsim.JourneyDescription([self._steering]))
         self._inside = level.buffer(-0.05)
+        self._routing = jupedsim.RoutingEngine(level)
 
-    def enter(self, seeker: Seeker, place: FloatArray) -> int:
+    def aim(self, place: FloatArray, target: FloatArray) -> FloatArray:
+        """The first corner at least `AHEAD` away on the way from a place to a target (2,), or the target.
+
+        JuPedSim looks for the way of everybody in every time step; to a corner it is short.
+        """
+        corners = self.corners(place, target)
+        far = np.flatnonzero(np.linalg.norm(corners[:-1] - place, axis=1) >= AHEAD)
+        return corners[far[0]] if far.size else target
+
+    def corners(self, place: FloatArray, target: FloatArray) -> FloatArray:
+        """The way from a place to a target (2,), shape (C, 2)."""
+        try:
+            return np.array(self._routing.compute_waypoints(tuple(place.tolist()), tuple(target.tolist())))
+        except RuntimeError:  # one of them is in a wall, by a hair
+            return np.stack([place, target])
+
+    def enter(self, seeker: Seeker, place: FloatArray, *, radius: float | None = None) -> int:
         """Put somebody at a place (2,), or as near to it as the walls let it stand; gives back its number here.
+
+        Args:
+            seeker: Who.
+            place: (x, z) [m], shape (2,).
+            radius: Of its body at first [m]; None = its own.
 
         Raises:
             RuntimeError: If somebody stands there.
         """
-        if seeker.radius not in self._rooms:
-            self._rooms[seeker.radius] = self._level.buffer(-seeker.radius - 1e-4)
-        room = self._rooms[seeker.radius]
+        radius = radius or seeker.radius
+        if radius not in self._rooms:
+            self._rooms[radius] = self._level.buffer(-radius - 1e-4)
+        room = self._rooms[radius]
         if not (shapely.contains_xy(room, *place) or room.is_empty):
             place = shapely.get_coordinates(shapely.shortest_line(room, shapely.Point(place)))[0]
         return self.simulation.add_agent(
@@ -152,7 +214,7 @@ class _Floor:
                 position=tuple(place.tolist()),
                 journey_id=self._journey,
                 stage_id=self._steering,
-                radius=seeker.radius,
+                radius=radius,
                 desired_speed=seeker.speed,
                 time_gap=TIME_GAP,
             )

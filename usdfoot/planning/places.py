@@ -34,11 +34,18 @@ class Party:
     """Those who walk in one area."""
 
     area: Area
+    sideways: bool
+    """Whether somebody gets to its goal only through a passage narrower than its body."""
     seekers: tuple[Seeker, ...]
     starts: IntArray
     """Level on which each starts, shape (N,)."""
     itineraries: tuple[Itinerary, ...]
     """Of each."""
+
+    @property
+    def narrowest(self) -> float:
+        """Half the width of ways that are left out [m]: for a body, unless somebody has to go sideways."""
+        return min(seeker.narrowest if self.sideways else seeker.radius for seeker in self.seekers)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +79,7 @@ def find_places(scenario: Scenario, terrain: Terrain) -> tuple[list[Party], tupl
     placed = [[next(spots) for _ in range(1 + len(seeker.goals))] for seeker in scenario.seekers]
     ways = [Itineraries(area) for area in areas]
     found: dict[int, list[tuple[Seeker, int, Itinerary]]] = {}
-    problems = []
+    problems, sideways = [], [False] * len(areas)
     clear = _clear_starts(scenario.seekers, np.array([start.height for start, *_ in placed]))
     for index, (seeker, (start, *goals)) in enumerate(zip(scenario.seekers, placed, strict=True)):
         try:
@@ -80,16 +87,18 @@ def find_places(scenario: Scenario, terrain: Terrain) -> tuple[list[Party], tupl
             if other is not None:
                 raise _crowded(seeker, scenario.seekers[other])
             _check_area(seeker, start, goals)
-            seeker = _with_goals(seeker, start, goals, ways[start.area])
-            itinerary = _itinerary(seeker, start, goals, ways[start.area])
+            seeker, radius = _placed(seeker, start, goals, ways[start.area])
+            itinerary = _itinerary(seeker, start, goals, ways[start.area], radius)
             if seeker.speed > FASTEST:
                 what = f"{seeker.name}: wants to go {seeker.speed:.2f} m/s; {FASTEST:g} m/s were taken"
                 problems.append(Problem(severity="warning", where=seeker.name, message=what))
             slower = replace(seeker, speed=min(seeker.speed, FASTEST))
             found.setdefault(start.area, []).append((slower, start.level, itinerary))
+            sideways[start.area] |= radius < seeker.radius
         except PlanError as error:
             problems.append(Problem(severity="error", where=seeker.name, message=str(error)))
-    return [_spread(areas[area], people) for area, people in sorted(found.items())], tuple(problems)
+    parties = [_spread(areas[area], people, sideways=sideways[area]) for area, people in sorted(found.items())]
+    return parties, tuple(problems)
 
 
 def _levels_of(places: FloatArray, areas: Sequence[Area]) -> list[_Spot]:
@@ -149,39 +158,62 @@ def _check_area(seeker: Seeker, start: _Spot, goals: Sequence[_Spot]) -> None:
             raise PlanError(seeker.name, what, "there is no way on foot; open one, a ramp or stairs, or move the goal")
 
 
-def _with_goals(seeker: Seeker, start: _Spot, levels: Sequence[_Spot], ways: Itineraries) -> Seeker:
-    """The seeker with its goals where its body has room.
-
-    Raises:
-        PlanError: If there is no room between start and goal that is as wide as the body.
-    """
+def _with_goals(
+    seeker: Seeker, start: _Spot, levels: Sequence[_Spot], ways: Itineraries, *, radius: float
+) -> Seeker | None:
+    """The seeker with its goals where its body has room; None if no way there is as wide as a radius [m]."""
     goals = seeker.goals.copy()
     for goal, spot in zip(goals, levels, strict=True):
-        room = ways.room(spot.level, seeker.radius)
+        place, room = shapely.Point(goal[[0, 2]]), ways.room(spot.level, seeker.radius)
         if spot.level == start.level:
-            parts = shapely.get_parts(room)
-            room = parts[int(np.argmin(shapely.distance(parts, shapely.Point(seeker.start[[0, 2]]))))]
-        nearest = shapely.get_coordinates(shapely.shortest_line(room, shapely.Point(goal[[0, 2]])))
+            way = _nearest_part(ways.parts(spot.level, radius), shapely.Point(seeker.start[[0, 2]]))
+            room = way if radius == seeker.radius else _nearest_part(ways.parts(spot.level, seeker.radius), place)
+            if room is None or way is None or (room is not way and not way.intersects(room)):
+                return None
+        nearest = shapely.get_coordinates(shapely.shortest_line(room, place))
         if not len(nearest) or np.linalg.norm(nearest[0] - goal[[0, 2]]) > seeker.radius + 1e-6:
-            what = f"cannot get to its goal ({goal[0]:.2f}, {goal[2]:.2f}) m"
-            raise PlanError(seeker.name, what, f"the ways are narrower than its body, {2.0 * seeker.radius:.2f} m")
+            return None
         goal[[0, 2]] = nearest[0]
     return replace(seeker, goals=goals)
 
 
-def _itinerary(seeker: Seeker, start: _Spot, goals: Sequence[_Spot], ways: Itineraries) -> Itinerary:
+def _placed(seeker: Seeker, start: _Spot, levels: Sequence[_Spot], ways: Itineraries) -> tuple[Seeker, float]:
+    """The seeker with its goals where its body has room, and half the width [m] of its ways: sideways if need be.
+
+    Raises:
+        PlanError: If there is no way that is wide enough.
+    """
+    for radius in (seeker.radius, seeker.narrowest):
+        placed = _with_goals(seeker, start, levels, ways, radius=radius)
+        if placed is not None:
+            return placed, radius
+    x, _, z = seeker.goals[-1]
+    what = (
+        f"the ways are narrower than its body, {2.0 * seeker.radius:.2f} m, and sideways {2.0 * seeker.narrowest:.2f} m"
+    )
+    raise PlanError(seeker.name, f"cannot get to its goal ({x:.2f}, {z:.2f}) m", what)
+
+
+def _nearest_part(parts: Sequence[shapely.Geometry], place: shapely.Point) -> shapely.Geometry | None:
+    """The one of the parts of a room that is nearest to a place, None if there is none."""
+    if len(parts) == 1:
+        return parts[0]
+    return parts[int(np.argmin(shapely.distance(parts, place)))] if len(parts) else None
+
+
+def _itinerary(seeker: Seeker, start: _Spot, goals: Sequence[_Spot], ways: Itineraries, radius: float) -> Itinerary:
     """The seeker's, to its goals or, if it has none, to where it stands."""
     places, levels = list(seeker.goals), [goal.level for goal in goals]
     if not places:
         places, levels = [seeker.start], [start.level]
     points = [place[[0, 2]] for place in places]
     try:
-        return ways.find(seeker.start[[0, 2]], start.level, points, levels, seeker.radius)
+        return ways.find(seeker.start[[0, 2]], start.level, points, levels, radius)
     except PlanError as error:
         raise PlanError(seeker.name, f"cannot get to its goals: {error.where} {error.what}", error.remedy) from error
 
 
-def _spread(area: Area, people: Sequence[tuple[Seeker, int, Itinerary]]) -> Party:
+def _spread(area: Area, people: Sequence[tuple[Seeker, int, Itinerary]], *, sideways: bool) -> Party:
     """The people with a place of its own for each at goals that several have."""
     seekers = [seeker for seeker, _, _ in people]
     lasts = np.array([itinerary.points[-1] for _, _, itinerary in people])
@@ -201,6 +233,7 @@ def _spread(area: Area, people: Sequence[tuple[Seeker, int, Itinerary]]) -> Part
             taken = np.vstack([taken, places[going]])
     return Party(
         area=area,
+        sideways=sideways,
         seekers=tuple(seekers),
         starts=np.array([start for _, start, _ in people], dtype=np.intp),
         itineraries=tuple(

@@ -37,6 +37,11 @@ class Seeker:
     body: Proportions = field(default_factory=Proportions)
     """Of its legs."""
 
+    @property
+    def narrowest(self) -> float:
+        """Half the width it needs sideways [m]: bodies are half as deep as broad, and heels reach back."""
+        return min(self.radius, max(0.5 * self.radius, self.body.heel))
+
     def __post_init__(self) -> None:
         numbers = np.concatenate([self.start, self.goals.ravel(), [self.yaw or 0.0, self.speed, self.radius]])
         if not np.isfinite(numbers).all():

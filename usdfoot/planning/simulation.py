@@ -7,10 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
+from scipy.spatial import cKDTree
 
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.planning.floors import TIME_STEP, Floors
 from usdfoot.planning.itineraries import Itinerary
+from usdfoot.planning.passages import Gates, find_passages
 from usdfoot.planning.places import Party
 from usdfoot.planning.walkable import Area
 
@@ -22,8 +24,14 @@ ARRIVAL = 0.2
 """A goal is reached at this distance [m]."""
 PATIENCE, STUCK = 25.0, 0.5
 """It ends when nobody on the way has moved so far [m] for so long [s]."""
+LOOK_AHEAD = 2.0
+"""Between the instants at which everybody looks for its way [s]."""
 BLOCKED, ASIDE = 2.0, 1.0
 """Who has hardly moved for so long [s] steps aside by so much [m] for as long."""
+QUEUE, SAME_WAY = 0.5, 0.5
+"""Who is so close to another [m], and this cosine of the angle between their ways or more: who is before the other."""
+APART = 1e3
+"""Between levels in the search tree [m]: more than any distance looked for."""
 DIRECTIONS = np.stack([np.sin(np.pi * np.arange(8) / 4.0), np.cos(np.pi * np.arange(8) / 4.0)], axis=1)
 CLIMB = 1.5
 """Time over which the slope of the way is measured [s]."""
@@ -39,6 +47,8 @@ class Tracks:
     """(x, z) [m], shape (T, N, 2)."""
     heights: FloatArray
     """Of the ground where they were, to a cell's width; not a number without terrain [m], shape (T, N)."""
+    side_on: BoolArray
+    """Where they could only go sideways, shape (T, N)."""
     arrived: BoolArray
     """Whether they reached their last goal, shape (N,)."""
 
@@ -54,20 +64,41 @@ def simulate(party: Party, *, duration: float) -> Tracks:
     """
     legs, floors = _Legs(party.itineraries), Floors(party)
     detours = _Detours(party.area, max(seeker.radius for seeker in party.seekers), len(party.seekers))
-    floors.steer(range(len(party.seekers)), legs.targets)
+    everyone = list(range(len(party.seekers)))
+    gates = _gates(party, floors)
+    floors.steer(everyone, legs.targets)
+    side_on = [gates.side_on.copy()]
     samples = [np.array([seeker.start[[0, 2]] for seeker in party.seekers])]
     heights = [party.area.height_at(party.starts, samples[0])]
     every = round(SAMPLE_STEP / TIME_STEP)
     while len(samples) * SAMPLE_STEP < duration and not legs.arrived.all() and not _is_stuck(samples, legs.arrived):
         points = floors.iterate(every)
-        samples.append(points)
+        samples.append(gates.centred(points, floors.levels))
         changed = legs.advance(points, floors.go_over(legs.next_levels))
-        changed += detours.advance(samples, legs.arrived, floors.levels)
-        floors.steer(changed, np.where(detours.active[:, None], detours.targets, legs.targets))
+        changed += gates.advance(points, floors, legs.targets, legs.arrived, len(samples) * SAMPLE_STEP)
+        floors.slim(gates.thin)
+        side_on.append(gates.side_on.copy())
+        changed += detours.advance(samples, legs.arrived | gates.held, floors)
+        if len(samples) % round(LOOK_AHEAD / SAMPLE_STEP) == 0:
+            changed = everyone
+        targets = np.where(gates.held[:, None], gates.places, legs.targets)
+        floors.steer(changed, np.where(detours.active[:, None], detours.targets, targets))
         heights.append(party.area.height_at(floors.levels, points))
-        floors.pace(_paces(samples, heights))
+        floors.pace(_paces(samples, heights) * gates.paces)
     times = SAMPLE_STEP * np.arange(len(samples))
-    return Tracks(times=times, points=np.array(samples), heights=np.array(heights), arrived=legs.arrived)
+    return Tracks(
+        times=times,
+        points=np.array(samples),
+        heights=np.array(heights),
+        side_on=np.array(side_on),
+        arrived=legs.arrived,
+    )
+
+
+def _gates(party: Party, floors: Floors) -> Gates:
+    """The passages of an area, for those who walk in it."""
+    radii, speeds, legs = np.array([(one.radius, one.speed, one.body.leg_length) for one in party.seekers]).T
+    return Gates(find_passages(floors.rooms, float(radii.max())), radii=radii, speeds=speeds, legs=legs)
 
 
 def _paces(samples: list[FloatArray], heights: list[FloatArray]) -> FloatArray:
@@ -128,37 +159,55 @@ class _Legs:
 
 
 class _Detours:
-    """Who gets nowhere steps aside to where there is room, one of those who stand in each other's way at a time."""
+    """Who gets nowhere steps aside to where there is room, one of those who stand in each other's way at a time.
+
+    Nobody does in a queue: who is held up by those who go the same way waits.
+    """
 
     def __init__(self, area: Area, radius: float, count: int) -> None:
         self._rooms = [level.buffer(-radius) for level in area.levels]
         for room in self._rooms:
             shapely.prepare(room)
+        self._near = 2.0 * radius + QUEUE
         self._until = np.full(count, -np.inf)
         self.active = np.zeros(count, dtype=bool)
         self.targets = np.zeros((count, 2))
 
-    def advance(self, samples: list[FloatArray], arrived: BoolArray, levels: IntArray) -> list[int]:
-        """Those who go on from now on, or step aside on the levels (N,) they are on."""
+    def advance(self, samples: list[FloatArray], arrived: BoolArray, floors: Floors) -> list[int]:
+        """Those who go on from now on, or step aside on the levels they are on."""
         now, points, before = len(samples) * SAMPLE_STEP, samples[-1], round(BLOCKED / SAMPLE_STEP)
         over = self.active & (now > self._until)
         self.active &= ~over
         if len(samples) <= before:
             return []
         moved = np.linalg.norm(points - samples[-1 - before], axis=1)
-        blocked = np.flatnonzero((moved < ASIDE * 0.2) & ~arrived & (now > self._until + BLOCKED))
-        aside = [index for index in blocked.tolist() if self._step_aside(index, points, levels, now)]
+        blocked = (moved < ASIDE * 0.2) & ~arrived & (now > self._until + BLOCKED)
+        blocked &= ~self._queues(points, arrived, floors) if blocked.any() else False
+        aside = [index for index in np.flatnonzero(blocked).tolist() if self._step_aside(index, points, floors, now)]
         return [*np.flatnonzero(over).tolist(), *aside]
 
-    def _step_aside(self, index: int, points: FloatArray, levels: IntArray, now: float) -> bool:
+    def _queues(self, points: FloatArray, arrived: BoolArray, floors: Floors) -> BoolArray:
+        """Whether all those close before each of N people, and at least one, go the same way, shape (N,)."""
+        ways = floors.aims - points
+        ways /= np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-9)
+        places = np.column_stack([points, APART * floors.levels])
+        pairs = cKDTree(places).query_pairs(self._near, output_type="ndarray")
+        one, other = np.concatenate([pairs, pairs[:, ::-1]]).T
+        ahead = np.sum((points[other] - points[one]) * ways[one], axis=1) > 0.0
+        same = (np.sum(ways[one] * ways[other], axis=1) > SAME_WAY) & ~arrived[other]
+        before = np.bincount(one, weights=ahead, minlength=len(points))
+        return np.asarray((before > 0.0) & (before == np.bincount(one, weights=ahead & same, minlength=len(points))))
+
+    def _step_aside(self, index: int, points: FloatArray, floors: Floors, now: float) -> bool:
         """Whether this one does, which it does not beside another who does."""
-        distances = np.where(levels == levels[index], np.linalg.norm(points - points[index], axis=1), np.inf)
+        level = floors.levels[index]
+        distances = np.where(floors.levels == level, np.linalg.norm(points - points[index], axis=1), np.inf)
         if np.any(self.active & (distances < 2.0 * ASIDE)):
             return False
         places = points[index] + ASIDE * DIRECTIONS
         near = points[(distances < 4.0 * ASIDE) & (distances > 0.0)]
         gaps = np.min(np.linalg.norm(places[:, None] - near, axis=2), axis=1, initial=4.0 * ASIDE)
-        gaps[~shapely.contains_xy(self._rooms[levels[index]], places[:, 0], places[:, 1])] = -1.0
+        gaps[~shapely.contains_xy(self._rooms[level], places[:, 0], places[:, 1])] = -1.0
         best = int(np.argmax(gaps))
         if gaps[best] < 0.0:
             return False

@@ -17,7 +17,7 @@ from usdfoot.planning.levels import extend_level, split_levels
 from usdfoot.planning.spots import Spots, build_spots
 from usdfoot.planning.world import Obstacle, box_outline, is_beside
 
-__all__ = ["Area", "walkable_areas"]
+__all__ = ["Area", "move_inside", "walkable_areas"]
 
 SEAM = 1e-3
 """Gaps between faces narrower than twice this are closed [m]."""
@@ -95,6 +95,18 @@ def walkable_areas(
                 pieces.append(part)
                 masks.append(covered)
     return _joined(spots, pieces, masks)
+
+
+def move_inside(room: shapely.Geometry, points: FloatArray) -> FloatArray:
+    """The points (N, 2), those outside a room moved to where it is nearest."""
+    shapely.prepare(room)
+    outside = ~shapely.intersects_xy(room, points[:, 0], points[:, 1])
+    if room.is_empty or not outside.any():
+        return points
+    moved = points.copy()
+    lines = shapely.shortest_line(room, shapely.points(points[outside]))
+    moved[outside] = shapely.get_coordinates(lines)[::2]
+    return moved
 
 
 def _floor(terrain: Terrain) -> shapely.Geometry | None:

@@ -15,7 +15,7 @@ from usdfoot.errors import ClipError
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.biped import Biped
-from usdfoot.model.clip import Clip
+from usdfoot.model.clip import Clip, ShapeTrack
 from usdfoot.model.limits import DEFAULT_LIMITS
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
 from usdfoot.readers.clip_attributes import read_clip_attributes
@@ -103,6 +103,7 @@ def read_clip(
         mirror=attributes.mirror,
         events=attributes.events,
         synthetic=attributes.synthetic,
+        shapes=_shapes(UsdSkel.Animation(source.prim), codes),
     )
 
 
@@ -136,6 +137,16 @@ def _sample(source: ClipSource, units: StageUnits, most_frames: int) -> tuple[Fl
     all_translations = _spread(rest, local, order) if local is not None else np.repeat(rest[None], len(codes), axis=0)
     folded, _ = fold_scales(raw.parents, all_translations, all_scales, where)
     return codes, folded, all_rotations
+
+
+def _shapes(animation: UsdSkel.Animation, codes: FloatArray) -> ShapeTrack | None:
+    """Blend shapes of the animation at time codes (T,)."""
+    names = tuple(str(name) for name in animation.GetBlendShapesAttr().Get() or ())
+    samples = read_samples(animation.GetBlendShapeWeightsAttr(), len(names)) if names else None
+    if samples is None or not np.isfinite(samples.values).all():
+        return None
+    weights = interpolate_linear(replace(samples, values=samples.values[..., None]), codes)[..., 0]
+    return ShapeTrack(names=names, weights=weights)
 
 
 def _sample_codes(

@@ -26,6 +26,7 @@ __all__ = [
     "read_stage_info",
     "start_code",
     "targets",
+    "walk_stage",
 ]
 
 _logger = logging.getLogger(__name__)
@@ -99,13 +100,15 @@ def authored(prim: Usd.Prim, name: str) -> Any:
     Raises:
         SceneError: If the attribute is of a type that cannot stand for the schema's, as text cannot for a number.
     """
-    if not is_authored(prim, name):
-        return None
     attribute = prim.GetAttribute(name)
-    expected, found = declared_type(name), attribute.GetPropertyStack()[0].typeName  # the attribute's is the schema's
-    if expected and expected != found and _form(expected) != _form(found):
-        raise SceneError(prim.GetPath(), f"{name} is of type {found}", f"author it as {expected}")
-    return attribute.Get(Usd.TimeCode.EarliestTime())
+    if not attribute or not attribute.HasAuthoredValue():
+        return None
+    value, expected = attribute.Get(Usd.TimeCode.EarliestTime()), declared_type(name)
+    if expected is not None and type(value) is not type(expected.defaultValue):
+        found = attribute.GetPropertyStack()[0].typeName  # that of the attribute is the schema's
+        if _form(expected) != _form(found):
+            raise SceneError(prim.GetPath(), f"{name} is of type {found}", f"author it as {expected}")
+    return value
 
 
 def authored_values(prim: Usd.Prim, names: Collection[str]) -> dict[str, Any]:
@@ -153,7 +156,7 @@ def collect_prims(stage: Usd.Stage) -> StagePrims:
     with_apis: dict[str, list[Usd.Prim]] = {}
     kinds: dict[str, str] = {}
     prototypes: list[Sdf.Path] = []
-    for prim in _walk(stage):
+    for prim in walk_stage(stage):
         if prim.HasAuthoredMetadata("apiSchemas"):
             for name in applied_apis(prim):
                 if name.startswith("Usdfoot"):
@@ -179,7 +182,8 @@ def _kind(prim: Usd.Prim) -> str:
     return _SHAPES if prim.IsA(UsdGeom.Gprim) and not prim.IsA(UsdGeom.PointBased) else ""
 
 
-def _walk(stage: Usd.Stage) -> Iterator[Usd.Prim]:
+def walk_stage(stage: Usd.Stage) -> Iterator[Usd.Prim]:
+    """Every prim that is active, loaded and defined, instance proxies included."""
     return iter(Usd.PrimRange(stage.GetPseudoRoot(), Usd.TraverseInstanceProxies()))
 
 

@@ -15,7 +15,6 @@ from usdfoot.model.device import start_warp
 from usdfoot.spaces.root_weight_kernel import Corners, RootMix, find_largest_each, mix_root_each, replace_each
 
 __all__ = [
-    "BEYONDS",
     "REPLACEMENTS",
     "RootWeighted",
     "find_largest_root_weight",
@@ -23,9 +22,6 @@ __all__ = [
     "solve_root_weight",
 ]
 
-BEYONDS = ("segment", "closest")
-"""Where a step lands beyond beta: on the way from the footstep to the root's landing ([B]'s q'), or as near to the
-footstep as weights allow none of which is negative."""
 REPLACEMENTS = 3
 """The root's heaviest examples that may replace a corner."""
 
@@ -95,7 +91,7 @@ def solve_root_weight(
         weights: Barycentric coordinates b(q) of the footsteps, shape (N, 3).
         roots: Landings r of the root's examples, shape (N, 2).
         root_weights: lambda4, 0..1, shape (N,).
-        beyond: One of BEYONDS.
+        beyond: Where a step lands beyond beta: segment or closest, as of `EngineOptions.beyond_beta`.
     """
     start_warp()
     mixes = wp.empty(len(roots), dtype=RootMix)
@@ -130,7 +126,7 @@ def find_largest_root_weight(
         offsets: From the wanted footstep to the one that `weights` give, for footsteps outside the hull [m], shape
             (N, 2). IK pulls the foot over what is not given up of it, so that it is planted at
             shift + given_up offset from the wanted footstep.
-        beyond: One of BEYONDS.
+        beyond: Where a step lands beyond beta: segment or closest, as of `EngineOptions.beyond_beta`.
     """
     start_warp()
     largest = wp.empty(len(roots), dtype=wp.float64)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from pxr import Sdf, Vt
 
 from usdfoot.bridge import tokens
-from usdfoot.bridge.scene import Character
 from usdfoot.bridge.units import StageUnits
+from usdfoot.maths.types import FloatArray
 from usdfoot.model.contacts import FootContacts
 from usdfoot.writers.layers import apply_schemas, author, author_samples, define_prim, quaternion_array, rounded_codes
 from usdfoot.writers.layers_over import author_times
@@ -39,19 +41,20 @@ def write_animation(layer: Sdf.Layer, agent: PosedAgent, *, units: StageUnits) -
     author_samples(author(prim, "translations", ValueTypes.Float3Array), codes, [translations[s] for s in slices])
     author_samples(author(prim, "rotations", ValueTypes.QuatfArray), codes, [rotations[s] for s in slices])
     author(prim, "scales", ValueTypes.Half3Array, scales)
-    _write_blend_shapes(prim, character)
+    if motion.shapes is not None:
+        _write_blend_shapes(prim, motion.shapes.names, codes, motion.shapes.weights)
+    elif character.blend_shapes is not None:
+        bound = character.blend_shapes
+        _write_blend_shapes(prim, bound.names, bound.codes.tolist(), bound.weights)
     for side in (0, 1):
         height = float(character.biped.ball_heights[side]) / units.meters_per_unit
         _write_contacts(prim, side, motion.contacts[side], height, units)
 
 
-def _write_blend_shapes(prim: Sdf.PrimSpec, character: Character) -> None:
-    shapes = character.blend_shapes
-    if shapes is None:
-        return
-    author(prim, "blendShapes", ValueTypes.TokenArray, Vt.TokenArray(shapes.names), uniform=True)
-    weights = [Vt.FloatArray.FromNumpy(np.ascontiguousarray(row, dtype=np.float32)) for row in shapes.weights]
-    author_samples(author(prim, "blendShapeWeights", ValueTypes.FloatArray), shapes.codes.tolist(), weights)
+def _write_blend_shapes(prim: Sdf.PrimSpec, names: Sequence[str], codes: list[float], weights: FloatArray) -> None:
+    author(prim, "blendShapes", ValueTypes.TokenArray, Vt.TokenArray(names), uniform=True)
+    rows = [Vt.FloatArray.FromNumpy(np.ascontiguousarray(row, dtype=np.float32)) for row in weights]
+    author_samples(author(prim, "blendShapeWeights", ValueTypes.FloatArray), codes, rows)
 
 
 def _write_contacts(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import logging
 import os
 import shutil
@@ -12,14 +11,12 @@ from pathlib import Path
 
 from pxr import Sdf, Tf, UsdUtils
 
+from usdfoot.bridge.file_hashes import file_hashes
 from usdfoot.errors import OutputError
 
 __all__ = ["StagedFiles", "staged_files"]
 
 _logger = logging.getLogger(__name__)
-
-_BLOCK = 1 << 20
-"""Bytes hashed at a time: a chunk need not fit into memory twice."""
 
 _EXPECTED_WARNING = "Upgrading crate file"
 """Time codes need a younger .usdc than USD starts with; it says so for every file."""
@@ -67,7 +64,7 @@ class StagedFiles:
 
     def content_hashes(self) -> dict[str, str]:
         """SHA-256 of every file so far, by name."""
-        return {name: _sha256(path) for name, path in sorted({**self._adopted, **self._temporary}.items())}
+        return file_hashes({**self._adopted, **self._temporary})
 
     def commit(self) -> tuple[Path, ...]:
         """Rename all files to their final names, adopted first, the last added last; gives back their paths."""
@@ -88,18 +85,12 @@ class StagedFiles:
 
     def _reserve(self, name: str) -> Path:
         final = self.folder / name
+        if not final.parent.resolve().is_relative_to(self.folder.resolve()):
+            raise OutputError(final.parent, f"leads out of {self.folder}", "remove the link, or name another folder")
         final.parent.mkdir(parents=True, exist_ok=True)
         path = final.with_name(f".{os.getpid()}.{final.name}")
         self._temporary[name] = path
         return path
-
-
-def _sha256(path: Path) -> str:
-    with path.open("rb") as file:
-        digest = hashlib.sha256()
-        while block := file.read(_BLOCK):
-            digest.update(block)
-    return digest.hexdigest()
 
 
 @contextmanager

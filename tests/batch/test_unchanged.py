@@ -1,0 +1,96 @@
+"""A crowd of which nothing changed is not made again, nor its scene read; whatever might change it is noticed."""
+
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pxr import Sdf, Usd
+
+from tests.batch.conftest import AGENTS, digests
+from usdfoot.bridge.tokens import File
+from usdfoot.physics.motion_options import MotionOptions
+from usdfoot.pipeline.animate import animate
+from usdfoot.pipeline.report import CallRecord
+from usdfoot.pipeline.unchanged import find_unchanged
+
+CALL = CallRecord(chunk_size=1)
+
+
+@pytest.fixture
+def folder(crowd, request):
+    """A copy of the crowd, as far from its scene as the crowd is."""
+    copy = crowd.crowd_file.parent.with_name(request.node.name.replace("[", "_").replace("]", ""))
+    shutil.copytree(crowd.crowd_file.parent, copy)
+    return copy
+
+
+def times(folder):
+    """When each file was last written."""
+    return {path.name: path.stat().st_mtime_ns for path in folder.iterdir()}
+
+
+def mute(folder, name):
+    """Say in overrides.usda that an agent is not to be made."""
+    layer = Sdf.Layer.FindOrOpen(str(folder / File.OVERRIDES))
+    Sdf.CreatePrimInLayer(layer, f"/Crowd/Agents/{name}").active = False
+    layer.Save()
+
+
+def test_nothing_is_written_and_all_is_told_again(crowd, crowd_scene, folder):
+    before = times(folder)
+    again = animate(crowd_scene, folder, chunk_size=1)
+    assert times(folder) == before
+    assert (again.chunks, again.kept, again.kept_agents) == (AGENTS, AGENTS, AGENTS)
+    assert again.problems == crowd.problems and list(again.results) == list(crowd.results)
+    for name, results in crowd.results.items():
+        assert again.results[name].status == results.status and again.results[name].clips == results.clips
+        np.testing.assert_array_equal(again.results[name].placement_error, results.placement_error)
+
+
+@pytest.mark.parametrize(
+    ("options", "call"),
+    [
+        (MotionOptions(seam="none"), CALL),
+        (MotionOptions(), replace(CALL, chunk_size=2)),
+        (MotionOptions(), replace(CALL, agents="Agent_[01]")),
+        (MotionOptions(), replace(CALL, frames=(0, 40))),
+        (MotionOptions(), replace(CALL, collect=True)),
+    ],
+)
+def test_what_is_asked_for_otherwise_is_made(crowd, crowd_scene, options, call):
+    folder = crowd.crowd_file.parent
+    assert find_unchanged(crowd_scene, folder, options=MotionOptions(), call=CALL) is not None
+    assert find_unchanged(crowd_scene, folder, options=options, call=call) is None
+
+
+@pytest.mark.parametrize("name", ["anims.0001.usdc", "report.json", "crowd.usd", "crowd.expanded.usda"])
+def test_a_damaged_crowd_is_mended(crowd_scene, folder, name):
+    whole = digests(folder)
+    (folder / name).write_bytes((folder / name).read_bytes()[:-200])
+    assert animate(crowd_scene, folder, chunk_size=1).chunks == AGENTS
+    assert digests(folder) == whole
+
+
+def test_overrides_and_their_end_are_noticed(crowd, crowd_scene, folder):
+    whole = digests(folder)
+    mute(folder, "Agent_1")
+    assert "Agent_1" not in animate(crowd_scene, folder, chunk_size=1).results
+    assert find_unchanged(crowd_scene, folder, options=MotionOptions(), call=CALL) is not None
+    shutil.copyfile(crowd.crowd_file.parent / File.OVERRIDES, folder / File.OVERRIDES)
+    assert list(animate(crowd_scene, folder, chunk_size=1).results) == list(crowd.results)
+    assert digests(folder) == whole
+
+
+def test_what_bytes_do_not_tell_is_read(crowd, crowd_scene, folder):
+    (folder / "other.usda").write_text("#usda 1.0\n")
+    layer = Sdf.Layer.FindOrOpen(str(folder / File.OVERRIDES))
+    layer.subLayerPaths.append("./other.usda")
+    layer.Save()
+    animate(crowd_scene, folder, chunk_size=1)
+    assert find_unchanged(crowd_scene, folder, options=MotionOptions(), call=CALL) is None
+    stage = Usd.Stage.Open(str(crowd_scene))
+    stage.GetRootLayer().comment = "not saved"
+    assert find_unchanged(crowd_scene, crowd.crowd_file.parent, options=MotionOptions(), call=CALL) is None
+    stage.Reload()
+    assert find_unchanged(crowd_scene, crowd.crowd_file.parent, options=MotionOptions(), call=CALL) is not None

@@ -1,0 +1,59 @@
+"""Provenance: what a crowd says of its making, and which files a scene consists of, without reading either."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pxr import Sdf, Tf
+
+from usdfoot.bridge.scene import StageInfo
+from usdfoot.bridge.tokens import PROVENANCE, File
+from usdfoot.readers.overrides import read_overrides
+from usdfoot.readers.stage import open_stage, read_stage_info, walk_stage
+
+__all__ = ["read_provenance", "read_scene_files"]
+
+
+def read_provenance(folder: Path, *, sublayers: Sequence[str]) -> Mapping[str, Any] | None:
+    """What crowd.usd says of its making; None if it is not as it was written, or overrides.usda is missing.
+
+    Args:
+        folder: Of the crowd.
+        sublayers: Files that crowd.usd consists of, strongest first.
+    """
+    path = folder / File.CROWD
+    if not path.is_file() or not (folder / File.OVERRIDES).is_file():
+        return None
+    try:
+        layer = Sdf.Layer.OpenAsAnonymous(str(path))
+    except Tf.ErrorException:
+        return None
+    is_whole = not layer.rootPrims and list(layer.subLayerPaths) == [f"./{name}" for name in sublayers]
+    return dict(layer.customLayerData.get(PROVENANCE, {})) if is_whole else None
+
+
+def read_scene_files(scene: str | os.PathLike[str], folder: Path) -> StageInfo | None:
+    """Metadata of a scene, with its layers; None if their bytes and those of overrides.usda do not say all of it.
+
+    They do not where a layer is changed in memory or no file, and where files are named that are opened later: value
+    clips, and layers below overrides.usda.
+
+    Args:
+        scene: The scene's file.
+        folder: Of the crowd made of it.
+
+    Raises:
+        SceneError: If the scene or overrides.usda cannot be opened.
+    """
+    stage = open_stage(scene)
+    info = read_stage_info(stage)
+    overrides = read_overrides(folder, info.units).layer
+    layers = [layer for layer in stage.GetUsedLayers() if layer != stage.GetSessionLayer()]
+    if any(layer.anonymous or layer.dirty for layer in layers):
+        return None
+    if overrides is not None and (overrides.dirty or overrides.GetCompositionAssetDependencies()):
+        return None
+    return None if any(prim.HasAuthoredMetadata("clips") for prim in walk_stage(stage)) else info
