@@ -198,3 +198,31 @@ def test_tails_that_hang_are_known_by_name(name):
     _, body = found(longer)
     assert body.tail == (len(skeleton.joints), len(skeleton.joints) + 1)
     assert body.trunk == spine[1:4]
+
+
+def test_arms_in_halves_are_known_by_name():
+    skeleton, _, arms = build("rigify")
+    joints, parents, offsets = list(skeleton.joints), list(skeleton.parents), skeleton.rest_translations.copy()
+    for arm in arms:  # each upper arm and forearm gets a second half, on which the rest of the arm hangs
+        for joint, below in ((arm[1], arm[2]), (arm[2], arm[3])):
+            joints.append(f"{joints[joint]}.001")
+            offsets = np.vstack([offsets, 0.5 * offsets[below]])
+            parents.append(joint)
+            parents[below] = len(joints) - 1
+            offsets[below] *= 0.5
+    order = sorted(range(len(joints)), key=lambda joint: depth(parents, joint))
+    place = {joint: at for at, joint in enumerate(order)}
+    halved = Skeleton(
+        name="/Rig",
+        joints=tuple(joints[joint] for joint in order),
+        parents=np.array([place.get(parents[joint], -1) for joint in order]),
+        rest_translations=offsets[order],
+        rest_rotations=np.tile([0.0, 0.0, 0.0, 1.0], (len(joints), 1)),
+    )
+    _, body = found(halved)
+    for arm, expected in zip(body.arms, arms, strict=True):
+        assert (arm.upper, arm.lower, arm.hand) == tuple(place[joint] for joint in expected[1:4])
+
+
+def depth(parents, joint):
+    return 0 if parents[joint] < 0 else 1 + depth(parents, parents[joint])

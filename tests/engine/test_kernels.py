@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 from tests.engine.plans import way
 from tests.engine.synthesis import slow_phases, synthesise
-from usdfoot.engine.clock_kernel import read_clocks
+from usdfoot.engine.clock_kernel import read_samples
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.poses import device_segments, place_segments, pose_feet, pose_frames
 from usdfoot.maths import quaternion
@@ -41,14 +41,13 @@ def frames(made):
 
 
 def clock_samples(setup, blend, rows: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Samples of the examples that the kernel reads at instants of segments."""
-    count, last = len(rows), float(setup.examples.rotations.shape[1] - 1)
-    numbers = [wp.empty(count, dtype=wp.float32) for _ in range(3)]
-    windows = [wp.empty(count, dtype=wp.vec4f) for _ in range(2)]
+    """Samples of the examples that the kernels read at instants of segments."""
+    samples = wp.empty(len(rows), dtype=wp.float32)
     clock = wp.array(times - setup.contacts.starts[setup.segments.agents[rows]], dtype=wp.float64)
+    last = float(setup.examples.rotations.shape[1] - 1)
     inputs = [device_segments(setup, blend).clocks, wp.array(rows.astype(np.int32), dtype=wp.int32), clock, last]
-    wp.launch(read_clocks, dim=count, inputs=inputs, outputs=[*numbers, *windows])
-    return numbers[0].numpy()
+    wp.launch(read_samples, dim=len(rows), inputs=inputs, outputs=[samples])
+    return samples.numpy()
 
 
 def naive_blend(rotations: np.ndarray, examples: np.ndarray, weights: np.ndarray, sample: float) -> np.ndarray:

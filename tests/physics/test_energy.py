@@ -25,8 +25,9 @@ def problem():
     plans = [walk(4, turn=0.3), walk(5, lengths=[0.6, 1.4, 0.6, 0.4], ends_standing=True)]
     options = PhysicsOptions()
     contacts = lay_contacts(plans)
-    knots = lay_knots(contacts)
-    samples = lay_samples(lay_footing(contacts, human(), options), knots, window=options.heading_window)
+    footing = lay_footing(contacts, human(), options)
+    knots = lay_knots(contacts, footing)
+    samples = lay_samples(footing, knots, window=options.heading_window)
     random = np.random.default_rng(5)
     start = start_unknowns(contacts, knots, human())
     unknowns = start + random.normal(0.0, 0.1, start.shape)

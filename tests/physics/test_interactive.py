@@ -7,6 +7,7 @@ import pytest
 
 from tests.physics.builders import human, walk
 from usdfoot.model.contact_table import lay_contacts
+from usdfoot.physics.footing import lay_footing
 from usdfoot.physics.interactive import WINDOW, StepOptimiser
 from usdfoot.physics.optimise import optimise_com, solve_motion, start_unknowns
 from usdfoot.physics.options import PhysicsOptions
@@ -65,12 +66,13 @@ def step_by_tables(plan, newest, before):
     contacts = extend_contacts(lay_contacts([so_far]), strides=options.run_up)
     begin = np.flatnonzero(contacts.steps >= 0)[-2]
     contacts = replace(contacts, starts=contacts.strikes[begin : begin + 1])
-    knots = lay_knots(contacts, parts=options.parts, longest_segment=options.longest_segment)
+    footing = lay_footing(contacts, human(), options)
+    knots = lay_knots(contacts, footing, parts=options.parts, longest_segment=options.longest_segment)
     start = start_unknowns(contacts, knots, human())
     position, velocity, _ = before.spline.evaluate(np.zeros(1, dtype=int), knots.times[:1])
     start[0] = np.concatenate([position[0], velocity[0]])
     knots = replace(knots, fixed=knots.fixed | (np.arange(len(knots.times)) == 0)[:, None])
-    return solve_motion(contacts, contacts, knots, start, human(), options, ())
+    return solve_motion(contacts, footing, knots, start, human(), options, ())
 
 
 @pytest.mark.parametrize(

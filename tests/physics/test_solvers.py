@@ -35,8 +35,9 @@ def problem(request):
     """All plans at once."""
     options = request.param
     contacts = extend_contacts(lay_contacts(list(PLANS.values())), strides=options.run_up)
-    knots = lay_knots(contacts, parts=options.parts)
-    samples = lay_samples(lay_footing(contacts, human(), options), knots, window=options.heading_window)
+    footing = lay_footing(contacts, human(), options)
+    knots = lay_knots(contacts, footing, parts=options.parts)
+    samples = lay_samples(footing, knots, window=options.heading_window)
     return samples, knots, start_unknowns(contacts, knots, human()), options
 
 
@@ -56,7 +57,8 @@ def energies(problem, unknowns):
 
 
 def test_steps_have_a_segment_and_flights_one_more():
-    knots = lay_knots(lay_contacts(list(PLANS.values())))
+    contacts = lay_contacts(list(PLANS.values()))
+    knots = lay_knots(contacts, lay_footing(contacts, human(), PAPER))
     segments = np.bincount(knots.agents[knots.begins])
     flights = [int(np.sum(plan.strike_times[1:] > plan.liftoff_times[:-1])) for plan in PLANS.values()]
     ends = [1] * len(PLANS)  # the last footstep stands on until it lifts off
@@ -95,8 +97,9 @@ def test_no_other_start_leads_much_lower(problem):
 def test_greedy_stops_where_no_single_change_helps():
     options = PhysicsOptions(parts=1, leg_play=0.0, run_up=0)
     contacts = lay_contacts([walk(3)])
-    knots = lay_knots(contacts)
-    samples = lay_samples(lay_footing(contacts, human(), options), knots, window=options.heading_window)
+    footing = lay_footing(contacts, human(), options)
+    knots = lay_knots(contacts, footing)
+    samples = lay_samples(footing, knots, window=options.heading_window)
     problem = samples, knots, start_unknowns(contacts, knots, human()), options
     found = search_unknowns(*problem)
     best = energies(problem, found)[0]

@@ -6,14 +6,17 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+import warp as wp
 from hypothesis import given
 from numpy.testing import assert_allclose, assert_array_equal
 
+from tests.spaces.corners import weigh_triples
 from tests.strategies import seeds
 from usdfoot.errors import ClipError
 from usdfoot.model.examples import Examples
+from usdfoot.spaces.corner_kernel import SpaceArrays, adjoin_corners
 from usdfoot.spaces.features import DOUBT, FeatureScales, StepFeatures, example_features
-from usdfoot.spaces.library import StepWeights, build_spaces, end_landings, has_flight, reweigh_steps, solve_steps
+from usdfoot.spaces.library import StepWeights, build_spaces, end_landings, has_flight, solve_steps
 from usdfoot.spaces.mirror import mirror_partners
 
 FLIPPED = ("landings", "departures")
@@ -210,28 +213,49 @@ def naive_costs(points: np.ndarray, known: np.ndarray, query: np.ndarray, wanted
     return costs
 
 
+@wp.kernel(enable_backward=False)
+def adjoin(
+    spaces: SpaceArrays,
+    given: wp.array(dtype=wp.vec3i),
+    landings: wp.array(dtype=wp.vec2d),
+    wanted: wp.array2d(dtype=wp.float64),
+    found: wp.array(dtype=wp.vec3i),
+) -> None:
+    """`adjoin_corners` of each query in the first space."""
+    query = wp.tid()
+    found[query] = adjoin_corners(spaces, 0, given[query], landings[query], wanted, query)
+
+
 @given(seeds)
 def test_beyond_an_edge_the_best_triple_on_its_other_side_follows(seed: int) -> None:
     generator = np.random.default_rng(seed)
     library = replace(random_examples(generator, 16), swing_sides=np.zeros(16, dtype=int))
-    landings, sides, features = random_steps(generator, 10)
-    sides, spaces, scales = 0 * sides, build_spaces(library), FeatureScales()
+    landings, _, features = random_steps(generator, 10)
+    spaces, scales, ends = build_spaces(library), FeatureScales(), end_landings(library)
     given_triples = np.stack([generator.permutation(16)[:3] for _ in landings])
-    nearest = reweigh_steps(spaces, landings, given_triples, swing_sides=sides)
-    solved = reweigh_steps(spaces, landings, given_triples, swing_sides=sides, features=features)
-    ends = end_landings(library)
     known, wanted = naive_coordinates(library, ends, scales), naive_coordinates(features, landings, scales)
+    found = wp.empty(len(landings), dtype=wp.vec3i)
+    inputs = [
+        spaces.device,
+        wp.array(given_triples, dtype=wp.vec3i),
+        wp.array(landings, dtype=wp.vec2d),
+        wp.array(np.insert(wanted, DOUBT, 0.0, axis=1), dtype=wp.float64),
+    ]
+    wp.launch(adjoin, dim=len(landings), inputs=inputs, outputs=[found])
+    triples = found.numpy()
+    weights, _ = weigh_triples(ends[triples], landings)
+    shares, projections = weigh_triples(ends[given_triples], landings)
     for i in range(10):
-        edge = list(nearest.examples[i, :2])
+        edge = list(given_triples[i, np.argsort(-shares[i], kind="stable")[:2]])
         trials = [naive_costs(ends[[*edge, m]], known[[*edge, m]], landings[i], wanted[i]) for m in range(16)]
         best = min((cost for costs in trials for cost in costs), default=None)
-        if nearest.hull_distances[i] == 0.0 or best is None:
-            assert_array_equal(solved.weights[i], nearest.weights[i])
+        if np.allclose(projections[i], landings[i], rtol=0.0, atol=1e-12) or best is None:
+            assert_array_equal(triples[i], given_triples[i])
         else:
-            assert set(edge) <= set(solved.examples[i])
-            assert_allclose(solved.weights[i] @ ends[solved.examples[i]], landings[i], atol=1e-9)
-            squares = np.sum((known[solved.examples[i]] - wanted[i]) ** 2, axis=1)
-            assert solved.weights[i] @ squares == pytest.approx(best, rel=1e-9)
+            assert set(edge) <= set(triples[i])
+            assert_allclose(weights[i] @ ends[triples[i]], landings[i], atol=1e-9)
+            squares = np.sum((known[triples[i]] - wanted[i]) ** 2, axis=1)
+            assert weights[i] @ squares == pytest.approx(best, rel=1e-9)
 
 
 def test_legs_of_unequal_length_have_a_space_each(generator: np.random.Generator) -> None:
@@ -303,21 +327,6 @@ def test_backward_steps_are_walked_even_if_their_balls_show_a_flight(generator: 
         assert np.all((back.examples >= 60).any(axis=1))
     ahead = solve(library, forward(landings), sides, flight=True)
     assert np.all((ahead.examples >= 30) & (ahead.examples < 60))
-
-
-def test_corrected_landings_keep_their_examples(generator: np.random.Generator) -> None:
-    library = random_examples(generator, 60)
-    landings, sides, features = random_steps(generator, 300)
-    solved = solve(library, landings, sides, features=features)
-    spaces = build_spaces(library)
-    again = reweigh_steps(spaces, landings, solved.examples, swing_sides=sides)
-    assert_allclose(again.weights, solved.weights, atol=1e-6)
-    assert_allclose(again.projections, solved.projections, atol=1e-12)
-    moved = reweigh_steps(spaces, landings + 0.01, solved.examples, swing_sides=sides)
-    assert_array_equal(np.sort(moved.examples, axis=1), np.sort(solved.examples, axis=1))
-    assert moved.hull_distances.max() <= 0.01 * np.sqrt(2.0) + solved.hull_distances.max()
-    blended = np.einsum("nk,nkd->nd", moved.weights, end_landings(library)[moved.examples])
-    assert_allclose(blended, moved.projections, atol=1e-12)
 
 
 def test_styles_do_not_mix(generator: np.random.Generator) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from usdfoot.spaces.triples import weigh_triples
+from tests.spaces.corners import weigh_triples
 
 
 def searched_distance(corners: np.ndarray, point: np.ndarray) -> float:

@@ -88,7 +88,7 @@ def step_times(library: ClipLibrary, *, agents: int = 100, frames: int = 240) ->
     """Microseconds per step of what is prepared once.
 
     Returns:
-        By part: "contacts, segments", "locate, weights, correction", of which "locate", then "seams", "feet",
+        By part: "contacts, segments", "locate, weights, correction", of which "on the device", then "seams", "feet",
         "detours", and "set-up" for all of it.
     """
     options = EngineOptions()
@@ -102,7 +102,7 @@ def step_times(library: ClipLibrary, *, agents: int = 100, frames: int = 240) ->
     parts = {
         "contacts": "lay_contacts",
         "locate, weights, correction": "weigh_steps",
-        "  of which locate": "solve_steps",
+        "  of which on the device": "correct_steps",
         "seams": "measure_seams",
         "feet": "prepare_feet",
         "detours": "plan_detours",

@@ -1,6 +1,7 @@
 """Registers usdfoot's API schemas with USD and looks for them on prims whether or not they are registered."""
 
 import logging
+from functools import cache
 from pathlib import Path
 
 from pxr import Plug, Sdf, Tf, Usd
@@ -57,14 +58,14 @@ def has_api(prim: Usd.Prim, name: str) -> bool:
 
 
 def declared_type(name: str) -> Sdf.ValueTypeName | None:
-    """Type that the schemas give an attribute, registered or not; None if they know no such attribute.
+    """Type that the schemas give an attribute, registered or not; None if they know no such attribute."""
+    return _declared_types().get(name)
 
-    Args:
-        name: As in ``usdfoot:plan:strikeTimes``, which is one of UsdfootPlanAPI.
-    """
-    folder, parts = schema_folder(), name.split(":")
-    if folder is None or parts[0] != "usdfoot" or len(parts) < 3:
-        return None
-    layer = Sdf.Layer.FindOrOpen(str(folder / "generatedSchema.usda"))
-    declared = layer.GetAttributeAtPath(f"/Usdfoot{parts[1].capitalize()}API.{name}") if layer else None
-    return declared.typeName if declared else None
+
+@cache
+def _declared_types() -> dict[str, Sdf.ValueTypeName]:
+    """Types of all attributes of schemas applied once, by name."""
+    folder = schema_folder()
+    layer = Sdf.Layer.FindOrOpen(str(folder / "generatedSchema.usda")) if folder else None
+    schemas = layer.rootPrims if layer else ()
+    return {attribute.name: attribute.typeName for schema in schemas for attribute in schema.attributes}

@@ -245,7 +245,7 @@ def prepare_steps(
     reach = np.array([agent.ik_reach for agent in agents])
     goals, stand = root_goals(setup, agents), len(library.examples) - 1
     setup, blend, landings = weigh_steps(setup, library.spaces, goals, stand=stand, reach=reach)
-    contacts = lay_on_ground(setup.contacts, ground, planned=contacts.positions)
+    contacts = lay_on_ground(setup.contacts, ground, planned=contacts.positions, foot_lengths=library.rig.foot_lengths)
     setup = replace(
         setup, contacts=contacts, path=lay_root(contacts, setup.segments, step_height_share=options.step_height_share)
     )

@@ -9,7 +9,7 @@ import warp as wp
 
 from usdfoot.model.examples import LIFTOFF_PHASES
 
-__all__ = ["ClockArrays", "phase_at", "read_clocks"]
+__all__ = ["Clock", "ClockArrays", "clock_at", "phase_at", "read_samples"]
 
 FIRST_PHASE = wp.constant(wp.float64(LIFTOFF_PHASES[0]))
 SECOND_PHASE = wp.constant(wp.float64(LIFTOFF_PHASES[1]))
@@ -161,37 +161,50 @@ def seam_window(
     return wp.vec4f(0.0, 0.0, 0.0, 0.0)
 
 
+@wp.struct
+class Clock:
+    """What a time means in a segment."""
+
+    sample: wp.float32  # of the examples
+    yaw: wp.float32  # heading [rad]
+    ground: wp.float32  # the pelvis's [m]
+    joint_window: wp.vec4f  # of the seams
+    position_window: wp.vec4f
+
+
+@wp.func
+def clock_at(clocks: ClockArrays, segment: int, time: wp.float64, last_sample: float) -> Clock:
+    """What a time means in a segment; `last_sample` is that of the examples."""
+    now = Clock()
+    begin, end = clocks.begins[segment], clocks.ends[segment]
+    after, before = time - begin, end - time
+    length = wp.max(end - begin, wp.float64(1.0e-6))
+    share = wp.clamp(after / length, wp.float64(0.0), wp.float64(1.0))
+    now.sample = float(phase_at(clocks, segment, time)) * last_sample
+    now.yaw = float(clocks.headings[segment] + clocks.twists[segment] * rising(share))
+    level = clocks.grounds[segment]
+    ground = hermite(share, length, level[0], level[1], level[2], level[3])
+    ground += fall_arc(clocks.flights[segment], time, begin, ENDLESS)
+    ground += fall_arc(clocks.landed_flights[segment], time, -ENDLESS, clocks.releases[segment])
+    now.ground = float(ground)
+    seams = clocks.seam_lengths[segment]
+    kind = clocks.seam_kind
+    now.joint_window = seam_window(kind, after, before, seams[0], seams[1], seams[0], seams[1])
+    whole = seams[2]
+    now.position_window = seam_window(
+        kind, after, before, whole, whole, wp.min(whole, seams[0]), wp.min(whole, seams[1])
+    )
+    return now
+
+
 @wp.kernel(enable_backward=False)
-def read_clocks(
+def read_samples(
     clocks: ClockArrays,
     frame_segments: wp.array(dtype=wp.int32),
     times: wp.array(dtype=wp.float64),
     last_sample: float,
     samples: wp.array(dtype=wp.float32),
-    yaws: wp.array(dtype=wp.float32),
-    grounds: wp.array(dtype=wp.float32),
-    joint_windows: wp.array(dtype=wp.vec4f),
-    position_windows: wp.array(dtype=wp.vec4f),
 ) -> None:
-    """Sample of the examples, heading [rad], pelvis's ground [m] and seams' windows of each frame."""
+    """Sample of the examples at each frame."""
     frame = wp.tid()
-    segment = frame_segments[frame]
-    time = times[frame]
-    begin, end = clocks.begins[segment], clocks.ends[segment]
-    after, before = time - begin, end - time
-    length = wp.max(end - begin, wp.float64(1.0e-6))
-    share = wp.clamp(after / length, wp.float64(0.0), wp.float64(1.0))
-    samples[frame] = float(phase_at(clocks, segment, time)) * last_sample
-    yaws[frame] = float(clocks.headings[segment] + clocks.twists[segment] * rising(share))
-    level = clocks.grounds[segment]
-    ground = hermite(share, length, level[0], level[1], level[2], level[3])
-    ground += fall_arc(clocks.flights[segment], time, begin, ENDLESS)
-    ground += fall_arc(clocks.landed_flights[segment], time, -ENDLESS, clocks.releases[segment])
-    grounds[frame] = float(ground)
-    seams = clocks.seam_lengths[segment]
-    kind = clocks.seam_kind
-    joint_windows[frame] = seam_window(kind, after, before, seams[0], seams[1], seams[0], seams[1])
-    whole = seams[2]
-    position_windows[frame] = seam_window(
-        kind, after, before, whole, whole, wp.min(whole, seams[0]), wp.min(whole, seams[1])
-    )
+    samples[frame] = clock_at(clocks, frame_segments[frame], times[frame], last_sample).sample

@@ -5,14 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import warp as wp
 
+from usdfoot.engine.correction_kernel import CorrectedStep, CorrectionOptions, correct_each
+from usdfoot.engine.landing_kernel import BlendArrays
 from usdfoot.engine.landings import blend_landings
 from usdfoot.engine.poses import Setup
-from usdfoot.engine.queries import StepQueries, ask_spaces
+from usdfoot.engine.queries import StepQueries, ask_tetrahedra
 from usdfoot.maths.types import FloatArray, IntArray
-from usdfoot.spaces.library import FootstepSpaces
+from usdfoot.spaces.device_spaces import device_spaces
+from usdfoot.spaces.features import step_coordinates
+from usdfoot.spaces.library import FootstepSpaces, left_landings
 
-__all__ = ["CorrectedSteps", "correct_steps"]
+__all__ = ["CorrectedSteps", "correct_steps", "empty_blends"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,8 +32,8 @@ class CorrectedSteps:
     """Footstep minus blended landing, (x, z) in the heading at the step's end [m], shape (N, 2)."""
     hull_distances: FloatArray
     """Footstep to the hull of the space [m], shape (N,)."""
-    landings: FloatArray
-    """Landing the weights were solved for, in that heading [m], shape (N, 2)."""
+    biases: FloatArray
+    """Blended landing minus the blend of the examples' landings, as if the left foot swung [m], shape (N, 2)."""
 
 
 def correct_steps(
@@ -37,7 +42,8 @@ def correct_steps(
     """Blends that land on the footsteps asked for, as nearly as the examples allow.
 
     The blended landing is measured and the query moved by what it missed; the chosen examples are weighed anew, twice,
-    before others are chosen. Of all tries the best is kept.
+    before others are chosen. Beyond an edge of theirs, those that adjoin there follow. Of all tries the best is kept.
+    In the 3-D space they are chosen anew each time.
 
     Args:
         setup: Library and options.
@@ -46,32 +52,74 @@ def correct_steps(
         corrections: How often the query is corrected at most.
         entries: Poses the steps come from, as `EndPoses` has them, shape (N, P); None = whatever they are.
     """
+    if setup.options.space == "3d":
+        return _correct_solid(setup, spaces, queries, corrections=corrections)
+    sides, count = queries.swing_sides, len(queries.landings)
+    landings = left_landings(queries.landings, sides)
+    coordinates = step_coordinates(landings, queries.features.as_left(sides), spaces.scales)
+    if entries is not None:
+        coordinates = np.column_stack([coordinates, entries])
+    numbers = spaces.numbers(landings, swing_sides=sides, flights=queries.flights, styles=queries.styles)
+    blends, corrected = empty_blends(count, 3), wp.empty(count, dtype=CorrectedStep)
+    wp.launch(
+        correct_each,
+        dim=count,
+        inputs=[
+            setup.library,
+            spaces.device if entries is None else device_spaces(spaces, entered=True),
+            _options(setup, spaces, corrections),
+            wp.array(numbers, dtype=wp.int32),
+            wp.array(sides, dtype=wp.int32),
+            wp.array(landings, dtype=wp.vec2d, copy=False),
+            wp.array(coordinates, dtype=wp.float64, copy=False),
+        ],
+        outputs=[blends, corrected],
+    )
+    found = corrected.numpy()
+    return CorrectedSteps(
+        examples=blends.examples.numpy().astype(np.intp),
+        weights=blends.weights.numpy(),
+        missed=left_landings(found["missed"], sides),
+        hull_distances=found["hull_distance"],
+        biases=found["bias"],
+    )
+
+
+def empty_blends(count: int, width: int) -> BlendArrays:
+    """Room for blends of `count` steps of `width` examples."""
+    blends = BlendArrays()
+    blends.examples = wp.empty((count, width), dtype=wp.int32)
+    blends.weights = wp.empty((count, width), dtype=wp.float64)
+    blends.tried_examples = wp.empty((count, width), dtype=wp.int32)
+    blends.tried_weights = wp.empty((count, width), dtype=wp.float64)
+    return blends
+
+
+def _options(setup: Setup, spaces: FootstepSpaces, corrections: int) -> CorrectionOptions:
+    options, chosen = setup.options, CorrectionOptions()
+    chosen.by_features = options.space == "neighbours"
+    chosen.corrections = corrections * options.correction
+    chosen.near, chosen.choice_near = options.landing_tolerance, options.choice_tolerance
+    chosen.landing_scale = spaces.scales.landing
+    return chosen
+
+
+def _correct_solid(setup: Setup, spaces: FootstepSpaces, queries: StepQueries, *, corrections: int) -> CorrectedSteps:
+    """The same with the corners of tetrahedra."""
     options, count = setup.options, len(queries.landings)
-    width = 4 if options.space == "3d" else 3
-    chosen, examples = np.zeros((2, count, width), dtype=np.intp)
-    weights, missed, best = np.zeros((count, width)), np.zeros((count, 2)), np.full(count, np.inf)
+    examples, weights = np.zeros((count, 4), dtype=np.intp), np.zeros((count, 4))
+    missed, best = np.zeros((count, 2)), np.full(count, np.inf)
     hull: FloatArray = np.zeros(count)
-    asked, kept = queries.landings.copy(), queries.landings.copy()
-    active, own = np.arange(count), queries
+    asked, active, own = queries.landings.copy(), np.arange(count), queries
     for round_ in range(1 + corrections * options.correction):
-        solved = ask_spaces(
-            setup,
-            spaces,
-            own,
-            asked[active],
-            examples=chosen[active] if round_ % 3 else None,
-            entries=None if entries is None else entries[active],
-        )
-        chosen[active] = solved.examples
+        solved = ask_tetrahedra(spaces, own, asked[active])
         if round_ == 0:
             hull = solved.hull_distances
-        rest = own.landings - blend_landings(
-            setup.examples, setup.library, own.swing_sides, solved.examples, solved.weights
-        )
+        rest = own.landings - blend_landings(setup.library, own.swing_sides, solved.examples, solved.weights)
         distance = np.linalg.norm(rest, axis=1)
         better = distance < best[active]
         rows = active[better]
-        best[rows], missed[rows], kept[rows] = distance[better], rest[better], asked[rows]
+        best[rows], missed[rows] = distance[better], rest[better]
         examples[rows], weights[rows] = solved.examples[better], solved.weights[better]
         asked[active] = solved.projections + rest
         choosing = (round_ + 1) % 3 == 0
@@ -79,4 +127,6 @@ def correct_steps(
         if not active.size:
             break
         own = queries[active]
-    return CorrectedSteps(examples=examples, weights=weights, missed=missed, hull_distances=hull, landings=kept)
+    return CorrectedSteps(
+        examples=examples, weights=weights, missed=missed, hull_distances=hull, biases=np.zeros((count, 2))
+    )

@@ -17,6 +17,7 @@ from usdfoot.maths import planar
 from usdfoot.maths.splines import spline_shares
 from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.contact_table import EDGE_HEIGHT
 from usdfoot.model.ground import Ground
 
 __all__ = ["KNOTS", "plan_detours"]
@@ -45,6 +46,9 @@ UPRIGHT_SPEED = 6.0
 """Speed at which a foot has to rise or fall from which it has the longest time for the height alone [m/s]."""
 MOST_UPRIGHT = 0.3
 """Longest part of a swing, at either end, in which the foot only rises or falls."""
+
+BESIDE = 0.02 * np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
+"""Where uneven ground is looked at too in mid swing, from a point of the sole, (x, z) [m]: feet do not graze edges."""
 
 BLIND_HEIGHT = 0.6
 """Ground higher than this over both prints is not stepped over: a wall or another level [m]."""
@@ -151,17 +155,29 @@ def _missing_heights(
     clearance = layout.options.clearance * middle**2 * (3.0 - 2.0 * middle)
     highest = np.maximum(layout.contacts.positions[rows, 1], layout.contacts.positions[rows + 2, 1])
     floors = np.minimum.reduceat(layout.contacts.positions[:, 1], layout.contacts.first[:-1])
-    lowest = np.repeat(floors[layout.contacts.agents[rows]], len(fractions))
+    lowest = floors[layout.contacts.agents[rows]]
+    edges = (middle == 1.0)[:, None, None] * BESIDE  # (FINE, 4, 2)
     missing: FloatArray = np.zeros((len(rows), len(fractions)))
     for path in (balls, heels):
-        near = np.broadcast_to(highest[:, None], path.shape[:2])
-        found = ground.heights(path[..., [0, 2]].reshape(-1, 2), near.ravel(), step_up=BLIND_HEIGHT)
-        heights = np.where(found.hit & ground.has_terrain, found.heights, lowest).reshape(near.shape)
-        lacking = np.asarray(heights + clearance - path[..., 1], dtype=np.float64)
-        missing = np.maximum(missing, lacking)
+        heights = _highest(path[..., None, [0, 2]], highest, lowest, ground)
+        uneven = np.flatnonzero(np.ptp(heights, axis=1) > EDGE_HEIGHT)
+        beside = path[uneven][:, :, None, [0, 2]] + edges
+        heights[uneven] = np.maximum(heights[uneven], _highest(beside, highest[uneven], lowest[uneven], ground))
+        missing = np.maximum(missing, heights + clearance - path[..., 1])
     missing = np.clip(missing, 0.0, BLIND_HEIGHT)
     missing[:, [0, -1]] = 0.0
     return missing
+
+
+def _highest(places: FloatArray, near: FloatArray, lowest: FloatArray, ground: Ground) -> FloatArray:
+    """The highest ground at places (N, FINE, K, 2) of swings between prints no higher than `near` [m], shape (N, FINE).
+
+    Off the terrain it is `lowest` (N,) [m].
+    """
+    limits = np.broadcast_to(near[:, None, None], places.shape[:-1])
+    found = ground.heights(places.reshape(-1, 2), limits.ravel(), step_up=BLIND_HEIGHT)
+    known = (found.hit & ground.has_terrain).reshape(limits.shape)
+    return np.asarray(np.where(known, found.heights.reshape(limits.shape), lowest[:, None, None]).max(axis=2))
 
 
 def _height_speeds(missing: FloatArray, durations: FloatArray) -> FloatArray:

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import warp as wp
 
 from usdfoot.engine.legs import LegRig
 from usdfoot.engine.pelvis import MOST_DROP
-from usdfoot.engine.plant import FootArrays, standing_foot
+from usdfoot.engine.plant import FootArrays, FootRow, standing_foot
 from usdfoot.engine.poses import Feet, Layout
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
-from usdfoot.model.contact_table import ContactTable
+from usdfoot.model.contact_table import EDGE_HEIGHT, ContactTable
 from usdfoot.model.ground import Ground
 
 __all__ = [
@@ -31,9 +32,6 @@ __all__ = [
 FLAT_TIME = 0.12
 FLAT_SHARE = 0.25
 """Flat comes at most this long [s], and at most this part of the contact, after the strike (design.md section 2)."""
-
-EDGE_HEIGHT = 0.03
-"""Ground under the heel farther than this from the print's plane is another tread, not a slope [m]."""
 
 FACINGS = 3
 """How often the yaw and the heel of a foot that leans with the ground are corrected."""
@@ -147,7 +145,7 @@ def _frames_on_ground(
     under = ground.heights(places, contacts.positions[:, 1], step_up=0.1)
     near = np.abs(under.heights - contacts.positions[:, 1]) < 0.05
     normals = np.where((ground.has_terrain & under.hit & near)[:, None], under.normals, contacts.normals)
-    lengths = np.array([_heel_distance(layout, side) for side in (0, 1)])[contacts.sides]
+    lengths = layout.rig.foot_lengths[contacts.sides]
     forward = planar.direction(yaws)
     behind = ground.heights(places - lengths[:, None] * forward, contacts.positions[:, 1], step_up=0.1)
     plane_drop = np.sum(normals[:, [0, 2]] * forward, axis=1) / normals[:, 1] * lengths
@@ -165,12 +163,6 @@ def _frames_on_ground(
     y /= np.linalg.norm(y, axis=1, keepdims=True)
     frames = quaternion.from_matrix(np.stack([np.cross(y, z), y, z], axis=-1))
     return frames, ~np.bool_(ground.has_terrain) | (under.hit & under.walkable & near)
-
-
-def _heel_distance(layout: Layout, side: int) -> float:
-    """Horizontal distance from ball to heel of the flat foot [m]."""
-    foot = layout.rig.feet[side]
-    return float(quaternion.rotate(foot.flat_rotation, foot.ball_offset - foot.heel_offset)[2])
 
 
 def roll_contacts(layout: Layout, feet: ContactFeet, rows: IntArray, raises: FloatArray, ground: Ground) -> ContactFeet:
@@ -210,30 +202,20 @@ def _from_standing(contacts: ContactTable) -> BoolArray:
 def device_feet(layout: Layout, feet: ContactFeet, detours: FloatArray) -> FootArrays:
     """Contacts as device arrays; `detours` [m] (C, K, 3) are added to the swings."""
     contacts = layout.contacts
-    origins = layout.origins[contacts.agents]
     clock = contacts.starts[contacts.agents]
-    liftoffs = np.where(contacts.has_swing, contacts.liftoffs, np.inf)
+    table: Any = np.empty(len(clock), dtype=FootRow.numpy_dtype())  # type: ignore[attr-defined]
+    table["following"] = np.minimum(np.arange(len(clock)) + 2, len(clock) - 1)
+    table["strike"], table["flat"] = contacts.strikes - clock, feet.flats - clock
+    table["liftoff"] = np.where(contacts.has_swing, contacts.liftoffs, np.inf) - clock
+    table["flat_pitch"], table["roll_time"], table["drop"] = feet.flat_pitches, feet.roll_times, feet.drops
+    table["position"] = contacts.positions - layout.origins[contacts.agents]
+    table["pitch_axis"] = np.cross(contacts.normals, _forward(contacts))
+    table["leave_offset"], table["land_offset"] = feet.leave_offsets, feet.land_offsets
+    table["frame"], table["flat_rotation"] = feet.frames, feet.flat_rotations
+    table["leave_rotation"], table["land_rotation"] = feet.leave_rotations, feet.land_rotations
     arrays = FootArrays()
-    following = np.minimum(np.arange(len(origins)) + 2, len(origins) - 1).astype(np.int32)
-    arrays.following = wp.array(following, dtype=wp.int32, copy=False)
-    for name, values, kind in (
-        ("positions", contacts.positions - origins, wp.vec3f),
-        ("frames", feet.frames, wp.quatf),
-        ("pitch_axes", np.cross(contacts.normals, _forward(contacts)), wp.vec3f),
-        ("flat_rotations", feet.flat_rotations, wp.quatf),
-        ("strikes", contacts.strikes - clock, wp.float32),
-        ("flats", feet.flats - clock, wp.float32),
-        ("liftoffs", liftoffs - clock, wp.float32),
-        ("flat_pitches", feet.flat_pitches, wp.float32),
-        ("roll_times", feet.roll_times, wp.float32),
-        ("leave_offsets", feet.leave_offsets, wp.vec3f),
-        ("leave_rotations", feet.leave_rotations, wp.quatf),
-        ("land_offsets", feet.land_offsets, wp.vec3f),
-        ("land_rotations", feet.land_rotations, wp.quatf),
-        ("drops", feet.drops, wp.float32),
-        ("detours", detours, wp.vec3f),
-    ):
-        setattr(arrays, name, wp.array(np.ascontiguousarray(values, dtype=np.float32), dtype=kind, copy=False))
+    arrays.rows = wp.array(table, dtype=FootRow, copy=False)
+    arrays.detours = wp.array(np.ascontiguousarray(detours, dtype=np.float32), dtype=wp.vec3f, copy=False)
     return arrays
 
 

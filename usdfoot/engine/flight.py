@@ -9,16 +9,20 @@ from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable
 from usdfoot.model.examples import Examples
 
-__all__ = ["flight_falls", "natural_flights"]
+__all__ = ["flight_falls", "flight_times", "natural_flights"]
 
 GRAVITY = 9.81
 """[m/s^2]."""
 
 
+def flight_times(examples: Examples) -> FloatArray:
+    """Duration of the examples' flights before the swing strike [s], shape (E,)."""
+    return np.maximum(examples.durations - examples.support_liftoffs, 0.0)
+
+
 def natural_flights(examples: Examples, chosen: IntArray, weights: FloatArray) -> FloatArray:
     """Blended duration of the examples' flights before the swing strike [s], shape (M,)."""
-    flights = np.maximum(examples.durations - examples.support_liftoffs, 0.0)
-    return np.sum(weights * flights[chosen], axis=1)
+    return np.sum(weights * flight_times(examples)[chosen], axis=1)
 
 
 def flight_falls(contacts: ContactTable, segments: Segments, natural: FloatArray) -> FloatArray:

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import warp as wp
 
-from usdfoot.engine.clock_kernel import ClockArrays
+from usdfoot.engine.clock_kernel import ClockArrays, clock_at
 
-__all__ = ["LibraryArrays", "SegmentArrays", "blend_rotations", "place_pelvis"]
+__all__ = ["LibraryArrays", "SegmentArrays", "pose_bodies"]
 
 
 @wp.struct
@@ -18,8 +18,13 @@ class LibraryArrays:
     """Examples on the device."""
 
     rotations: wp.array3d(dtype=wp.quatf)  # (E, S, J) joint-local, the pelvis's in the support frame
+    alike: wp.array(dtype=wp.bool)  # (J,) whether no two rotations of the joint lie in opposite half spaces
     pelvis_positions: wp.array2d(dtype=wp.vec3f)  # (E, S) support frame
     support_balls: wp.array2d(dtype=wp.vec3f)  # (E, S) support frame
+    settles: wp.array(dtype=wp.vec2d)  # (E,) of the swing foot, from its strike until it is flat, (x, z)
+    turns: wp.array(dtype=wp.float64)  # (E,) [rad]
+    flights: wp.array(dtype=wp.float64)  # (E,) before the swing strike [s]
+    liftoff: wp.float32  # sample of the support foot's liftoff
     translations: wp.array(dtype=wp.vec3f)  # (J,) rest
     chains: wp.array2d(dtype=wp.int32)  # (2, C) joints below the pelvis down to each ball, padded with -1
     pelvis: wp.int32
@@ -130,28 +135,21 @@ def seam_rotation(
     return wp.quatf(half[0], half[1], half[2], 1.0)
 
 
-@wp.kernel(enable_backward=False)
-def place_pelvis(
-    library: LibraryArrays,
-    segments: SegmentArrays,
-    frame_segments: wp.array(dtype=wp.int32),
-    samples: wp.array(dtype=wp.float32),
-    yaws: wp.array(dtype=wp.float32),
-    ground: wp.array(dtype=wp.float32),
-    joint_windows: wp.array(dtype=wp.vec4f),
-    position_windows: wp.array(dtype=wp.vec4f),
-    positions: wp.array(dtype=wp.vec3f),
-    rotations: wp.array(dtype=wp.quatf),
-) -> None:
-    """Pelvis of each frame such that the blended support ball is where it was in the blended examples ([B] Eq. 2).
+@wp.func
+def mixed_rotation(
+    first: wp.array(dtype=wp.quatf), second: wp.array(dtype=wp.quatf), joint: int, before: float, after: float
+) -> wp.quatf:
+    """A joint's rotations of two samples, weighed."""
+    return first[joint] * before + second[joint] * after
+
+
+@wp.func
+def pelvis_offset(library: LibraryArrays, segments: SegmentArrays, segment: int, sample: float) -> wp.vec3f:
+    """Pelvis from the segment's origin such that the blended support ball is where it is in the examples ([B] Eq. 2).
 
     Once the support foot has left the ground, the pelvis follows the examples' from where it was then.
     """
-    frame = wp.tid()
-    segment = frame_segments[frame]
-    sample = samples[frame]
     side = segments.support_sides[segment]
-    rotation = sampled_rotation(library.rotations, segments, segment, sample, library.pelvis)
     offset = sampled_position(library.pelvis_positions, segments, segment, sample)
     if side >= 0:
         anchor = wp.min(sample, segments.anchors[segment])
@@ -163,52 +161,67 @@ def place_pelvis(
             if joint >= 0:
                 offset -= wp.quat_rotate(turned, library.translations[joint])
                 turned = turned * sampled_rotation(library.rotations, segments, segment, anchor, joint)
-    heading = wp.quat_from_axis_angle(wp.vec3f(0.0, 1.0, 0.0), yaws[frame])
-    window = position_windows[frame]
-    position = segments.origins[segment] + wp.quat_rotate(heading, offset)
-    position[1] = ground[frame] + offset[1]
-    position += window[0] * segments.position_values[segment] + window[1] * segments.position_slopes[segment]
-    next_seam = segments.seams_after[segment]
-    position += window[2] * segments.position_values[next_seam] + window[3] * segments.position_slopes[next_seam]
-    positions[frame] = position
-    seam = seam_rotation(
-        segments.joint_values, segments.joint_slopes, segment, next_seam, joint_windows[frame], library.pelvis
-    )
-    rotations[frame] = wp.normalize(seam * heading * rotation)
+    return offset
 
 
 @wp.kernel(enable_backward=False)
-def blend_rotations(
+def pose_bodies(
     library: LibraryArrays,
     segments: SegmentArrays,
     joints: wp.array(dtype=wp.int32),
     frame_segments: wp.array(dtype=wp.int32),
-    samples: wp.array(dtype=wp.float32),
-    joint_windows: wp.array(dtype=wp.vec4f),
+    times: wp.array(dtype=wp.float64),
+    positions: wp.array(dtype=wp.vec3f),
+    pelvis_rotations: wp.array(dtype=wp.quatf),
     rotations: wp.array2d(dtype=wp.quatf),
 ) -> None:
-    """Joint-local rotations of each frame for the joints asked for; the others are left alone."""
+    """Pelvis of each frame, and joint-local rotations of the joints asked for; the others are left alone."""
     frame = wp.tid()
     segment = frame_segments[frame]
-    sample = samples[frame]
+    now = clock_at(segments.clocks, segment, times[frame], float(library.rotations.shape[1] - 1))
+    next_seam = segments.seams_after[segment]
+    place = now.position_window
+    window = now.joint_window
+    heading = wp.quat_from_axis_angle(wp.vec3f(0.0, 1.0, 0.0), now.yaw)
+    offset = pelvis_offset(library, segments, segment, now.sample)
+    position = segments.origins[segment] + wp.quat_rotate(heading, offset)
+    position[1] = now.ground + offset[1]
+    position += place[0] * segments.position_values[segment] + place[1] * segments.position_slopes[segment]
+    position += place[2] * segments.position_values[next_seam] + place[3] * segments.position_slopes[next_seam]
+    positions[frame] = position
+    turn = seam_rotation(segments.joint_values, segments.joint_slopes, segment, next_seam, window, library.pelvis)
+    pelvis = sampled_rotation(library.rotations, segments, segment, now.sample, library.pelvis)
+    pelvis_rotations[frame] = wp.normalize(turn * heading * pelvis)
+
     examples = segments.examples[segment]
     weights = segments.weights[segment]
-    row = wp.min(int(sample), library.rotations.shape[1] - 2)
-    fraction = sample - float(row)
-    before = weights * (1.0 - fraction)
-    after = weights * fraction
     others = segments.more_examples[segment]
     more = segments.more_weights[segment]
-    window = joint_windows[frame]
+    row = wp.min(int(now.sample), library.rotations.shape[1] - 2)
+    fraction = now.sample - float(row)
+    before = weights * (1.0 - fraction)
+    after = weights * fraction
+    first0, second0 = library.rotations[examples[0], row], library.rotations[examples[0], row + 1]
+    first1, second1 = library.rotations[examples[1], row], library.rotations[examples[1], row + 1]
+    first2, second2 = library.rotations[examples[2], row], library.rotations[examples[2], row + 1]
+    first3, second3 = library.rotations[examples[3], row], library.rotations[examples[3], row + 1]
     beside_seam = wp.length_sq(window) > 0.0
-    next_seam = segments.seams_after[segment]
     for k in range(joints.shape[0]):
         joint = joints[k]
-        reference = library.rotations[examples[0], row, joint]
-        blended = weighted_rotation(library.rotations, examples, row, before, after, joint, reference)
+        blended = wp.quatf()
+        if library.alike[joint]:
+            blended = mixed_rotation(first0, second0, joint, before[0], after[0])
+            if weights[1] > 0.0:
+                blended += mixed_rotation(first1, second1, joint, before[1], after[1])
+            if weights[2] > 0.0:
+                blended += mixed_rotation(first2, second2, joint, before[2], after[2])
+            if weights[3] > 0.0:
+                blended += mixed_rotation(first3, second3, joint, before[3], after[3])
+        else:
+            blended = weighted_rotation(library.rotations, examples, row, before, after, joint, first0[joint])
         if more[0] > 0.0:
             blended += weighted_rotation(
-                library.rotations, others, row, more * (1.0 - fraction), more * fraction, joint, reference
+                library.rotations, others, row, more * (1.0 - fraction), more * fraction, joint, first0[joint]
             )
         if beside_seam:
             blended = (

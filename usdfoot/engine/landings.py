@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 import warp as wp
 
-from usdfoot.engine.flight import natural_flights
 from usdfoot.engine.kernels import LibraryArrays
-from usdfoot.engine.landing_kernel import land_swing_balls
+from usdfoot.engine.landing_kernel import land_blends
 from usdfoot.engine.poses import Setup, StepBlend
 from usdfoot.engine.queries import StepQueries
 from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray, IntArray
-from usdfoot.model.examples import LIFTOFF_PHASES, Examples
+from usdfoot.spaces.library import left_landings
 
 __all__ = ["GROUND_AXES", "blend_landings", "blend_twists", "stand_blend", "with_steps"]
 
@@ -45,35 +44,27 @@ def blend_twists(setup: Setup, queries: StepQueries, examples: IntArray, weights
     return planar.wrap_angle(queries.turns - np.sum(weights * setup.examples.turns[examples], axis=1))
 
 
-def blend_landings(
-    library: Examples, device: LibraryArrays, swing_sides: IntArray, examples: IntArray, weights: FloatArray
-) -> FloatArray:
+def blend_landings(device: LibraryArrays, swing_sides: IntArray, examples: IntArray, weights: FloatArray) -> FloatArray:
     """Where the swing foot of N blends is going to be planted, (x, z) in the heading at the step's end [m], (N, 2).
 
     Measured on the blended pose, which lands a little off the blend of the examples' landings.
 
     Args:
-        library: All examples.
-        device: The same on the device.
+        device: All examples.
         swing_sides: 0 = left, 1 = right, shape (N,).
         examples: Heaviest first, shape (N, K).
         weights: Not negative, sum 1, shape (N, K).
     """
-    flies = natural_flights(library, examples, weights) > 0.0
-    last = library.rotations.shape[1] - 1
-    balls = wp.empty(len(examples), dtype=wp.vec3f)
+    landings = wp.empty(len(examples), dtype=wp.vec2d)
     wp.launch(
-        land_swing_balls,
+        land_blends,
         dim=len(examples),
         inputs=[
             device,
-            wp.array(examples.astype(np.int32), dtype=wp.int32, copy=False),
-            wp.array(weights.astype(np.float32), dtype=wp.float32, copy=False),
-            wp.array(swing_sides.astype(np.int32), dtype=wp.int32, copy=False),
-            wp.array(np.where(flies, LIFTOFF_PHASES[1] * last, last).astype(np.float32), dtype=wp.float32, copy=False),
+            wp.array(examples, dtype=wp.int32),
+            wp.array(weights, dtype=wp.float64),
+            wp.array(swing_sides, dtype=wp.int32),
         ],
-        outputs=[balls],
+        outputs=[landings],
     )
-    settle = (library.landings - library.swing_balls[:, -1, GROUND_AXES])[examples]  # from the strike until flat
-    landings = balls.numpy()[:, GROUND_AXES] + np.einsum("nk,nkd->nd", weights, settle)
-    return planar.rotate(-np.sum(weights * library.turns[examples], axis=1), landings)
+    return left_landings(landings.numpy(), swing_sides)

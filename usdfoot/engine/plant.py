@@ -7,7 +7,7 @@ import warp as wp
 from usdfoot.engine.legs import Leg, LegRig, bend_leg, leg_kinematics, rotation_by
 from usdfoot.engine.pelvis import longest_leg, moved_leg, pelvis_offset, ramp, soft_positive
 
-__all__ = ["FootArrays", "measure_legs", "plant_feet"]
+__all__ = ["FootArrays", "FootRow", "measure_legs", "plant_feet"]
 
 
 MOST_RAISE = wp.constant(1.2)
@@ -23,25 +23,31 @@ EASE_TIME = wp.constant(0.25)
 
 
 @wp.struct
+class FootRow:
+    """A contact on the device."""
+
+    following: wp.int32  # next contact of the same foot
+    strike: wp.float32  # agent's clock [s]
+    flat: wp.float32
+    liftoff: wp.float32
+    flat_pitch: wp.float32  # left in the blended foot when it has to be flat [rad]
+    roll_time: wp.float32  # from flat until the clip's pitch counts again [s]
+    drop: wp.float32  # how far the pelvis has to come down at the strike [m]
+    position: wp.vec3f  # ground under the ball, from the agent's origin
+    pitch_axis: wp.vec3f  # heels rise about it: the yaw, seen along the plan's normal, stays
+    leave_offset: wp.vec3f  # planted minus blended ball at the liftoff
+    land_offset: wp.vec3f  # the same at the next strike of this foot
+    frame: wp.quatf  # print to world: +Z forward, +Y normal
+    flat_rotation: wp.quatf  # ankle joint in the world, foot flat on the print
+    leave_rotation: wp.quatf  # planted times inverse blended ankle at the liftoff
+    land_rotation: wp.quatf
+
+
+@wp.struct
 class FootArrays:
     """Contacts on the device, C of them."""
 
-    following: wp.array(dtype=wp.int32)  # next contact of the same foot
-
-    positions: wp.array(dtype=wp.vec3f)  # ground under the ball, agent's origin
-    frames: wp.array(dtype=wp.quatf)  # print to world: +Z forward, +Y normal
-    pitch_axes: wp.array(dtype=wp.vec3f)  # heels rise about it: the yaw, seen along the plan's normal, stays
-    flat_rotations: wp.array(dtype=wp.quatf)  # ankle joint in the world, foot flat on the print
-    strikes: wp.array(dtype=wp.float32)  # agent's clock [s]
-    flats: wp.array(dtype=wp.float32)
-    liftoffs: wp.array(dtype=wp.float32)
-    flat_pitches: wp.array(dtype=wp.float32)  # pitch left in the blended foot when it has to be flat [rad]
-    roll_times: wp.array(dtype=wp.float32)  # from flat until the clip's pitch counts again [s]
-    leave_offsets: wp.array(dtype=wp.vec3f)  # planted minus blended ball at the liftoff
-    leave_rotations: wp.array(dtype=wp.quatf)  # planted times inverse blended ankle at the liftoff
-    land_offsets: wp.array(dtype=wp.vec3f)  # the same at the next strike of this foot
-    land_rotations: wp.array(dtype=wp.quatf)
-    drops: wp.array(dtype=wp.float32)  # (C,) how far the pelvis has to come down at the strike
+    rows: wp.array(dtype=FootRow)
     detours: wp.array2d(dtype=wp.vec3f)  # (C, K) added to the swing that follows, even in its time
 
 
@@ -97,16 +103,17 @@ def standing_foot(
 
     The heel rises as in the clip, and as far as a leg that would be too short behind the body needs.
     """
-    print_to_world = feet.frames[contact]
-    flat = feet.flat_rotations[contact]
-    lateral = feet.pitch_axes[contact]
+    own = feet.rows[contact]
+    print_to_world = own.frame
+    flat = own.flat_rotation
+    lateral = own.pitch_axis
     normal = wp.quat_rotate(print_to_world, wp.vec3f(0.0, 1.0, 0.0))
-    ball = feet.positions[contact] + wp.vec3f(0.0, rig.ball_heights[side] / normal[1], 0.0)
+    ball = own.position + wp.vec3f(0.0, rig.ball_heights[side] / normal[1], 0.0)
     pose = FootPose()
-    rolling = feet.flats[contact] - feet.strikes[contact]
-    if time < feet.flats[contact] and rolling > 0.0:
-        fraction = smootherstep((time - feet.strikes[contact]) / rolling)
-        turn = wp.quat_from_axis_angle(lateral, wp.min(pitch - fraction * feet.flat_pitches[contact], 0.0))
+    rolling = own.flat - own.strike
+    if time < own.flat and rolling > 0.0:
+        fraction = smootherstep((time - own.strike) / rolling)
+        turn = wp.quat_from_axis_angle(lateral, wp.min(pitch - fraction * own.flat_pitch, 0.0))
         pose.rotation = turn * flat
         heel = ball + wp.quat_rotate(flat, rig.heel_offsets[side] - rig.ball_offsets[side])
         pose.ankle = heel - wp.quat_rotate(pose.rotation, rig.heel_offsets[side])
@@ -114,25 +121,26 @@ def standing_foot(
         return pose
     gain = float(1.0)
     if rolling > 0.0:
-        gain = smootherstep((time - feet.flats[contact]) / feet.roll_times[contact])
+        gain = smootherstep((time - own.flat) / own.roll_time)
     level = ball - wp.quat_rotate(flat, rig.ball_offsets[side])
     raised = soft_positive(pitch, 0.02)
     needed = reaching_raise(level, ball, hip, lateral, longest)
     turn = wp.quat_from_axis_angle(lateral, gain * (raised + soft_positive(needed - raised, 0.02)))
     pose.rotation = turn * flat
     pose.ankle = ball - wp.quat_rotate(pose.rotation, rig.ball_offsets[side])
-    pose.toes = smootherstep((time - feet.flats[contact]) / feet.roll_times[contact])
+    pose.toes = smootherstep((time - own.flat) / own.roll_time)
     return pose
 
 
 @wp.func
 def swinging_foot(rig: LegRig, feet: FootArrays, contact: int, side: int, time: float, leg: Leg) -> FootPose:
     """Foot in the air: the blended path, led from the footprint it leaves to the one it lands on."""
-    begin = feet.liftoffs[contact]
-    fraction = wp.clamp((time - begin) / (feet.strikes[feet.following[contact]] - begin), 0.0, 1.0)
+    own = feet.rows[contact]
+    begin = own.liftoff
+    fraction = wp.clamp((time - begin) / (feet.rows[own.following].strike - begin), 0.0, 1.0)
     weight = smootherstep(fraction)
-    leave = feet.leave_rotations[contact]
-    land = feet.land_rotations[contact]
+    leave = own.leave_rotation
+    land = own.land_rotation
     if wp.dot(leave, land) < 0.0:
         land = -land
     correction = wp.normalize(leave * (1.0 - weight) + land * weight)
@@ -149,7 +157,7 @@ def swinging_foot(rig: LegRig, feet: FootArrays, contact: int, side: int, time: 
     detour = start + x * slope_start
     detour += x * x * (3.0 * (end - start) - 2.0 * slope_start - slope_end)
     detour += x * x * x * (2.0 * (start - end) + slope_start + slope_end)
-    ball = leg.ball + feet.leave_offsets[contact] * (1.0 - weight) + feet.land_offsets[contact] * weight + detour
+    ball = leg.ball + own.leave_offset * (1.0 - weight) + own.land_offset * weight + detour
     pose = FootPose()
     pose.rotation = correction * leg.rotation_of_ankle
     pose.ankle = ball - wp.quat_rotate(pose.rotation, rig.ball_offsets[side])
@@ -160,7 +168,7 @@ def swinging_foot(rig: LegRig, feet: FootArrays, contact: int, side: int, time: 
 @wp.func
 def foot_pose(rig: LegRig, feet: FootArrays, contact: int, side: int, time: float, leg: Leg) -> FootPose:
     """Foot of a contact or of the swing after it."""
-    if time <= feet.liftoffs[contact]:
+    if time <= feet.rows[contact].liftoff:
         return standing_foot(rig, feet, contact, side, time, heel_raise(rig, side, leg), leg.hip, longest_leg(rig, leg))
     return swinging_foot(rig, feet, contact, side, time, leg)
 
@@ -168,14 +176,15 @@ def foot_pose(rig: LegRig, feet: FootArrays, contact: int, side: int, time: floa
 @wp.func
 def landing_drop(feet: FootArrays, contact: int, time: float) -> float:
     """How far the pelvis is lowered for the strike that is nearest, before it and after it."""
+    own = feet.rows[contact]
     row = contact
-    room = feet.liftoffs[contact] - feet.strikes[contact]
-    away = time - feet.strikes[contact]
-    if time > feet.liftoffs[contact]:
-        row = feet.following[contact]
-        room = feet.strikes[row] - feet.liftoffs[contact]
-        away = feet.strikes[row] - time
-    return feet.drops[row] * (1.0 - smootherstep(wp.abs(away) / wp.min(room, EASE_TIME)))
+    room = own.liftoff - own.strike
+    away = time - own.strike
+    if time > own.liftoff:
+        row = own.following
+        room = feet.rows[row].strike - own.liftoff
+        away = feet.rows[row].strike - time
+    return feet.rows[row].drop * (1.0 - smootherstep(wp.abs(away) / wp.min(room, EASE_TIME)))
 
 
 @wp.func
@@ -184,8 +193,9 @@ def hold(feet: FootArrays, contact: int, time: float) -> float:
 
     In mid swing the foot comes along with the body instead.
     """
-    begin = feet.liftoffs[contact]
-    end = feet.strikes[feet.following[contact]]
+    own = feet.rows[contact]
+    begin = own.liftoff
+    end = feet.rows[own.following].strike
     away = wp.min(time - begin, end - time)
     return 1.0 - smootherstep(away / wp.max(wp.min(0.5 * (end - begin), EASE_TIME), 1.0e-3))
 
@@ -220,7 +230,7 @@ def finish_foot(
     parent = bend_leg(rig, side, leg, pose.ankle, rotations, frame)
     rotations[frame, rig.roles[side, 2]] = wp.normalize(wp.quat_inverse(parent) * pose.rotation)
     ball_parent = pose.rotation * wp.quat_inverse(leg.rotation_of_ankle) * leg.parent_of_ball
-    flat_toes = wp.quat_inverse(ball_parent) * feet.frames[contact] * rig.flat_toes[side]
+    flat_toes = wp.quat_inverse(ball_parent) * feet.rows[contact].frame * rig.flat_toes[side]
     toes = wp.quat_inverse(leg.parent_of_ball) * leg.rotation_of_ball
     if wp.dot(flat_toes, toes) < 0.0:
         toes = -toes
@@ -272,9 +282,9 @@ def plant_feet(
     offset = pelvis_offset(rig, left, right, left_pose.ankle, right_pose.ankle, left_hold, right_hold, eased)
     left = moved_leg(left, offset)
     right = moved_leg(right, offset)
-    if time > feet.liftoffs[contacts[frame, 0]]:
+    if time > feet.rows[contacts[frame, 0]].liftoff:
         left_pose = taken_along(rig, left, left_pose, left_hold)
-    if time > feet.liftoffs[contacts[frame, 1]]:
+    if time > feet.rows[contacts[frame, 1]].liftoff:
         right_pose = taken_along(rig, right, right_pose, right_hold)
     pelvis_positions[frame] = pelvis + offset
     finish_foot(rig, feet, contacts[frame, 0], 0, left_pose, left, rotations, frame)

@@ -8,16 +8,15 @@ from typing import Protocol
 import numpy as np
 import warp as wp
 
-from usdfoot.engine.clock_kernel import read_clocks
 from usdfoot.engine.clocks import device_clocks
-from usdfoot.engine.flight import natural_flights
-from usdfoot.engine.kernels import LibraryArrays, SegmentArrays, blend_rotations, place_pelvis
+from usdfoot.engine.flight import flight_times, natural_flights
+from usdfoot.engine.kernels import LibraryArrays, SegmentArrays, pose_bodies
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.plant import measure_legs
 from usdfoot.engine.rig import Rig
 from usdfoot.engine.root import RootPath
 from usdfoot.engine.segments import Segments
-from usdfoot.maths.types import FloatArray, IntArray, StyleArray
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray, StyleArray
 from usdfoot.model.contact_table import ContactTable
 from usdfoot.model.examples import LIFTOFF_PHASES, Examples
 from usdfoot.model.skeleton import Skeleton
@@ -39,6 +38,9 @@ __all__ = [
     "pose_frames",
     "segment_origins",
 ]
+
+NOTHING = 1e-9
+"""A component of a unit quaternion smaller than this is none."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,13 +150,34 @@ class ClipPoses:
 def device_library(skeleton: Skeleton, examples: Examples, rig: Rig, *, pelvis: int) -> LibraryArrays:
     """Examples as device arrays."""
     library = LibraryArrays()
-    library.rotations = wp.array(np.ascontiguousarray(examples.rotations, dtype=np.float32), dtype=wp.quatf, copy=False)
+    rotations, alike = _aligned(examples.rotations)
+    library.rotations, library.alike = wp.array(rotations, dtype=wp.quatf), wp.array(alike, dtype=wp.bool)
     library.pelvis_positions = wp.array(examples.pelvis_positions.astype(np.float32), dtype=wp.vec3f, copy=False)
     library.support_balls = wp.array(examples.support_balls.astype(np.float32), dtype=wp.vec3f, copy=False)
+    settles = examples.landings - examples.swing_balls[:, -1, [0, 2]]
+    library.settles = wp.array(settles, dtype=wp.vec2d)
+    library.turns = wp.array(examples.turns, dtype=wp.float64)
+    library.flights = wp.array(flight_times(examples), dtype=wp.float64)
+    library.liftoff = LIFTOFF_PHASES[1] * (examples.rotations.shape[1] - 1)
     library.translations = rig.arrays.translations
     library.chains = rig.arrays.chains
     library.pelvis = pelvis
     return library
+
+
+def _aligned(rotations: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Rotations (E, S, J, 4) in single precision, and of which joints (J,) they are aligned to one reference.
+
+    That is a joint's mean, from which they all are turned by less than 90 degrees, so that no two need be aligned to be
+    summed. What is too small to count beside 1 is 0: the processor takes long over squares of such numbers.
+    """
+    rotations = np.where(np.abs(rotations) < NOTHING, 0.0, rotations).astype(np.float32)
+    moments = np.einsum("esji,esjk->jik", rotations, rotations, optimize=True)
+    means = np.linalg.eigh(moments.astype(float))[1][..., -1]
+    means *= np.where(means[:, 3:] < 0.0, -1.0, 1.0)
+    along = np.einsum("esji,ji->esj", rotations, means.astype(np.float32))
+    alike: BoolArray = np.abs(along).min(axis=(0, 1)) > np.sqrt(0.5)
+    return np.where((alike & (along < 0.0))[..., None], -rotations, rotations), alike
 
 
 def segment_origins(setup: Setup) -> FloatArray:
@@ -241,32 +264,17 @@ def blend_frames(
         pelvis_rotations=wp.empty(count, dtype=wp.quatf),
         rotations=wp.empty((count, library.rotations.shape[2]), dtype=wp.quatf),
     )
-    segments = wp.array(rows.astype(np.int32), dtype=wp.int32, copy=False)
-    samples, yaws, grounds = (wp.empty(count, dtype=wp.float32) for _ in range(3))
-    joint_windows, position_windows = (wp.empty(count, dtype=wp.vec4f) for _ in range(2))
     wp.launch(
-        read_clocks,
+        pose_bodies,
         dim=count,
         inputs=[
-            arrays.clocks,
-            segments,
+            library,
+            arrays,
+            wp.array(joints.astype(np.int32), dtype=wp.int32, copy=False),
+            wp.array(rows.astype(np.int32), dtype=wp.int32, copy=False),
             wp.array(clock, dtype=wp.float64, copy=False),
-            float(library.rotations.shape[1] - 1),
         ],
-        outputs=[samples, yaws, grounds, joint_windows, position_windows],
-    )
-    wp.launch(
-        place_pelvis,
-        dim=count,
-        inputs=[library, arrays, segments, samples, yaws, grounds, joint_windows, position_windows],
-        outputs=[poses.pelvis_positions, poses.pelvis_rotations],
-    )
-    moving = wp.array(joints.astype(np.int32), dtype=wp.int32, copy=False)
-    wp.launch(
-        blend_rotations,
-        dim=count,
-        inputs=[library, arrays, moving, segments, samples, joint_windows],
-        outputs=[poses.rotations],
+        outputs=[poses.pelvis_positions, poses.pelvis_rotations, poses.rotations],
     )
     return poses
 

@@ -10,9 +10,9 @@ from usdfoot.engine.poses import Setup
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray, StyleArray
 from usdfoot.spaces.features import StepFeatures
-from usdfoot.spaces.library import FootstepSpaces, StepWeights, has_flight, reweigh_steps, solve_steps
+from usdfoot.spaces.library import FootstepSpaces, StepWeights, has_flight, solve_steps
 
-__all__ = ["StepQueries", "ask_spaces", "step_queries"]
+__all__ = ["StepQueries", "ask_tetrahedra", "step_queries"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,35 +78,13 @@ def step_queries(setup: Setup, steps: IntArray) -> StepQueries:
     )
 
 
-def ask_spaces(
-    setup: Setup,
-    spaces: FootstepSpaces,
-    queries: StepQueries,
-    landings: FloatArray,
-    *,
-    examples: IntArray | None = None,
-    entries: FloatArray | None = None,
-) -> StepWeights:
-    """Weights of the examples for `landings` (N, 2): of the `examples` given (N, 3), else of newly chosen ones.
-
-    With `entries` (N, P) those are chosen that begin like the poses given.
-    """
-    tetrahedra = setup.options.space == "3d"
-    if examples is not None and not tetrahedra:
-        return reweigh_steps(
-            spaces,
-            landings,
-            examples,
-            swing_sides=queries.swing_sides,
-            features=queries.features if setup.options.space == "neighbours" else None,
-        )
+def ask_tetrahedra(spaces: FootstepSpaces, queries: StepQueries, landings: FloatArray) -> StepWeights:
+    """Weights of the corners of tetrahedra for `landings` (N, 2) and the steps' speeds."""
     return solve_steps(
         spaces,
         landings,
         swing_sides=queries.swing_sides,
         flights=queries.flights,
         styles=queries.styles,
-        features=queries.features if setup.options.space == "neighbours" else None,
-        entries=entries,
-        speeds=queries.speeds if tetrahedra else None,
+        speeds=queries.speeds,
     )

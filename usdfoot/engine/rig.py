@@ -42,6 +42,11 @@ class Foot:
     heel_behind: float
     """How far the heel lies behind the ankle [m]; negative: the foot has none and stands on its toes."""
 
+    @property
+    def length(self) -> float:
+        """Horizontal distance from heel to ball [m]."""
+        return float(quaternion.rotate(self.flat_rotation, self.ball_offset - self.heel_offset)[2])
+
 
 @dataclass(frozen=True, kw_only=True)
 class Rig:
@@ -51,6 +56,11 @@ class Rig:
     leg_joints: IntArray
     """All joints below the pelvis down to both balls."""
     arrays: LegRig
+
+    @property
+    def foot_lengths(self) -> FloatArray:
+        """From heel to ball of each side [m], shape (2,)."""
+        return np.array([foot.length for foot in self.feet])
 
 
 def measure_feet(skeleton: Skeleton, biped: Biped, rolls: FloatArray) -> tuple[Foot, Foot]:

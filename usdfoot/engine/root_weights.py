@@ -8,15 +8,13 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from usdfoot.engine.corrections import correct_steps
+from usdfoot.engine.corrections import correct_steps, empty_blends
 from usdfoot.engine.landings import GROUND_AXES, blend_twists, with_steps
 from usdfoot.engine.poses import Setup, StepBlend
 from usdfoot.engine.queries import StepQueries, step_queries
 from usdfoot.engine.root_goals import RootGoals
 from usdfoot.engine.rooted_kernel import (
     WIDTH,
-    BlendArrays,
-    LandingArrays,
     MixedStep,
     MixOptions,
     RootedStep,
@@ -24,14 +22,15 @@ from usdfoot.engine.rooted_kernel import (
 )
 from usdfoot.engine.styles import continue_styles
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
-from usdfoot.model.examples import LIFTOFF_PHASES
-from usdfoot.spaces.device_spaces import device_spaces
 from usdfoot.spaces.features import step_coordinates
 from usdfoot.spaces.library import FootstepSpaces, left_landings
 from usdfoot.spaces.roots import RootSteps, find_roots
-from usdfoot.spaces.triples import weigh_triples
 
 __all__ = ["RootedSteps", "root_steps", "weigh_rooted"]
+
+
+MIX_CORRECTIONS = 3
+"""A mix, whose weights are bent at beta, is corrected so many times as often as other blends at most."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,15 +102,15 @@ def weigh_rooted(
     firsts = np.flatnonzero(np.diff(agents, prepend=-1))
     planned = setup.contacts.positions[:, GROUND_AXES]
     positions = wp.array(planned, dtype=wp.vec2d)
-    blends, mixed = _empty_blends(len(rooted)), wp.empty(len(rooted), dtype=MixedStep)
+    blends, mixed = empty_blends(len(rooted), WIDTH), wp.empty(len(rooted), dtype=MixedStep)
     wp.launch(
         mix_in_turn,
         dim=len(firsts),
         inputs=[
             wp.array(np.append(firsts, len(rooted)), dtype=wp.int32),
             steps,
-            device_spaces(spaces),
-            _device_landings(setup),
+            spaces.device,
+            setup.library,
             _mix_options(setup, spaces),
             wp.array(planned, dtype=wp.vec2d),
         ],
@@ -166,33 +165,18 @@ def _device_steps(
     supports, left = segments.supports[rows], left_landings(queries.landings, sides)
     corrected = correct_steps(setup, spaces, queries, corrections=setup.options.corrections)
     corrected = continue_styles(setup, spaces, rows, queries, corrected)
-    _, nearest = weigh_triples(spaces.landings[corrected.examples], left_landings(corrected.landings, sides))
-    order = {id(space): number for number, space in enumerate(spaces.spaces.values())}
     grounded = contacts.liftoffs[supports] >= contacts.strikes[supports + 1]
     table: Any = np.zeros(len(rows), dtype=RootedStep.numpy_dtype())  # type: ignore[attr-defined]
     table["support"], table["swing_side"] = supports, sides
-    for space, steps in spaces.group(left, swing_sides=sides, flights=queries.flights, styles=queries.styles):
-        table["space"][steps] = order[id(space)]
+    table["space"] = spaces.numbers(left, swing_sides=sides, flights=queries.flights, styles=queries.styles)
     table["start"], table["end"] = queries.headings, queries.headings + queries.turns
     table["wanted"], table["epsilon"] = goals.weights[rows], goals.replace_distances[rows]
     table["reach"] = reach[segments.agents[rows]]
     table["longest"] = np.where(grounded, setup.options.longest_step * setup.leg_length, np.inf)
     table["corners"], table["hull_distance"] = corrected.examples, corrected.hull_distances
-    table["bias"] = left_landings(queries.landings - corrected.missed, sides) - nearest
+    table["bias"] = corrected.biases
     table["roots"], table["root_weights"] = roots.examples, roots.weights
     return wp.array(table, dtype=RootedStep)
-
-
-def _device_landings(setup: Setup) -> LandingArrays:
-    """What tells where a blend of the setup's examples lands."""
-    examples, arrays = setup.examples, LandingArrays()
-    arrays.library = setup.library
-    settles = examples.landings - examples.swing_balls[:, -1, GROUND_AXES]
-    arrays.settles = wp.array(settles, dtype=wp.vec2d)
-    arrays.turns = wp.array(examples.turns, dtype=wp.float64)
-    arrays.flights = wp.array(np.maximum(examples.durations - examples.support_liftoffs, 0.0), dtype=wp.float64)
-    arrays.liftoff = LIFTOFF_PHASES[1] * (examples.rotations.shape[1] - 1)
-    return arrays
 
 
 def _mix_options(setup: Setup, spaces: FootstepSpaces) -> MixOptions:
@@ -200,17 +184,7 @@ def _mix_options(setup: Setup, spaces: FootstepSpaces) -> MixOptions:
     chosen.by_features = options.space == "neighbours"
     chosen.closest = options.beyond_beta == "closest"
     chosen.tolerance = -1.0 if options.root_weight_within is None else options.root_weight_within
-    chosen.corrections = options.corrections * options.correction
+    chosen.corrections = MIX_CORRECTIONS * options.corrections * options.correction
     chosen.near = options.landing_tolerance
     chosen.landing_scale, chosen.departure_scale = spaces.scales.landing, spaces.scales.departure
     return chosen
-
-
-def _empty_blends(count: int) -> BlendArrays:
-    blends = BlendArrays()
-    blends.examples = wp.empty((count, WIDTH), dtype=wp.int32)
-    blends.weights = wp.empty((count, WIDTH), dtype=wp.float64)
-    blends.tried_examples = wp.empty((count, WIDTH), dtype=wp.int32)
-    blends.tried_weights = wp.empty((count, WIDTH), dtype=wp.float64)
-    blends.single_weights = wp.empty((count, WIDTH), dtype=wp.float32)
-    return blends

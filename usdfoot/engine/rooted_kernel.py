@@ -7,7 +7,7 @@ from __future__ import annotations
 import warp as wp
 
 from usdfoot.engine.kernels import LibraryArrays
-from usdfoot.engine.landing_kernel import swing_landing
+from usdfoot.engine.landing_kernel import BlendArrays, as_left, blend_landing, keep_tried, try_example, turned
 from usdfoot.spaces.corner_kernel import SpaceArrays, corners_of, find_corners
 from usdfoot.spaces.root_weight import REPLACEMENTS
 from usdfoot.spaces.root_weight_kernel import (
@@ -20,7 +20,7 @@ from usdfoot.spaces.root_weight_kernel import (
     weigh_corners,
 )
 
-__all__ = ["BlendArrays", "LandingArrays", "MixOptions", "MixedStep", "RootedStep", "mix_in_turn"]
+__all__ = ["MixOptions", "MixedStep", "RootedStep", "mix_in_turn"]
 
 wp.set_module_options({"enable_backward": False, "max_unroll": 3})
 
@@ -35,17 +35,6 @@ RootExamples = wp.types.vector(length=WIDTH - 3, dtype=wp.int32)
 RootWeights = wp.types.vector(length=WIDTH - 3, dtype=wp.float64)
 _Examples = wp.types.vector(length=WIDTH, dtype=wp.int32)
 _Weights = wp.types.vector(length=WIDTH, dtype=wp.float64)
-
-
-@wp.struct
-class LandingArrays:
-    """What tells where a blend of examples lands."""
-
-    library: LibraryArrays
-    settles: wp.array(dtype=wp.vec2d)  # from the strike until the foot is flat (E,) [m]
-    turns: wp.array(dtype=wp.float64)  # (E,) [rad]
-    flights: wp.array(dtype=wp.float64)  # duration before the swing strike (E,) [s]
-    liftoff: wp.float32  # sample of the support foot's liftoff
 
 
 @wp.struct
@@ -94,63 +83,14 @@ class MixedStep:
     limited: bool  # whether the foot has to stand farther off than IK or the leg reach
 
 
-@wp.struct
-class BlendArrays:
-    """Blends of the steps, heaviest example first."""
-
-    examples: wp.array2d(dtype=wp.int32)  # (N, 8)
-    weights: wp.array2d(dtype=wp.float64)  # (N, 8)
-    tried_examples: wp.array2d(dtype=wp.int32)  # for the kernel's use
-    tried_weights: wp.array2d(dtype=wp.float64)
-    single_weights: wp.array2d(dtype=wp.float32)
-
-
-@wp.func
-def turned(yaw: wp.float64, vector: wp.vec2d) -> wp.vec2d:
-    cosine = wp.cos(yaw)
-    sine = wp.sin(yaw)
-    return wp.vec2d(cosine * vector[0] + sine * vector[1], cosine * vector[1] - sine * vector[0])
-
-
-@wp.func
-def as_left(vector: wp.vec2d, side: int) -> wp.vec2d:
-    """A vector as if the left foot swung; its own inverse."""
-    if side == 1:
-        return wp.vec2d(-vector[0], vector[1])
-    return vector
-
-
 @wp.func
 def land(
-    landings: LandingArrays, blends: BlendArrays, step: int, side: int, examples: _Examples, weights: _Weights
+    library: LibraryArrays, blends: BlendArrays, step: int, side: int, examples: _Examples, weights: _Weights
 ) -> wp.vec2d:
-    """Where a blend lands, in left-swing coordinates [m], as `blend_landings` has it.
-
-    Leaves it in `blends.tried`, heaviest first, of equal weights the first.
-    """
-    turn = ZERO
-    flight = ZERO
-    settle = wp.vec2d()
+    """Where a blend lands, in left-swing coordinates [m], as `blend_landing` has it; leaves it in `blends.tried`."""
     for k in range(WIDTH):
-        place = k
-        while place > 0 and blends.tried_weights[step, place - 1] < weights[k]:
-            blends.tried_weights[step, place] = blends.tried_weights[step, place - 1]
-            blends.tried_examples[step, place] = blends.tried_examples[step, place - 1]
-            place -= 1
-        blends.tried_weights[step, place] = weights[k]
-        blends.tried_examples[step, place] = examples[k]
-        if weights[k] > ZERO:
-            turn += weights[k] * landings.turns[examples[k]]
-            flight += weights[k] * landings.flights[examples[k]]
-            settle += weights[k] * landings.settles[examples[k]]
-    for k in range(WIDTH):
-        blends.single_weights[step, k] = wp.float32(blends.tried_weights[step, k])
-    anchor = float(landings.library.rotations.shape[1] - 1)
-    if flight > ZERO:
-        anchor = landings.liftoff
-    ball = swing_landing(landings.library, blends.tried_examples, blends.single_weights, step, side, anchor)
-    landing = wp.vec2d(wp.float64(ball[0]), wp.float64(ball[2])) + settle
-    return as_left(turned(-turn, landing), side)
+        try_example(blends, step, k, examples[k], weights[k])
+    return blend_landing(library, blends.tried_examples, blends.tried_weights, step, side)
 
 
 @wp.func
@@ -158,7 +98,7 @@ def choose_corners(
     own: RootedStep,
     coordinates: wp.array2d(dtype=wp.float64),
     spaces: SpaceArrays,
-    landings: LandingArrays,
+    library: LibraryArrays,
     blends: BlendArrays,
     options: MixOptions,
     step: int,
@@ -179,7 +119,7 @@ def choose_corners(
         examples[k] = found.examples[wp.min(k, 2)]
         if k < 3:
             weights[k] = shares[k]
-    landed = land(landings, blends, step, own.swing_side, examples, weights)
+    landed = land(library, blends, step, own.swing_side, examples, weights)
     chosen = own
     chosen.corners = found.examples
     chosen.hull_distance = found.hull_distance
@@ -188,7 +128,7 @@ def choose_corners(
 
 
 @wp.func
-def land_roots(own: RootedStep, landings: LandingArrays, blends: BlendArrays, step: int) -> wp.vec2d:
+def land_roots(own: RootedStep, library: LibraryArrays, blends: BlendArrays, step: int) -> wp.vec2d:
     """Where the blend of the root's examples alone lands as measured [m]."""
     examples = _Examples()
     weights = _Weights()
@@ -196,14 +136,14 @@ def land_roots(own: RootedStep, landings: LandingArrays, blends: BlendArrays, st
         examples[k] = own.roots[wp.min(k, WIDTH - 4)]
         if k < WIDTH - 3:
             weights[k] = own.root_weights[k]
-    return land(landings, blends, step, own.swing_side, examples, weights)
+    return land(library, blends, step, own.swing_side, examples, weights)
 
 
 @wp.func
 def mix_step(
     own: RootedStep,
     spaces: SpaceArrays,
-    landings: LandingArrays,
+    library: LibraryArrays,
     blends: BlendArrays,
     options: MixOptions,
     step: int,
@@ -227,7 +167,7 @@ def mix_step(
                 replaced = bool(True)
     for k in range(WIDTH - 3):
         examples[3 + k] = own.roots[k]
-    root_landing = land_roots(own, landings, blends, step)
+    root_landing = land_roots(own, library, blends, step)
     best = MixedStep()
     shift = wp.vec2d()
     kept = wp.vec2d()
@@ -252,7 +192,7 @@ def mix_step(
                 weights[corner] = mix.weights[corner]
             for k in range(WIDTH - 3):
                 weights[3 + k] = root_weight * own.root_weights[k]
-            missed = wanted - land(landings, blends, step, own.swing_side, examples, weights)
+            missed = wanted - land(library, blends, step, own.swing_side, examples, weights)
             off = missed - (lacking - mix.shift)
             if wp.length(off) < least:
                 least = wp.length(off)
@@ -265,9 +205,7 @@ def mix_step(
                 best.move = mix.shift - mix.given_up * lacking
                 if mix.given_up <= ZERO or wp.length(best.move) <= options.near:
                     best.move = wp.vec2d()
-                for k in range(WIDTH):
-                    blends.examples[step, k] = blends.tried_examples[step, k]
-                    blends.weights[step, k] = blends.tried_weights[step, k]
+                keep_tried(blends, step)
             else:
                 gain *= HALF
             shift = kept - gain * rest
@@ -289,7 +227,7 @@ def mix_in_turn(
     firsts: wp.array(dtype=wp.int32),  # first step of each agent, and their number (A + 1,)
     steps: wp.array(dtype=RootedStep),  # in order of agents and time (N,)
     spaces: SpaceArrays,
-    landings: LandingArrays,
+    library: LibraryArrays,
     options: MixOptions,
     planned: wp.array(dtype=wp.vec2d),  # contacts as planned, (x, z) [m] (C,)
     positions: wp.array(dtype=wp.vec2d),  # the same, changed to where the feet are planted
@@ -309,8 +247,8 @@ def mix_in_turn(
         moved = moved or wp.length(positions[support - 1] - planned[support - 1]) > ZERO
         if moved and not is_inside(corners_of(spaces, own.corners), wanted - own.bias, ZERO):
             departure = as_left(turned(-own.start, positions[support - 1] - positions[support]), side)
-            own = choose_corners(own, coordinates, spaces, landings, blends, options, step, wanted, departure)
-        result = mix_step(own, spaces, landings, blends, options, step, wanted)
+            own = choose_corners(own, coordinates, spaces, library, blends, options, step, wanted, departure)
+        result = mix_step(own, spaces, library, blends, options, step, wanted)
         move = turned(own.end, as_left(result.move, side))
         left = turned(own.end, as_left(result.missed, side)) + move
         excess = beyond_reach(left, stride + move, own.reach, own.longest)

@@ -13,7 +13,7 @@ import numpy as np
 
 from usdfoot.engine.landings import GROUND_AXES, blend_landings, blend_twists, with_steps
 from usdfoot.engine.poses import Setup, StepBlend
-from usdfoot.engine.queries import StepQueries, ask_spaces, step_queries
+from usdfoot.engine.queries import StepQueries, ask_tetrahedra, step_queries
 from usdfoot.engine.reach import beyond_reach
 from usdfoot.engine.root_goals import RootGoals
 from usdfoot.engine.root_weights import RootedSteps, root_steps
@@ -145,7 +145,7 @@ def _try(
     given_up = np.clip((root_weights - betas) / np.maximum(1.0 - betas, 1e-12), 0.0, 1.0)
     used = (root_weights if options.beyond_beta == "closest" else np.minimum(root_weights, betas))[:, None]
     inner, _ = _project(spaces, queries, nearest + used / np.maximum(1.0 - used, 1e-6) * (nearest - root_landings))
-    solved, share = ask_spaces(setup, spaces, queries, inner), root_weights[:, None]
+    solved, share = ask_tetrahedra(spaces, queries, inner), root_weights[:, None]
     examples, weights = _ordered(
         np.concatenate([solved.examples, roots.examples], axis=1),
         np.concatenate([(1.0 - share) * solved.weights, share * roots.weights], axis=1),
@@ -207,4 +207,4 @@ def _ordered(examples: IntArray, weights: FloatArray) -> tuple[IntArray, FloatAr
 def _land(setup: Setup, queries: StepQueries, examples: IntArray, weights: FloatArray) -> FloatArray:
     """Where blends land, (x, z) in the heading at the step's end [m], shape (N, 2)."""
     examples, weights = _ordered(examples, weights)
-    return blend_landings(setup.examples, setup.library, queries.swing_sides, examples, weights)
+    return blend_landings(setup.library, queries.swing_sides, examples, weights)

@@ -8,7 +8,7 @@ import numpy as np
 import warp as wp
 
 from usdfoot.analysis.examples import times_of_phases
-from usdfoot.engine.clock_kernel import read_clocks
+from usdfoot.engine.clock_kernel import read_samples
 from usdfoot.engine.kernels import SegmentArrays
 from usdfoot.engine.poses import Setup, StepBlend
 from usdfoot.maths.types import FloatArray, IntArray
@@ -84,11 +84,10 @@ def blend_shapes(
 def _phases(setup: Setup, arrays: SegmentArrays, rows: IntArray, times: FloatArray, last: int) -> FloatArray:
     """Where the segments are in the examples' samples, 0 to `last`, shape (F,)."""
     clock = times - setup.contacts.starts[setup.segments.agents[rows]]
-    samples, yaws, grounds = (wp.empty(len(rows), dtype=wp.float32) for _ in range(3))
-    windows = [wp.empty(len(rows), dtype=wp.vec4f) for _ in range(2)]
+    samples = wp.empty(len(rows), dtype=wp.float32)
     on_device = [wp.array(rows.astype(np.int32), dtype=wp.int32), wp.array(clock, dtype=wp.float64)]
     inputs = [arrays.clocks, *on_device, float(last)]
-    wp.launch(read_clocks, dim=len(rows), inputs=inputs, outputs=[samples, yaws, grounds, *windows])
+    wp.launch(read_samples, dim=len(rows), inputs=inputs, outputs=[samples])
     phases: FloatArray = samples.numpy().astype(float)
     return phases
 

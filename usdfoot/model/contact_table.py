@@ -12,13 +12,19 @@ from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 
-__all__ = ["ContactTable", "lay_contacts", "lay_on_ground", "with_headings"]
+__all__ = ["EDGE_HEIGHT", "ContactTable", "lay_contacts", "lay_on_ground", "with_headings"]
 
 NEAR_GROUND = 0.3
 """Ground farther than this above or below a contact is not its own [m]."""
 
 NEAR_FOOTSTEP = 0.05
 """Ground farther than this above or below a planned footstep is not meant by it [m]."""
+
+STEEPEST = 0.7
+"""Ground whose unit normal rises less is no place to stand [1]."""
+
+EDGE_HEIGHT = 0.03
+"""Ground under the heel farther than this above the slope under the ball is another tread [m]."""
 
 GROUND_AXES = np.array([0, 2])
 
@@ -205,22 +211,34 @@ def with_headings(contacts: ContactTable) -> ContactTable:
     return replace(contacts, headings=headings + 2.0 * np.pi * windings)
 
 
-def lay_on_ground(contacts: ContactTable, ground: Ground, *, planned: FloatArray) -> ContactTable:
+def lay_on_ground(
+    contacts: ContactTable, ground: Ground, *, planned: FloatArray, foot_lengths: FloatArray
+) -> ContactTable:
     """The table with contacts put on the ground under them, if it is near.
 
     Footsteps that lie a little above or below the terrain stand on it: their places are exact across the ground only.
+    A foot that comes down elsewhere stands on what may be walked on there: on the tread under its heel where its ball
+    is over the edge. Where there is nothing it keeps its height.
 
     Args:
         contacts: As executed.
         ground: The terrain.
         planned: Their positions as planned [m], shape (C, 3); contacts that are no footsteps count as moved.
+        foot_lengths: From heel to ball of each side [m], shape (2,).
     """
+    if not ground.has_terrain:
+        return contacts
     moved = (contacts.steps < 0) | (contacts.positions != planned).any(axis=1)
     places = contacts.positions
     reach = np.where(moved, NEAR_GROUND, NEAR_FOOTSTEP)
     found = ground.heights(places[:, [0, 2]], places[:, 1] + reach, step_up=0.0)
-    usable = found.hit & (found.walkable | ~moved) & ground.has_terrain
+    carries = ~moved | (found.heights > places[:, 1]) | (found.walkable & (found.normals[:, 1] > STEEPEST))
+    near = found.hit & (np.abs(found.heights - places[:, 1]) < reach) & carries
+    heights = np.where(near, found.heights, places[:, 1])
+    behind = -foot_lengths[contacts.sides, None] * planar.direction(contacts.yaws)
+    rises = -np.sum(found.normals[:, GROUND_AXES] * behind, axis=1) / found.normals[:, 1]
+    treads = ground.heights(places[:, [0, 2]] + behind, places[:, 1] + reach, step_up=0.0)
+    over = moved & treads.hit & (treads.heights - heights > np.where(near, np.maximum(rises, 0.0), 0.0) + EDGE_HEIGHT)
     positions = places.copy()
-    near = usable & (np.abs(found.heights - places[:, 1]) < reach)
-    positions[near, 1] = found.heights[near]
+    positions[:, 1] = np.where(over, treads.heights, heights)
     return replace(contacts, positions=positions)

@@ -125,7 +125,7 @@ def plan_bodies(
     """What any frame of the agents is computed from, and the optimised centres of mass."""
     ground = _ground(agents, crowd)
     contacts = lay_contacts([agent.plan for agent in agents])
-    contacts = lay_on_ground(contacts, ground, planned=contacts.positions)
+    contacts = lay_on_ground(contacts, ground, planned=contacts.positions, foot_lengths=body.rig.foot_lengths)
     segments = cut_segments(contacts, options)
     layout = Layout(
         skeleton=body.source.skeleton,

@@ -13,7 +13,7 @@ from usdfoot.model.plan import FootstepPlan
 from usdfoot.physics.biped import PhysicsBiped
 from usdfoot.physics.contact_kernel import ContactArrays, ContactFooting
 from usdfoot.physics.device import shared_record
-from usdfoot.physics.footing import Footing, device_legs
+from usdfoot.physics.footing import Footing, device_legs, lay_footing
 from usdfoot.physics.interactive_kernel import solve_window
 from usdfoot.physics.knot_kernel import KnotOptions
 from usdfoot.physics.optimise import ComMotion, solve_motion, start_unknowns
@@ -76,12 +76,13 @@ class StepOptimiser:
         if before is not None:
             last = np.flatnonzero(extended.steps >= 0)[-2]
             extended = replace(extended, starts=extended.strikes[last : last + 1])
-        knots = lay_knots(extended, parts=options.parts, longest_segment=options.longest_segment)
+        footing = lay_footing(extended, self.biped, options)
+        knots = lay_knots(extended, footing, parts=options.parts, longest_segment=options.longest_segment)
         start = start_unknowns(extended, knots, self.biped)
         if before is not None:
             start[0] = _state_at(before, knots.times[0])
             knots = replace(knots, fixed=knots.fixed | (np.arange(len(knots.times)) == 0)[:, None])
-        return solve_motion(extended, extended, knots, start, self.biped, options, ())
+        return solve_motion(extended, footing, knots, start, self.biped, options, ())
 
     def _optimise_window(self, plan: FootstepPlan, before: ComMotion, *, expected: int) -> ComMotion:
         """The same in one launch, with `expected` contacts after the last footstep."""

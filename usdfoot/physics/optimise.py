@@ -114,22 +114,22 @@ def optimise_contacts(
     """Centre of mass over contacts, which may have been laid on the ground since they were planned."""
     options = options or PhysicsOptions()
     extended = extend_contacts(contacts, strides=options.run_up)
-    knots = lay_knots(extended, parts=options.parts, longest_segment=options.longest_segment)
+    footing = lay_footing(extended, biped, options)
+    knots = lay_knots(extended, footing, parts=options.parts, longest_segment=options.longest_segment)
     start = start_unknowns(extended, knots, biped)
-    return solve_motion(contacts, extended, knots, start, biped, options, scripts)
+    return solve_motion(contacts, footing, knots, start, biped, options, scripts)
 
 
 def solve_motion(
     contacts: ContactTable,
-    extended: ContactTable,
+    footing: Footing,
     knots: Knots,
     start: FloatArray,
     biped: PhysicsBiped,
     options: PhysicsOptions,
     scripts: Sequence[OrientationScript | None],
 ) -> ComMotion:
-    """The motion over `contacts`, solved over `extended` contacts from the unknowns `start` (K, 6) at the knots."""
-    footing = lay_footing(extended, biped, options)
+    """The motion over `contacts`, solved from unknowns `start` (K, 6) at the knots; `footing` is of all contacts."""
     samples = lay_samples(footing, knots, scripts, window=options.heading_window)
     solve = search_unknowns if options.solver == "greedy" else optimise_unknowns
     unknowns = solve(samples, knots, start, options)

@@ -11,7 +11,7 @@ from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable
 from usdfoot.physics.device import shared, shared_record
-from usdfoot.physics.footing import device_contacts
+from usdfoot.physics.footing import Footing
 from usdfoot.physics.knot_kernel import KnotOptions, count_knots, write_knots
 
 __all__ = ["ComSpline", "Knots", "controls_of", "hermite_basis", "lay_knots"]
@@ -107,28 +107,28 @@ def controls_of(unknowns: FloatArray, begins: IntArray) -> FloatArray:
     return np.concatenate([pairs[begins], pairs[begins + 1]], axis=1)
 
 
-def lay_knots(contacts: ContactTable, *, parts: int = 1, longest_segment: float = 1.0) -> Knots:
+def lay_knots(contacts: ContactTable, footing: Footing, *, parts: int = 1, longest_segment: float = 1.0) -> Knots:
     """Knots at every strike, at the begin of every flight and at the end ([P] Figure 6).
 
     A flight is the time before a strike in which neither foot stands. Events closer than 20 ms share a knot.
 
     Args:
         contacts: Of all agents.
+        footing: Of the contacts.
         parts: Segments a step on the ground; 1 as in [P].
         longest_segment: Longer ones are divided [s].
     """
     count = len(contacts.starts)
     counts = np.empty(count, dtype=np.int32)
-    steps = device_contacts(contacts)
     options = shared_record(KnotOptions, {"parts": parts, "longest": longest_segment})
     wp.launch(
-        count_knots, dim=count, inputs=[steps, options, wp.empty(0, dtype=wp.float64, device="cpu")],
+        count_knots, dim=count, inputs=[footing.contacts, options, wp.empty(0, dtype=wp.float64, device="cpu")],
         outputs=[shared(counts, wp.int32)], device="cpu",
     )  # fmt: skip
     starts = np.cumsum(counts) - counts
     agents, times = np.repeat(np.arange(count), counts), np.empty(counts.sum())
     wp.launch(
-        write_knots, dim=count, inputs=[steps, options, shared(starts, wp.int32)],
+        write_knots, dim=count, inputs=[footing.contacts, options, shared(starts, wp.int32)],
         outputs=[shared(times, wp.float64)], device="cpu",
     )  # fmt: skip
     return Knots(

@@ -100,13 +100,15 @@ def authored(prim: Usd.Prim, name: str) -> Any:
     Raises:
         SceneError: If the attribute is of a type that cannot stand for the schema's, as text cannot for a number.
     """
-    if not is_authored(prim, name):
-        return None
     attribute = prim.GetAttribute(name)
-    expected, found = declared_type(name), attribute.GetPropertyStack()[0].typeName  # the attribute's is the schema's
-    if expected and expected != found and _form(expected) != _form(found):
-        raise SceneError(prim.GetPath(), f"{name} is of type {found}", f"author it as {expected}")
-    return attribute.Get(Usd.TimeCode.EarliestTime())
+    if not attribute or not attribute.HasAuthoredValue():
+        return None
+    value, expected = attribute.Get(Usd.TimeCode.EarliestTime()), declared_type(name)
+    if expected is not None and type(value) is not type(expected.defaultValue):
+        found = attribute.GetPropertyStack()[0].typeName  # that of the attribute is the schema's
+        if _form(expected) != _form(found):
+            raise SceneError(prim.GetPath(), f"{name} is of type {found}", f"author it as {expected}")
+    return value
 
 
 def authored_values(prim: Usd.Prim, names: Collection[str]) -> dict[str, Any]:

@@ -81,13 +81,13 @@ class Bodies:
     def snapshot(self) -> Snapshot:
         """The bodies in the world."""
         poses = self.pose()
-        positions, rotations = poses.pelvis_positions.numpy() + self.origins, poses.rotations.numpy().astype(float)
+        positions, rotations = poses.pelvis_positions.numpy() + self.origins, poses.rotations.numpy().copy()
         rotations[:, self.library.source.biped.pelvis] = poses.pelvis_rotations.numpy()
         self.plant(poses)
         feet = pose_feet(self.library.rig, poses)
         return Snapshot(
             pelvis_positions=positions,
-            rotations=rotations,
+            rotations=rotations.astype(float),
             balls=feet.balls + self.origins[:, None],
             ankles=feet.rotations,
             roots=self.roots(),
@@ -95,7 +95,8 @@ class Bodies:
 
     def landings(self) -> FloatArray:
         """When feet in the air strike [s], infinite for those that stand, shape (N, 2)."""
-        feet = self.rows.feet
-        swings = feet.liftoffs.numpy()[self.contacts] <= self.clock[:, None]
-        lands = feet.strikes.numpy()[feet.following.numpy()[self.contacts]] - self.clock[:, None]
+        feet = self.rows.feet.rows.numpy()
+        own = feet[self.contacts]
+        swings = own["liftoff"] <= self.clock[:, None]
+        lands = feet["strike"][own["following"]] - self.clock[:, None]
         return np.where(swings, self.time + lands, np.inf)

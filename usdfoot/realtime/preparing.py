@@ -80,7 +80,8 @@ def _on_ground(setup: Setup, ground: Ground, rows: IntArray, planned: FloatArray
     contacts = setup.contacts
     if ground.has_terrain:
         positions = contacts.positions.copy()
-        positions[rows] = lay_on_ground(contacts[rows], ground, planned=planned[rows]).positions
+        laid = lay_on_ground(contacts[rows], ground, planned=planned[rows], foot_lengths=setup.rig.foot_lengths)
+        positions[rows] = laid.positions
         contacts = replace(contacts, positions=positions)
     path = lay_root(contacts, setup.segments, step_height_share=options.step_height_share)
     return replace(setup, contacts=contacts, path=path)

@@ -132,9 +132,9 @@ class Rows:
         owners, numbers = stretch.places
         rows = owners * RING + numbers
         if not self._foot_views:
-            self._foot_views = _allocate(self.feet, arrays, self.stand_ends.size, kind=FootArrays, skipped=())
-        _copy_rows(self._foot_views, arrays, rows, np.arange(len(rows)), but=("following",))
-        self._foot_views["following"][rows] = owners * RING + (numbers + 2) % RING
+            self._foot_views = _allocate(self.feet, arrays, self.stand_ends.size, kind=FootArrays)
+        _copy_rows(self._foot_views, arrays, rows, np.arange(len(rows)), but=())
+        self._foot_views["rows"]["following"][rows] = owners * RING + (numbers + 2) % RING
 
     def struck(self, agents: IntArray, time: float) -> tuple[IntArray, IntArray, IntArray]:
         """Where agents are at `time` [s].
@@ -157,8 +157,8 @@ class Rows:
     def _allocate(self, arrays: SegmentArrays, setup: Setup) -> None:
         """Room for all segments, shaped as those given, and one row more for the seam that is none."""
         count = 2 * self.stand_ends.size + 1
-        self._segment_views = _allocate(self.segments, arrays, count, kind=SegmentArrays, skipped=())
-        self._clock_views = _allocate(self.segments.clocks, arrays.clocks, count, kind=ClockArrays, skipped=())
+        self._segment_views = _allocate(self.segments, arrays, count, kind=SegmentArrays)
+        self._clock_views = _allocate(self.segments.clocks, arrays.clocks, count, kind=ClockArrays)
         self.segments.clocks.seam_kind = arrays.clocks.seam_kind
         self._paths = {name: np.zeros((count, *getattr(setup.path, name).shape[1:])) for name in PATHS}
 
@@ -168,12 +168,12 @@ def _rings(values: FloatArray, agents: int) -> FloatArray:
     return np.tile(values[None], (agents, RING, *[1] * (values.ndim - 1)))
 
 
-def _allocate(target: object, like: object, count: int, *, kind: wp.struct, skipped: tuple[str, ...]) -> Views:
+def _allocate(target: object, like: object, count: int, *, kind: wp.struct) -> Views:
     """Arrays of `count` rows for every array of a device struct; what shows them to the host."""
     views: Views = {}
     for name in kind.vars:
         values = getattr(like, name)
-        if name not in skipped and isinstance(values, wp.array):
+        if isinstance(values, wp.array):
             rows = wp.zeros((count, *values.shape[1:]), dtype=values.dtype)
             setattr(target, name, rows)
             views[name] = rows.numpy()

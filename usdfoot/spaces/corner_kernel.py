@@ -6,10 +6,10 @@ from __future__ import annotations
 
 import warp as wp
 
-from usdfoot.spaces.neighbour_kernel import best_triple, nearest_examples
-from usdfoot.spaces.root_weight_kernel import Corners, is_inside, mean_corner, weigh_corners
+from usdfoot.spaces.neighbour_kernel import SMALLEST_AREA, best_triple, nearest_examples, square_distance
+from usdfoot.spaces.root_weight_kernel import Corners, areas_at, is_inside, mean_corner, weigh_corners
 
-__all__ = ["FoundCorners", "SpaceArrays", "corners_of", "find_corners"]
+__all__ = ["FoundCorners", "SpaceArrays", "adjoin_corners", "corners_of", "find_corners"]
 
 SLACK = wp.constant(wp.float64(1e-10))
 """A point this far outside an edge, in barycentric coordinates, still is inside: no gap between two triangles."""
@@ -81,4 +81,54 @@ def find_corners(
         if distance < found.hull_distance:
             found.hull_distance = distance
             found.examples = spaces.edges[edge]
+    return found
+
+
+@wp.func
+def adjoin_corners(
+    spaces: SpaceArrays,
+    space: int,
+    corners: wp.vec3i,
+    landing: wp.vec2d,
+    wanted: wp.array2d(dtype=wp.float64),
+    query: int,
+) -> wp.vec3i:
+    """Three examples for a landing beyond an edge of three: that edge's, and the third most like the step beyond it.
+
+    A blend lands a little off the blend of its examples' landings, so that what triples reach has gaps between them,
+    except between two that have an edge in common. Where no example lies beyond, and inside, the same three.
+    """
+    given = corners_of(spaces, corners)
+    found = corners
+    if is_inside(given, landing, wp.float64(0.0)):
+        return found
+    shares = weigh_corners(given, landing)
+    away = wp.int32(2)
+    for corner in range(2):
+        if shares[1 - corner] < shares[away]:
+            away = 1 - corner
+    first, second = corners[(away + 1) % 3], corners[(away + 2) % 3]
+    squares = wp.vec3d()
+    begin, end = spaces.neighbour_begins[space], spaces.neighbour_begins[space + 1]
+    for example in range(begin, end):
+        if spaces.neighbours[example] == first:
+            squares[0] = square_distance(spaces.coordinates, example, wanted, query)
+        if spaces.neighbours[example] == second:
+            squares[1] = square_distance(spaces.coordinates, example, wanted, query)
+    least = wp.float64(wp.inf)
+    trial = Corners()
+    trial[0] = spaces.landings[first]
+    trial[1] = spaces.landings[second]
+    for example in range(begin, end):
+        trial[2] = spaces.neighbour_landings[example]
+        areas = areas_at(trial, landing)
+        total = areas[0] + areas[1] + areas[2]
+        areas = areas * wp.sign(total)
+        total = wp.abs(total)
+        if wp.min(areas) >= wp.float64(0.0) and total >= wp.float64(SMALLEST_AREA):
+            squares[2] = square_distance(spaces.coordinates, example, wanted, query)
+            cost = wp.dot(areas, squares) / total
+            if cost < least:
+                least = cost
+                found = wp.vec3i(first, second, spaces.neighbours[example])
     return found

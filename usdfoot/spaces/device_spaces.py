@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 import warp as wp
 
 from usdfoot.maths.types import IntArray
+from usdfoot.model.device import start_warp
 from usdfoot.spaces.corner_kernel import SpaceArrays
-from usdfoot.spaces.library import FootstepSpaces
+
+if TYPE_CHECKING:
+    from usdfoot.spaces.library import FootstepSpaces
 
 __all__ = ["device_spaces"]
 
 
-def device_spaces(spaces: FootstepSpaces) -> SpaceArrays:
-    """All spaces end to end, in the order of `spaces.spaces`."""
+def device_spaces(spaces: FootstepSpaces, *, entered: bool = False) -> SpaceArrays:
+    """All spaces end to end, in the order of `spaces.spaces`; `entered`: with how examples begin as coordinates too."""
+    start_warp()
     neighbours, triangles, edges = [], [], []
     for space in spaces.spaces.values():
         own, footsteps = space.examples, space.footsteps
@@ -23,13 +28,15 @@ def device_spaces(spaces: FootstepSpaces) -> SpaceArrays:
         neighbours.append(own[space.neighbours.examples])
         triangles.append(vertices[footsteps.triangles])
         edges.append(vertices[footsteps.edges[:, [0, 1, 1]]])
-    members = np.concatenate(neighbours)
+    members, coordinates = np.concatenate(neighbours), spaces.coordinates
+    if entered and spaces.poses is not None:
+        coordinates = np.column_stack([coordinates, spaces.poses.starts])
     arrays = SpaceArrays()
     arrays.landings = wp.array(spaces.landings, dtype=wp.vec2d)
     arrays.neighbour_begins = _begins(neighbours)
     arrays.neighbours = wp.array(members, dtype=wp.int32)
     arrays.neighbour_landings = wp.array(spaces.landings[members], dtype=wp.vec2d)
-    arrays.coordinates = wp.array(spaces.coordinates[members], dtype=wp.float64)
+    arrays.coordinates = wp.array(coordinates[members], dtype=wp.float64)
     arrays.triangle_begins, arrays.triangles = _begins(triangles), _triples(triangles)
     arrays.edge_begins, arrays.edges = _begins(edges), _triples(edges)
     return arrays

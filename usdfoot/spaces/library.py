@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -17,14 +18,15 @@ from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray, StyleArray
 from usdfoot.model.biped import LEFT, RIGHT, SIDES
 from usdfoot.model.examples import Examples
+from usdfoot.spaces.corner_kernel import SpaceArrays
+from usdfoot.spaces.device_spaces import device_spaces
 from usdfoot.spaces.features import DOUBT, FeatureScales, StepFeatures, example_features, step_coordinates
 from usdfoot.spaces.footsteps import FootstepSpace, build_footstep_space, solve_footsteps
 from usdfoot.spaces.mirror import mirror_partners
-from usdfoot.spaces.neighbours import NeighbourSpace, adjoin_triples, build_neighbour_space, solve_neighbours
+from usdfoot.spaces.neighbours import NeighbourSpace, build_neighbour_space, solve_neighbours
 from usdfoot.spaces.poses import EndPoses, build_end_poses
 from usdfoot.spaces.root_velocity import RootVelocitySpace, build_root_velocity_space
 from usdfoot.spaces.tetrahedra import TetrahedronSpace, build_tetrahedron_space, solve_tetrahedra
-from usdfoot.spaces.triples import weigh_triples
 
 __all__ = [
     "FootstepSpaces",
@@ -34,7 +36,6 @@ __all__ = [
     "end_landings",
     "has_flight",
     "left_landings",
-    "reweigh_steps",
     "root_velocities",
     "solve_steps",
 ]
@@ -98,6 +99,21 @@ class FootstepSpaces:
             own = left & (names == names[step]) & (runs == runs[step]) & (sides == sides[step])
             yield self.find(names[step], bool(runs[step]), int(sides[step])), np.flatnonzero(own)
             left &= ~own
+
+    def numbers(
+        self, landings: FloatArray, *, swing_sides: IntArray, flights: BoolArray, styles: Sequence[str] | StyleArray
+    ) -> IntArray:
+        """Which of the `spaces`, in their order, each of N steps asks, shape (N,); otherwise as `group`."""
+        order = {id(space): number for number, space in enumerate(self.spaces.values())}
+        numbers = np.zeros(len(landings), dtype=np.intp)
+        for space, steps in self.group(landings, swing_sides=swing_sides, flights=flights, styles=styles):
+            numbers[steps] = order[id(space)]
+        return numbers
+
+    @cached_property
+    def device(self) -> SpaceArrays:
+        """The spaces as device arrays."""
+        return device_spaces(self)
 
     def find(self, style: str, flight: bool, side: int) -> SideSpace:
         """The space of a style, gait and swing side; that of the other gait if there is no example of this.
@@ -266,7 +282,6 @@ def solve_steps(
     flights: BoolArray,
     styles: Sequence[str] | StyleArray,
     features: StepFeatures | None = None,
-    entries: FloatArray | None = None,
     speeds: FloatArray | None = None,
 ) -> StepWeights:
     """Examples and blend weights of steps.
@@ -280,8 +295,6 @@ def solve_steps(
         styles: Style of each step, N of them.
         features: Timing, turn and rise of the steps. If given, the examples are the nearest in these around the
             landing; without, those of the Delaunay triangle ([B] 4.3).
-        entries: Pose and rates each step comes from, scaled as in `EndPoses`, shape (N, P). If given with features, the
-            examples are also the nearest in how they begin.
         speeds: Wanted root speeds [m/s], shape (N,). If given, the examples are the corners of the tetrahedron of
             landing and root speed, four a step.
 
@@ -302,62 +315,10 @@ def solve_steps(
         elif coordinates is None:
             solved = solve_footsteps(space.footsteps, queries[steps])
         else:
-            neighbours, wanted = space.neighbours, coordinates[steps]
-            if entries is not None and spaces.poses is not None:
-                begins = spaces.poses.starts[space.examples[neighbours.examples]]
-                neighbours = replace(neighbours, coordinates=np.column_stack([neighbours.coordinates, begins]))
-                wanted = np.column_stack([wanted, entries[steps]])
-            solved = solve_neighbours(neighbours, queries[steps], wanted)
+            solved = solve_neighbours(space.neighbours, queries[steps], coordinates[steps])
         examples[steps], weights[steps] = space.examples[solved.examples], solved.weights
         distances[steps], projections[steps] = solved.hull_distances, solved.projections
     return _heaviest_first(examples, weights, distances, left_landings(projections, swing_sides))
-
-
-def reweigh_steps(
-    spaces: FootstepSpaces,
-    landings: FloatArray,
-    examples: IntArray,
-    *,
-    swing_sides: IntArray,
-    features: StepFeatures | None = None,
-) -> StepWeights:
-    """Blend weights of chosen examples for other landings: what a correction of the landing needs ([B] Fig. 5).
-
-    Args:
-        spaces: From `build_spaces`.
-        landings: As for `solve_steps`, shape (N, 2).
-        examples: The three examples of each step, shape (N, 3).
-        swing_sides: 0 = left, 1 = right, shape (N,).
-        features: Timing, turn and rise of the steps. If given, a landing beyond an edge of its triple gets the triple
-            that adjoins there, so that what can be reached has no gap in it.
-
-    Returns:
-        The weights; hull_distances are from the triangle of the three.
-    """
-    queries = left_landings(landings, swing_sides)
-    weights, projections = weigh_triples(spaces.landings[examples], queries)
-    distances = np.linalg.norm(queries - projections, axis=1)
-    solved = _heaviest_first(examples, weights, distances, left_landings(projections, swing_sides))
-    beyond = np.flatnonzero(distances > 0.0)
-    if features is None or not beyond.size:
-        return solved
-    coordinates = step_coordinates(queries[beyond], features[beyond].as_left(swing_sides[beyond]), spaces.scales)
-    for space in spaces.spaces.values():
-        own = np.isin(solved.examples[beyond, 0], space.examples)
-        rows = beyond[own]
-        triples, shares = adjoin_triples(
-            spaces.landings,
-            spaces.coordinates,
-            space.examples[space.neighbours.examples],
-            solved.examples[rows, :2],
-            queries[rows],
-            coordinates[own],
-        )
-        found = triples[:, 0] >= 0
-        rows = rows[found]
-        solved.examples[rows], solved.weights[rows] = triples[found], shares[found]
-        solved.hull_distances[rows], solved.projections[rows] = 0.0, landings[rows]
-    return _heaviest_first(solved.examples, solved.weights, solved.hull_distances, solved.projections)
 
 
 def _heaviest_first(

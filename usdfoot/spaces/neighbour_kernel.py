@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import warp as wp
 
-__all__ = ["CLOSEST", "OCTANTS", "best_triple", "find_adjoining", "find_triples", "nearest_examples"]
+__all__ = ["CLOSEST", "OCTANTS", "best_triple", "find_triples", "nearest_examples", "square_distance"]
 
 OCTANTS = 8
 CLOSEST = 3
@@ -135,49 +135,10 @@ def find_triples(
 @wp.func
 def square_distance(
     coordinates: wp.array2d(dtype=wp.float64), example: int, wanted: wp.array2d(dtype=wp.float64), query: int
-):
+) -> wp.float64:
     """Squared distance of an example from a query in coordinates."""
     total = wp.float64(0.0)
     for d in range(coordinates.shape[1]):
         difference = coordinates[example, d] - wanted[query, d]
         total += difference * difference
     return total
-
-
-@wp.kernel(enable_backward=False)
-def find_adjoining(
-    landings: wp.array(dtype=wp.vec2d),  # (E,)
-    coordinates: wp.array2d(dtype=wp.float64),  # (E, D)
-    members: wp.array(dtype=wp.int32),  # (K,) examples that may be the third
-    edges: wp.array(dtype=wp.vec2i),  # (N,) the two examples given
-    queries: wp.array(dtype=wp.vec2d),  # (N,)
-    wanted: wp.array2d(dtype=wp.float64),  # (N, D)
-    triples: wp.array(dtype=wp.vec3i),  # (N,) examples, -1 where no triple contains the landing
-    weights: wp.array(dtype=wp.vec3d),  # (N,) barycentric coordinates
-):
-    """The triple of two examples and a third around each landing with the least weighted squared distance."""
-    query = wp.tid()
-    edge = edges[query]
-    first = landings[edge[0]] - queries[query]
-    second = landings[edge[1]] - queries[query]
-    squares = wp.vec3d(
-        square_distance(coordinates, edge[0], wanted, query),
-        square_distance(coordinates, edge[1], wanted, query),
-        wp.float64(0.0),
-    )
-    pair = first[0] * second[1] - first[1] * second[0]
-    best = NONE
-    triples[query] = wp.vec3i(-1, -1, -1)
-    for m in range(members.shape[0]):
-        third = landings[members[m]] - queries[query]
-        areas = wp.vec3d(second[0] * third[1] - second[1] * third[0], third[0] * first[1] - third[1] * first[0], pair)
-        total = areas[0] + areas[1] + areas[2]
-        areas = areas * wp.sign(total)
-        total = wp.abs(total)
-        if wp.min(areas) >= wp.float64(0.0) and total >= wp.float64(SMALLEST_AREA):
-            squares[2] = square_distance(coordinates, members[m], wanted, query)
-            cost = wp.dot(areas, squares) / total
-            if cost < best:
-                best = cost
-                triples[query] = wp.vec3i(edge[0], edge[1], members[m])
-                weights[query] = areas / total

@@ -15,9 +15,9 @@ import warp as wp
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.device import start_warp
 from usdfoot.spaces.footsteps import FootstepSpace, FootstepWeights, solve_footsteps
-from usdfoot.spaces.neighbour_kernel import find_adjoining, find_triples
+from usdfoot.spaces.neighbour_kernel import find_triples
 
-__all__ = ["NeighbourSpace", "adjoin_triples", "build_neighbour_space", "solve_neighbours"]
+__all__ = ["NeighbourSpace", "build_neighbour_space", "solve_neighbours"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,49 +92,6 @@ def _best_triples(space: NeighbourSpace, queries: FloatArray, coordinates: Float
             wp.array(space.coordinates, dtype=wp.float64),
             wp.array(np.ascontiguousarray(queries), dtype=wp.vec2d),
             wp.array(np.ascontiguousarray(coordinates), dtype=wp.float64),
-        ],
-        outputs=[triples, weights],
-    )
-    return triples.numpy(), weights.numpy()
-
-
-def adjoin_triples(
-    landings: FloatArray,
-    coordinates: FloatArray,
-    members: IntArray,
-    edges: IntArray,
-    queries: FloatArray,
-    wanted: FloatArray,
-) -> tuple[IntArray, FloatArray]:
-    """Triples of two given examples and that third with which they contain the landing and are most like the step.
-
-    A blend lands a little off the blend of its examples' landings, so that what triples reach has gaps between them,
-    except between two that have an edge in common.
-
-    Args:
-        landings: Of all the library's examples, (x, z) [m], shape (E, 2).
-        coordinates: Their scaled landings and features, shape (E, D).
-        members: Examples that may be the third, shape (K,).
-        edges: The two examples of each query, shape (N, 2).
-        queries: Wanted landings, (x, z) [m], shape (N, 2).
-        wanted: Scaled landings and features of the wanted steps, shape (N, D).
-
-    Returns:
-        Examples (N, 3), -1 where there is no such triple, and weights (N, 3).
-    """
-    start_warp()
-    count = len(queries)
-    triples, weights = wp.empty(count, dtype=wp.vec3i), wp.empty(count, dtype=wp.vec3d)
-    wp.launch(
-        find_adjoining,
-        dim=count,
-        inputs=[
-            wp.array(np.ascontiguousarray(landings), dtype=wp.vec2d),
-            wp.array(np.ascontiguousarray(coordinates), dtype=wp.float64),
-            wp.array(members.astype(np.int32), dtype=wp.int32),
-            wp.array(np.ascontiguousarray(edges, dtype=np.int32), dtype=wp.vec2i),
-            wp.array(np.ascontiguousarray(queries), dtype=wp.vec2d),
-            wp.array(np.ascontiguousarray(wanted), dtype=wp.float64),
         ],
         outputs=[triples, weights],
     )

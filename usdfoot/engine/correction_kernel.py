@@ -1,0 +1,91 @@
+"""Warp kernel over steps: asks the footstep spaces, measures the landing, and corrects what was asked."""
+# mypy: ignore-errors
+# Warp kernels are Python only in their syntax: Warp types and compiles them itself.
+
+from __future__ import annotations
+
+import warp as wp
+
+from usdfoot.engine.kernels import LibraryArrays
+from usdfoot.engine.landing_kernel import BlendArrays, blend_landing, keep_tried, try_example
+from usdfoot.spaces.corner_kernel import SpaceArrays, adjoin_corners, corners_of, find_corners
+from usdfoot.spaces.root_weight_kernel import mean_corner, weigh_corners
+
+__all__ = ["CorrectedStep", "CorrectionOptions", "correct_each"]
+
+wp.set_module_options({"enable_backward": False, "max_unroll": 3})
+
+TRIES = wp.constant(3)
+"""How often chosen examples are weighed before others are chosen."""
+
+
+@wp.struct
+class CorrectionOptions:
+    """How steps are corrected."""
+
+    by_features: bool
+    corrections: wp.int32
+    near: wp.float64  # a landing this near to where it should be is left [m]
+    choice_near: wp.float64  # this near, no other examples are chosen [m]
+    landing_scale: wp.float64  # [m]
+
+
+@wp.struct
+class CorrectedStep:
+    """What became of a step; vectors in left-swing coordinates."""
+
+    missed: wp.vec2d  # from where it lands to the footstep [m]
+    bias: wp.vec2d  # from where its examples' landings, weighted, are to where it lands [m]
+    hull_distance: wp.float64  # of the footstep [m]
+
+
+@wp.kernel(enable_backward=False)
+def correct_each(
+    library: LibraryArrays,
+    spaces: SpaceArrays,
+    options: CorrectionOptions,
+    numbers: wp.array(dtype=wp.int32),  # of the space each step asks (N,)
+    swing_sides: wp.array(dtype=wp.int32),  # (N,)
+    landings: wp.array(dtype=wp.vec2d),  # of the footsteps, in left-swing coordinates [m] (N,)
+    coordinates: wp.array2d(dtype=wp.float64),  # scaled landings and features (N, D), changed to what is asked
+    blends: BlendArrays,
+    corrected: wp.array(dtype=CorrectedStep),  # (N,)
+):
+    """Blends each step as `correct_steps` describes it."""
+    step = wp.tid()
+    wanted = landings[step]
+    asked = wanted
+    chosen = wp.vec3i()
+    result = CorrectedStep()
+    least = wp.float64(wp.inf)
+    near = wp.float64(-1.0)
+    distance = wp.float64(0.0)
+    for round_ in range(1 + options.corrections):
+        if distance > near:
+            for axis in range(2):
+                coordinates[step, axis] = asked[axis] / options.landing_scale
+            if round_ % TRIES == 0:
+                found = find_corners(spaces, numbers[step], asked, coordinates, step, options.by_features)
+                chosen = found.examples
+                if round_ == 0:
+                    result.hull_distance = found.hull_distance
+            elif options.by_features:
+                chosen = adjoin_corners(spaces, numbers[step], chosen, asked, coordinates, step)
+            corners = corners_of(spaces, chosen)
+            shares = weigh_corners(corners, asked)
+            projected = mean_corner(corners, shares)
+            for k in range(3):
+                try_example(blends, step, k, chosen[k], shares[k])
+            for k in range(3):
+                chosen[k] = blends.tried_examples[step, k]
+            landed = blend_landing(library, blends.tried_examples, blends.tried_weights, step, swing_sides[step])
+            rest = wanted - landed
+            distance = wp.length(rest)
+            if distance < least:
+                least = distance
+                result.missed = rest
+                result.bias = landed - projected
+                keep_tried(blends, step)
+            asked = projected + rest
+            near = wp.where((round_ + 1) % TRIES == 0, options.choice_near, options.near)
+    corrected[step] = result
