@@ -25,6 +25,8 @@ ASTRAY = 0.5
 """Who is so far [m] from where it is on its own level is taken off the other."""
 AHEAD = 4.0
 """People are sent to corners of their ways that are at least so far away [m]."""
+SLIP = 0.06
+"""Radius with which somebody slips back between wall and crowd [m]."""
 PACE = 0.03
 """Changes of speed smaller than this part of it are left out."""
 
@@ -60,8 +62,12 @@ class Floors:
 
     def iterate(self, count: int) -> FloatArray:
         """Where everyone is (x, z) after so many time steps [m], shape (N, 2)."""
-        for floor in self._floors:
-            floor.simulation.iterate(count)
+        for level, floor in enumerate(self._floors):
+            try:
+                floor.simulation.iterate(count)
+            except RuntimeError:  # in the thick of a crowd JuPedSim pushes people through walls, and then stops
+                self._put_back(level)
+                floor.simulation.iterate(count)
         ids = zip(self.levels.tolist(), self._ids, strict=True)
         self._points = np.array([self._floors[level].agent(identity).position for level, identity in ids])
         return self._points
@@ -109,6 +115,20 @@ class Floors:
             elif floor.covers(place):
                 floor.agent(shadow).target = tuple(place.tolist())
         return over
+
+    def _put_back(self, level: int) -> None:
+        """Bring those on a level who are outside it back to where it is nearest."""
+        floor = self._floors[level]
+        for index in np.flatnonzero(self.levels == level).tolist():
+            place = np.array(floor.agent(self._ids[index]).position)
+            if not floor.covers(place):
+                before = self._ids[index]
+                self._ids[index] = floor.enter(self._seekers[index], place, radius=SLIP)
+                own = floor.agent(self._ids[index])
+                own.target = floor.agent(before).target
+                own.model.radius = float(self._radii[index])
+                own.model.desired_speed = self._paces[index] * self._seekers[index].speed
+                floor.leave(before)
 
     def _has(self, level: int, index: int, height: float) -> bool:
         """Whether the ground one is on at a height [m] belongs to a level."""
@@ -172,15 +192,21 @@ class _Floor:
         except RuntimeError:  # one of them is in a wall, by a hair
             return np.stack([place, target])
 
-    def enter(self, seeker: Seeker, place: FloatArray) -> int:
+    def enter(self, seeker: Seeker, place: FloatArray, *, radius: float | None = None) -> int:
         """Put somebody at a place (2,), or as near to it as the walls let it stand; gives back its number here.
+
+        Args:
+            seeker: Who.
+            place: (x, z) [m], shape (2,).
+            radius: Of its body at first [m]; None = its own.
 
         Raises:
             RuntimeError: If somebody stands there.
         """
-        if seeker.radius not in self._rooms:
-            self._rooms[seeker.radius] = self._level.buffer(-seeker.radius - 1e-4)
-        room = self._rooms[seeker.radius]
+        radius = radius or seeker.radius
+        if radius not in self._rooms:
+            self._rooms[radius] = self._level.buffer(-radius - 1e-4)
+        room = self._rooms[radius]
         if not (shapely.contains_xy(room, *place) or room.is_empty):
             place = shapely.get_coordinates(shapely.shortest_line(room, shapely.Point(place)))[0]
         return self.simulation.add_agent(
@@ -188,7 +214,7 @@ class _Floor:
                 position=tuple(place.tolist()),
                 journey_id=self._journey,
                 stage_id=self._steering,
-                radius=seeker.radius,
+                radius=radius,
                 desired_speed=seeker.speed,
                 time_gap=TIME_GAP,
             )

@@ -42,6 +42,7 @@ class Itineraries:
     def __init__(self, area: Area) -> None:
         self._area = area
         self._rooms: dict[tuple[int, float], shapely.Geometry] = {}
+        self._parts: dict[tuple[int, float], Sequence[shapely.Geometry]] = {}
         self._free: dict[float, BoolArray] = {}
         self._routes: dict[tuple[float, float, int, float], IntArray] = {}
 
@@ -50,6 +51,12 @@ class Itineraries:
         if (level, radius) not in self._rooms:
             self._rooms[level, radius] = self._area.levels[level].buffer(-SNUG * radius)
         return self._rooms[level, radius]
+
+    def parts(self, level: int, radius: float) -> Sequence[shapely.Geometry]:
+        """The polygons of that room."""
+        if (level, radius) not in self._parts:
+            self._parts[level, radius] = shapely.get_parts(self.room(level, radius))
+        return self._parts[level, radius]
 
     def find(
         self, start: FloatArray, level: int, goals: Sequence[FloatArray], levels: Sequence[int], radius: float

@@ -58,9 +58,12 @@ def find_passages(levels: tuple[shapely.Polygon, ...], radius: float) -> list[Pa
         for part in shapely.get_parts(level.difference(wide)):
             if part.geom_type != "Polygon" or part.area <= radius**2 / 4.0:
                 continue
-            mouths = shapely.get_parts(part.buffer(NEAR_MOUTH).intersection(wide))
+            x0, z0, x1, z1 = part.bounds
+            around = x0 - 4.0 * two, z0 - 4.0 * two, x1 + 4.0 * two, z1 + 4.0 * two
+            mouths = shapely.get_parts(part.buffer(NEAR_MOUTH).intersection(shapely.clip_by_rect(wide, *around)))
             if len(mouths) == 2:
-                local = level.intersection(part.buffer(4.0 * radius))
+                beside = shapely.clip_by_rect(level, *around)
+                local = beside.intersection(part.buffer(2.0 * two))
                 half = _half_width(local, mouths, two)
                 middle = local.buffer(-0.95 * min(half, radius))
                 found.append(
@@ -68,7 +71,7 @@ def find_passages(levels: tuple[shapely.Polygon, ...], radius: float) -> list[Pa
                         level=number,
                         shape=part,
                         mouths=(mouths[0], mouths[1]),
-                        waiting=_waiting(level.buffer(-radius), mouths),
+                        waiting=_waiting(beside.buffer(-radius), mouths),
                         half_width=half,
                         middle=middle,
                     )
@@ -119,8 +122,9 @@ class Gates:
         self._sideways = np.minimum(SIDE_SPEED * np.sqrt(legs / 0.86) / speeds, 1.0)
         self._passing: list[dict[int, int]] = [{} for _ in passages]
         self._since = np.full(len(radii), np.inf)
-        for passage in passages:
-            shapely.prepare(passage.shape)
+        self._shapes = np.array([passage.shape for passage in passages])
+        self._levels = np.array([passage.level for passage in passages], dtype=np.intp)
+        shapely.prepare(self._shapes)
         self.held: BoolArray = np.zeros(len(radii), dtype=bool)
         """Who waits before a passage, shape (N,)."""
         self.places: FloatArray = np.zeros((len(radii), 2))
@@ -141,48 +145,46 @@ class Gates:
         """Let people at points (N, 2) on their way to targets (N, 2) in, or wait; gives back for whom that changed."""
         before = self.held.copy()
         self.held[:], self.side_on[:], self.thin = False, False, self._radii.copy()
-        for passage, passing in zip(self._passages, self._passing, strict=True):
-            self._admit(passage, passing, points, floors, targets, arrived, now)
-            going = np.array([*passing], dtype=np.intp)
-            self.thin[going] = np.clip(passage.half_width - ELBOWS, THINNEST, self._radii[going])
+        if self._passages:
+            gates, people = shapely.STRtree(shapely.points(points)).query(self._shapes, "dwithin", distance=HOLD)
+            here = (floors.levels[people] == self._levels[gates]) & ~arrived[people]
+            for gate in {*gates[here].tolist(), *(number for number, one in enumerate(self._passing) if one)}:
+                self._admit(gate, people[here & (gates == gate)], points, floors, targets, now)
         self._since[~self.held] = np.inf
         return np.flatnonzero(self.held != before).tolist()
 
     def _admit(
-        self,
-        passage: Passage,
-        passing: dict[int, int],
-        points: FloatArray,
-        floors: Floors,
-        targets: FloatArray,
-        arrived: BoolArray,
-        now: float,
+        self, gate: int, near: IntArray, points: FloatArray, floors: Floors, targets: FloatArray, now: float
     ) -> None:
-        """Bring those who go through one passage up to date."""
-        away = shapely.distance(passage.shape, shapely.points(points))
-        here = (floors.levels == passage.level) & ~arrived
-        self.side_on |= here & (away <= TURNING) & (passage.half_width < self._radii)
-        near = np.flatnonzero(here & (away <= HOLD))
-        ways = {index: floors.way(index, targets[index]) for index in near.tolist() if away[index] > 0.0}
-        coming = [index for index, way in ways.items() if way.intersects(passage.shape)]
-        out = (away > 2.0 * self._radii) | arrived
-        for index in [index for index in passing if out[index] and index not in coming]:
-            del passing[index]
-        for index in np.flatnonzero(here & (away <= 0.0)).tolist():
+        """Bring those who go through one passage, near which some are, up to date."""
+        passage, passing = self._passages[gate], self._passing[gate]
+        away = dict(zip(near.tolist(), shapely.distance(passage.shape, shapely.points(points[near])), strict=True))
+        if passage.half_width < self._radii.max():
+            tight = near[(self._radii[near] > passage.half_width) & (np.array([*away.values()]) <= TURNING)]
+            self.side_on[tight] = True
+        coming = [
+            index
+            for index, gap in away.items()
+            if gap > 0.0 and floors.way(index, targets[index]).intersects(passage.shape)
+        ]
+        for index in [*passing]:
+            if away.get(index, np.inf) > 2.0 * self._radii[index] and index not in coming:
+                del passing[index]
+        for index in [index for index, gap in away.items() if gap <= 0.0]:
             passing.setdefault(index, self._mouth(passage, points[index]))
         self._since[coming] = np.minimum(self._since[coming], now)
         waiting = sorted((index for index in coming if index not in passing), key=lambda index: self._since[index])
         mouths = {index: self._mouth(passage, points[index]) for index in waiting}
         for index in waiting:
-            others = [*passing]
-            same = all(passing[other] == mouths[index] for other in others)
-            same &= all(mouth == mouths[index] for mouth in mouths.values())
-            gaps = np.linalg.norm(points[others] - points[index], axis=1)
-            if not others or (same and gaps.min() >= SPACE):
-                passing[index] = mouths[index]
+            mouth, others = mouths[index], [*passing]
+            follows = all(one == mouth for one in (*mouths.values(), *passing.values()))
+            if not others or (follows and np.linalg.norm(points[others] - points[index], axis=1).min() >= SPACE):
+                passing[index] = mouth
             elif not self.held[index]:
                 self.held[index] = True
-                self.places[index] = _nearest(passage.waiting[mouths[index]], points[index])
+                self.places[index] = _nearest(passage.waiting[mouth], points[index])
+        going = np.array([*passing], dtype=np.intp)
+        self.thin[going] = np.clip(passage.half_width - ELBOWS, THINNEST, self._radii[going])
 
     def _mouth(self, passage: Passage, point: FloatArray) -> int:
         """The mouth that is nearer to a point (2,)."""

@@ -166,9 +166,9 @@ def _with_goals(
     for goal, spot in zip(goals, levels, strict=True):
         place, room = shapely.Point(goal[[0, 2]]), ways.room(spot.level, seeker.radius)
         if spot.level == start.level:
-            way = _nearest_part(ways.room(spot.level, radius), shapely.Point(seeker.start[[0, 2]]))
-            room = _nearest_part(room, place) if radius < seeker.radius else way
-            if room is None or way is None or not way.buffer(1e-6).intersects(room):
+            way = _nearest_part(ways.parts(spot.level, radius), shapely.Point(seeker.start[[0, 2]]))
+            room = way if radius == seeker.radius else _nearest_part(ways.parts(spot.level, seeker.radius), place)
+            if room is None or way is None or (room is not way and not way.intersects(room)):
                 return None
         nearest = shapely.get_coordinates(shapely.shortest_line(room, place))
         if not len(nearest) or np.linalg.norm(nearest[0] - goal[[0, 2]]) > seeker.radius + 1e-6:
@@ -194,9 +194,10 @@ def _placed(seeker: Seeker, start: _Spot, levels: Sequence[_Spot], ways: Itinera
     raise PlanError(seeker.name, f"cannot get to its goal ({x:.2f}, {z:.2f}) m", what)
 
 
-def _nearest_part(room: shapely.Geometry, place: shapely.Point) -> shapely.Geometry | None:
-    """The part of a room that is nearest to a place."""
-    parts = shapely.get_parts(room)
+def _nearest_part(parts: Sequence[shapely.Geometry], place: shapely.Point) -> shapely.Geometry | None:
+    """The one of the parts of a room that is nearest to a place, None if there is none."""
+    if len(parts) == 1:
+        return parts[0]
     return parts[int(np.argmin(shapely.distance(parts, place)))] if len(parts) else None
 
 
