@@ -16,7 +16,8 @@ from usdfoot.errors import ClipError
 from usdfoot.model.examples import Examples
 from usdfoot.spaces.corner_kernel import SpaceArrays, adjoin_corners
 from usdfoot.spaces.features import DOUBT, FeatureScales, StepFeatures, example_features
-from usdfoot.spaces.library import StepWeights, build_spaces, end_landings, has_flight, solve_steps
+from usdfoot.spaces.gaits import has_flight
+from usdfoot.spaces.library import StepWeights, build_spaces, end_landings, solve_steps
 from usdfoot.spaces.mirror import mirror_partners
 
 FLIPPED = ("landings", "departures")
@@ -302,7 +303,7 @@ def test_gaits_do_not_mix_and_a_missing_one_falls_back(generator: np.random.Gene
     walk, run = random_examples(generator, 30), random_examples(generator, 30, flight=True)
     run = replace(run, landings=forward(run.landings))
     library = joined(walk, run)
-    assert_array_equal(has_flight(library.durations, library.support_liftoffs), np.arange(60) >= 30)
+    assert_array_equal(has_flight(library.durations, library.support_liftoffs, library.landings), np.arange(60) >= 30)
     landings, sides, _ = random_steps(generator, 50)
     landings = forward(landings)
     for flight in (False, True):
@@ -310,6 +311,14 @@ def test_gaits_do_not_mix_and_a_missing_one_falls_back(generator: np.random.Gene
         assert np.all((solved.examples >= 30) == flight)
     alone = solve(walk, landings, sides, flight=True)
     assert_array_equal(alone.examples, solve(walk, landings, sides).examples)
+
+
+def test_slow_jogs_need_a_longer_flight_than_what_is_too_fast_to_walk() -> None:
+    """A leg of 0.8 m walks up to sqrt(0.5 g 0.8 m) = 1.98 m/s."""
+    durations, contacts = np.full(3, 0.4), 0.4 * np.array([0.99, 0.85, 0.75])
+    for speed, flights in ((1.9, [False, False, True]), (2.1, [False, True, True])):
+        strides = np.tile([0.0, 0.4 * speed], (3, 1))
+        assert_array_equal(has_flight(durations, contacts, strides, leg_length=0.8), flights)
 
 
 def test_landings_are_seen_in_the_heading_at_the_end(generator: np.random.Generator) -> None:

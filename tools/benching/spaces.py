@@ -11,7 +11,8 @@ from usdfoot.engine.options import EngineOptions
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.spaces.features import example_features
-from usdfoot.spaces.library import SideSpace, end_landings, has_flight, left_landings
+from usdfoot.spaces.gaits import has_flight
+from usdfoot.spaces.library import SideSpace, end_landings, left_landings
 from usdfoot.spaces.roots import find_roots
 from usdfoot.spaces.tetrahedra import solve_tetrahedra
 
@@ -91,7 +92,7 @@ def _band_weights(library: PreparedLibrary, start: int, velocities: FloatArray) 
         end_landings(examples)[rows],
         features=example_features(examples)[rows],
         swing_sides=sides,
-        flights=has_flight(examples.durations, examples.support_liftoffs)[rows],
+        flights=has_flight(examples.durations, examples.support_liftoffs, examples.landings)[rows],
         styles=[examples.styles[start]] * len(rows),
     )
     weights = np.zeros((len(velocities), len(examples)))

@@ -22,7 +22,8 @@ from usdfoot.model.motion import Motion
 from usdfoot.model.terrain import Terrain
 from usdfoot.physics.animate import animate_hybrids
 from usdfoot.physics.motion_options import MotionOptions
-from usdfoot.spaces.library import build_spaces, end_landings, has_flight
+from usdfoot.spaces.gaits import has_flight
+from usdfoot.spaces.library import build_spaces, end_landings
 
 __all__ = ["ReplayErrors", "nearest_clips", "replay_takes", "with_clips", "with_examples"]
 
@@ -71,7 +72,9 @@ def with_examples(
         library,
         examples=examples,
         spaces=build_spaces(
-            _selected(examples, np.arange(len(examples) - 1)), synthetic=None if synthetic is None else synthetic[:-1]
+            _selected(examples, np.arange(len(examples) - 1)),
+            leg_length=library.source.biped.maximal_leg_length,
+            synthetic=None if synthetic is None else synthetic[:-1],
         ),
         device=device_library(skeleton, examples, library.rig, pelvis=pelvis),
     )
@@ -157,7 +160,7 @@ def step_distances(examples: Examples, takes: Sequence[Take], clips: int) -> Flo
     The distance is that of the landings, with the difference in duration and in flight added.
     """
     landings, clip_of = end_landings(examples)[:-1], examples.clip_indices[:-1]
-    flights = has_flight(examples.durations, examples.support_liftoffs)[:-1]
+    flights = has_flight(examples.durations, examples.support_liftoffs, examples.landings)[:-1]
     own = _coordinates(landings, examples.durations[:-1], flights)
     distances = np.full((len(takes), clips), np.inf)
     for row, take in enumerate(takes):
@@ -179,7 +182,7 @@ def _take_coordinates(take: Take) -> tuple[FloatArray, IntArray]:
     middle = planar.circular_mean(np.stack([plan.yaws[1:], plan.yaws[:-1]]), axis=0)
     strides = np.diff(plan.positions[:, [0, 2]], axis=0)
     durations = np.diff(plan.strike_times)
-    flights = has_flight(durations, plan.liftoff_times[:-1] - plan.strike_times[:-1])
+    flights = has_flight(durations, plan.liftoff_times[:-1] - plan.strike_times[:-1], strides)
     return _coordinates(planar.rotate(-middle, strides), durations, flights), plan.sides[1:]
 
 

@@ -107,6 +107,7 @@ def prepare_library(library: ClipLibrary, options: EngineOptions) -> PreparedLib
             examples,
             pelvis=library.biped.pelvis,
             polar=options.band == "polar",
+            leg_length=library.biped.maximal_leg_length,
             synthetic=np.array([clip.synthetic for clip in library.clips])[examples.clip_indices],
         ),
         rig=rig,

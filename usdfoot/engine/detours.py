@@ -174,10 +174,12 @@ def _highest(places: FloatArray, near: FloatArray, lowest: FloatArray, ground: G
 
     Off the terrain it is `lowest` (N,) [m].
     """
+    if not ground.has_terrain:
+        return np.repeat(lowest[:, None], places.shape[1], axis=1)
     limits = np.broadcast_to(near[:, None, None], places.shape[:-1])
     found = ground.heights(places.reshape(-1, 2), limits.ravel(), step_up=BLIND_HEIGHT)
-    known = (found.hit & ground.has_terrain).reshape(limits.shape)
-    return np.asarray(np.where(known, found.heights.reshape(limits.shape), lowest[:, None, None]).max(axis=2))
+    hit, heights = found.hit.reshape(limits.shape), found.heights.reshape(limits.shape)
+    return np.asarray(np.where(hit, heights, lowest[:, None, None]).max(axis=2))
 
 
 def _height_speeds(missing: FloatArray, durations: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ import warp as wp
 
 from usdfoot.engine.legs import LegRig
 from usdfoot.engine.pelvis import MOST_DROP
-from usdfoot.engine.plant import FootArrays, FootRow, standing_foot
+from usdfoot.engine.plant import FOOT_ROW, FootArrays, FootRow, standing_foot
 from usdfoot.engine.poses import Feet, Layout
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
@@ -203,7 +203,7 @@ def device_feet(layout: Layout, feet: ContactFeet, detours: FloatArray) -> FootA
     """Contacts as device arrays; `detours` [m] (C, K, 3) are added to the swings."""
     contacts = layout.contacts
     clock = contacts.starts[contacts.agents]
-    table: Any = np.empty(len(clock), dtype=FootRow.numpy_dtype())  # type: ignore[attr-defined]
+    table: Any = np.empty(len(clock), dtype=FOOT_ROW)
     table["following"] = np.minimum(np.arange(len(clock)) + 2, len(clock) - 1)
     table["strike"], table["flat"] = contacts.strikes - clock, feet.flats - clock
     table["liftoff"] = np.where(contacts.has_swing, contacts.liftoffs, np.inf) - clock

@@ -7,7 +7,7 @@ import warp as wp
 from usdfoot.engine.legs import Leg, LegRig, bend_leg, leg_kinematics, rotation_by
 from usdfoot.engine.pelvis import longest_leg, moved_leg, pelvis_offset, ramp, soft_positive
 
-__all__ = ["FootArrays", "FootRow", "measure_legs", "plant_feet"]
+__all__ = ["FOOT_ROW", "FootArrays", "FootRow", "measure_legs", "plant_feet"]
 
 
 MOST_RAISE = wp.constant(1.2)
@@ -41,6 +41,10 @@ class FootRow:
     flat_rotation: wp.quatf  # ankle joint in the world, foot flat on the print
     leave_rotation: wp.quatf  # planted times inverse blended ankle at the liftoff
     land_rotation: wp.quatf
+
+
+FOOT_ROW = FootRow.numpy_dtype()  # type: ignore[attr-defined]
+"""The same for numpy."""
 
 
 @wp.struct

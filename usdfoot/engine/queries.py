@@ -10,7 +10,8 @@ from usdfoot.engine.poses import Setup
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray, StyleArray
 from usdfoot.spaces.features import StepFeatures
-from usdfoot.spaces.library import FootstepSpaces, StepWeights, has_flight, solve_steps
+from usdfoot.spaces.gaits import has_flight
+from usdfoot.spaces.library import FootstepSpaces, StepWeights, solve_steps
 
 __all__ = ["StepQueries", "ask_tetrahedra", "step_queries"]
 
@@ -65,7 +66,7 @@ def step_queries(setup: Setup, steps: IntArray) -> StepQueries:
         headings=headings,
         turns=turns,
         swing_sides=contacts.sides[supports + 1],
-        flights=has_flight(durations, contacts.liftoffs[supports] - starts),
+        flights=has_flight(durations, contacts.liftoffs[supports] - starts, strides, leg_length=setup.leg_length),
         styles=setup.styles[supports + 1],
         speeds=0.5 * np.linalg.norm(strides - departures, axis=1) / durations,
         features=StepFeatures(

@@ -23,7 +23,7 @@ def cover_library(library: ClipLibrary) -> tuple[SpaceCoverage, ...]:
     examples, _ = build_examples(library)
     if not len(examples):
         return ()
-    spaces = build_spaces(examples, pelvis=library.biped.pelvis)
+    spaces = build_spaces(examples, pelvis=library.biped.pelvis, leg_length=library.biped.maximal_leg_length)
     return cover_spaces(library.skeleton, library.biped, examples, spaces)
 
 

@@ -179,7 +179,8 @@ def _prepare(library: ClipLibrary) -> tuple[FootstepSpaces, str]:
     """Footstep spaces of a library, and the style of plans that name none."""
     examples, _ = build_examples(library)
     styles = list(examples.styles)
-    return build_spaces(examples), "default" if "default" in styles else max(sorted(set(styles)), key=styles.count)
+    spaces = build_spaces(examples, leg_length=library.biped.maximal_leg_length)
+    return spaces, "default" if "default" in styles else max(sorted(set(styles)), key=styles.count)
 
 
 def _save(

@@ -14,7 +14,8 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.planning.collisions import FootTable, feet_of, find_collisions
 from usdfoot.planning.proportions import Proportions
-from usdfoot.spaces.library import FootstepSpaces, has_flight, solve_steps
+from usdfoot.spaces.gaits import has_flight
+from usdfoot.spaces.library import FootstepSpaces, solve_steps
 
 __all__ = ["Fault", "LintLimits", "lint_clips", "lint_plans"]
 
@@ -120,7 +121,8 @@ def lint_clips(plan: FootstepPlan, spaces: FootstepSpaces, *, style: str, reach:
     headings = plan.yaws[rows - 1] + 0.5 * planar.wrap_angle(plan.yaws[rows] - plan.yaws[rows - 1])
     landings = planar.rotate(-headings, (plan.positions[rows] - plan.positions[rows - 1])[:, [0, 2]])
     durations = plan.strike_times[rows] - plan.strike_times[rows - 1]
-    flights = has_flight(durations, plan.liftoff_times[rows - 1] - plan.strike_times[rows - 1])
+    stances = plan.liftoff_times[rows - 1] - plan.strike_times[rows - 1]
+    flights = has_flight(durations, stances, landings, leg_length=spaces.leg_length)
     distances = solve_steps(
         spaces, landings, swing_sides=plan.sides[rows], flights=flights, styles=(style,) * len(rows)
     ).hull_distances

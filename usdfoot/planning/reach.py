@@ -11,7 +11,8 @@ from usdfoot.errors import ClipError
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.examples import Examples
-from usdfoot.spaces.library import end_landings, has_flight, left_landings
+from usdfoot.spaces.gaits import has_flight
+from usdfoot.spaces.library import end_landings, left_landings
 
 __all__ = ["Reach", "reach_of_biped", "reach_of_examples", "step_costs"]
 
@@ -62,7 +63,9 @@ def reach_of_examples(
     """
     chosen = np.array([style is None or name == style for name in examples.styles], dtype=bool)
     if not leaps:
-        chosen &= ~has_flight(examples.durations, examples.support_liftoffs)
+        chosen &= ~has_flight(
+            examples.durations, examples.support_liftoffs, examples.landings, leg_length=biped.maximal_leg_length
+        )
     if not chosen.any():
         what = "step" if style is None else f"step of style {style!r}"
         raise ClipError("clips", f"show no {what}" + ("" if leaps else " without a flight"), "add walking clips")

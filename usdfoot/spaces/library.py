@@ -1,5 +1,7 @@
 """All footstep spaces of a library: one for each style, kind of gait and swing side, mirror images sharing one.
 
+Fast steps with a short flight, as between walk and run, are in the spaces of both gaits.
+
 Landings are kept as if the left foot swung: those of the right foot with x negated. Where the library holds the mirror
 image of every step, both sides use one space, built once, each with its own examples; so a mirrored plan gets exactly
 the mirrored examples with the same weights.
@@ -13,6 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
+from usdfoot.analysis.timing import HUMAN_LEG
 from usdfoot.errors import ClipError
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray, StyleArray
@@ -22,6 +25,7 @@ from usdfoot.spaces.corner_kernel import SpaceArrays
 from usdfoot.spaces.device_spaces import device_spaces
 from usdfoot.spaces.features import DOUBT, FeatureScales, StepFeatures, example_features, step_coordinates
 from usdfoot.spaces.footsteps import FootstepSpace, build_footstep_space, solve_footsteps
+from usdfoot.spaces.gaits import has_flight
 from usdfoot.spaces.mirror import mirror_partners
 from usdfoot.spaces.neighbours import NeighbourSpace, build_neighbour_space, solve_neighbours
 from usdfoot.spaces.poses import EndPoses, build_end_poses
@@ -34,14 +38,11 @@ __all__ = [
     "StepWeights",
     "build_spaces",
     "end_landings",
-    "has_flight",
     "left_landings",
     "root_velocities",
     "solve_steps",
 ]
 
-FLIGHT_SHARE = 0.2
-"""Shortest flight of a run, relative to its step. By ball contacts walks have up to 0.18, slow jogs 0.22 and more."""
 BACKWARD = -0.1
 """Landings further back than this [m] are walked whatever the flight: going backward the ball leaves the ground first
 and the heel still stands, so the ball's contacts show a flight that is none."""
@@ -82,6 +83,8 @@ class FootstepSpaces:
     """Of all the library's examples, if they have more than one style."""
     scales: FeatureScales
     """What was used to build the neighbour spaces."""
+    leg_length: float
+    """Of the character, straight [m]: what is fast depends on it."""
 
     def group(
         self, landings: FloatArray, *, swing_sides: IntArray, flights: BoolArray, styles: Sequence[str] | StyleArray
@@ -147,18 +150,6 @@ class StepWeights:
     """Landing the weights give, (x, z) in the heading at the step's end [m], shape (N, 2)."""
 
 
-def has_flight(durations: FloatArray, support_liftoffs: FloatArray) -> BoolArray:
-    """Whether both feet are in the air for a good part of the step, shape (N,).
-
-    The ball's contacts are shorter than the foot's, so those of a quick walk may not overlap; that is no flight.
-
-    Args:
-        durations: Strike of the support foot to strike of the swing foot [s], shape (N,).
-        support_liftoffs: Liftoff of the support foot after its strike [s], shape (N,).
-    """
-    return np.asarray(durations) - support_liftoffs > FLIGHT_SHARE * np.asarray(durations)
-
-
 def end_landings(examples: Examples) -> FloatArray:
     """Landings in the heading at the step's end, (x, z) [m], shape (E, 2).
 
@@ -192,6 +183,7 @@ def build_spaces(
     root_merge_distance: float = 0.1,
     polar: bool = True,
     scales: FeatureScales | None = None,
+    leg_length: float = HUMAN_LEG,
     synthetic: BoolArray | None = None,
 ) -> FootstepSpaces:
     """Footstep spaces of all styles, gaits and swing sides of a library.
@@ -204,6 +196,7 @@ def build_spaces(
         root_merge_distance: Root velocities at most this far apart [m/s] share one example.
         polar: Root velocities are weighted by polar gradient bands; else by Cartesian ones.
         scales: Differences between steps that count the same when neighbours are chosen.
+        leg_length: Of the character, straight [m].
         synthetic: Examples that were blended from the others; they never seem nearer to a wanted step than these are,
             shape (E,).
     """
@@ -230,13 +223,14 @@ def build_spaces(
 
     partners = mirror_partners(examples)
     styles = np.array(examples.styles)
-    flights = has_flight(examples.durations, examples.support_liftoffs) & (landings[:, 1] > BACKWARD)
+    ahead = landings[:, 1] > BACKWARD
+    runs = ahead & has_flight(examples.durations, examples.support_liftoffs, landings, leg_length=leg_length)
+    walks = ~(ahead & has_flight(examples.durations, examples.support_liftoffs, np.zeros_like(landings)))
     spaces: dict[tuple[str, bool, int], SideSpace] = {}
     for style in dict.fromkeys(examples.styles):
-        for gait in (False, True):
+        for gait, members in ((False, walks), (True, runs)):
             left, right = (
-                np.flatnonzero((styles == style) & (flights == gait) & (examples.swing_sides == side))
-                for side in (0, 1)
+                np.flatnonzero((styles == style) & members & (examples.swing_sides == side)) for side in (0, 1)
             )
             if left.size:
                 spaces[style, gait, LEFT] = build(left)
@@ -253,6 +247,7 @@ def build_spaces(
         coordinates=coordinates,
         poses=build_end_poses(examples, pelvis) if len(set(examples.styles)) > 1 else None,
         scales=scales,
+        leg_length=leg_length,
     )
 
 
