@@ -11,7 +11,7 @@ from tests.batch.conftest import AGENTS, digests
 from usdfoot.bridge.tokens import File
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.animate import animate
-from usdfoot.pipeline.report import CallRecord
+from usdfoot.pipeline.provenance import CallRecord
 from usdfoot.pipeline.unchanged import find_unchanged
 
 CALL = CallRecord(chunk_size=1)

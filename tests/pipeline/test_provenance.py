@@ -7,7 +7,7 @@ from pxr import Sdf
 from usdfoot.model.tuning import BodyTuning
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.animate import animate
-from usdfoot.pipeline.report import CallRecord, call_of, options_of
+from usdfoot.pipeline.provenance import CallRecord, call_of, options_of
 
 
 def test_options_are_read_back_as_they_were_given(scene, tmp_path):

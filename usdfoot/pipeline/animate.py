@@ -16,7 +16,8 @@ from usdfoot.model.levels import DetailLevels
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits
 from usdfoot.model.report import Problem
 from usdfoot.physics.motion_options import MotionOptions
-from usdfoot.pipeline.report import CHUNK_SIZE, AnimateReport, CallRecord, provenance_of, report_json
+from usdfoot.pipeline.provenance import CHUNK_SIZE, CallRecord, provenance_of
+from usdfoot.pipeline.report import AnimateReport, report_json
 from usdfoot.pipeline.unchanged import find_unchanged
 from usdfoot.readers.chunks import find_agents, read_record
 
@@ -83,7 +84,7 @@ def animate(
         return unchanged
     from usdfoot.writers.crowd import write_crowd
 
-    shot = _open_shot(scene_file, folder, agents, frames, options, collect, chunk_size, limits, executor, levels)
+    shot = _open_shot(scene_file, target, call, options=options, limits=limits, executor=executor)
     records, kept_agents = _make_chunks(shot, executor, beside, progress)
     problems = _distinct((*shot.scene.crowd.problems, *(problem for record in records for problem in record.problems)))
     _require_agents(scene_file, records, problems)
@@ -142,8 +143,9 @@ def animate_chunk(
     from usdfoot.batch.tasks import with_earlier
     from usdfoot.batch.workshop import Workshop
 
-    options = options or MotionOptions()
-    shot = _open_shot(scene_file, folder, agents, frames, options, collect, chunk_size, limits, levels=levels)
+    options, target = options or MotionOptions(), Path(os.path.realpath(folder))
+    call = CallRecord(agents=agents, frames=frames, chunk_size=chunk_size, collect=collect, levels=levels)
+    shot = _open_shot(scene_file, target, call, options=options, limits=limits)
     count = len(range(0, len(shot.reader.names), chunk_size))
     if not 0 <= index < count:
         raise SceneError(scene_file, f"has no chunk {index}", f"give one of 0 to {count - 1}")
@@ -191,48 +193,44 @@ class _Shot:
 
 def _open_shot(
     scene_file: str | os.PathLike[str],
-    folder: str | os.PathLike[str],
-    agents: str | Sequence[str],
-    frames: tuple[int, int] | None,
+    folder: Path,
+    call: CallRecord,
+    *,
     options: MotionOptions,
-    collect: bool,
-    chunk_size: int,
     limits: Limits,
     executor: Executor | None = None,
-    levels: DetailLevels | None = None,
 ) -> _Shot:
+    """What is asked for, read and cut into chunks; folder: of the crowd, a real path."""
     from usdfoot.batch.tasks import cut_chunks
     from usdfoot.readers.scene import SceneReader
     from usdfoot.writers.crowd import check_output, crowd_format
     from usdfoot.writers.placing import place_characters
 
-    target = Path(os.path.realpath(folder))
-
     def open_early(count: int) -> None:
-        if executor and count >= EARLY_CHUNKS * chunk_size:
+        if executor and count >= EARLY_CHUNKS * call.chunk_size:
             open_scene_early(executor, os.path.realpath(scene_file))
 
     reader = SceneReader(
         scene_file,
-        agents=agents,
-        frames=frames,
+        agents=call.agents,
+        frames=call.frames,
         motion=options.motion,
         tuning=options.tuning,
-        crowd=target,
+        crowd=folder,
         limits=limits,
         sampling=options.sampling,
         listed=open_early,
     )
     scene = reader.read()
-    check_output(scene, target)
+    check_output(scene, folder)
     characters = place_characters(
-        scene.characters, target, layer_format=crowd_format(scene), collect=collect, levels=levels
+        scene.characters, folder, layer_format=crowd_format(scene), collect=call.collect, levels=call.levels
     )
     references = [(placed.reference.assetPath, str(placed.reference.primPath)) for placed in characters]
     tasks = cut_chunks(
-        scene, references, names=reader.names, folder=target, options=options, limits=limits, size=chunk_size
+        scene, references, names=reader.names, folder=folder, options=options, limits=limits, size=call.chunk_size
     )
-    return _Shot(reader=reader, scene=scene, folder=target, options=options, characters=characters, tasks=tasks)
+    return _Shot(reader=reader, scene=scene, folder=folder, options=options, characters=characters, tasks=tasks)
 
 
 def _make_chunks(

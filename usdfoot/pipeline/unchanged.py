@@ -16,15 +16,8 @@ from usdfoot.bridge.tokens import File
 from usdfoot.bridge.versions import library_versions
 from usdfoot.errors import UsdfootError
 from usdfoot.physics.motion_options import MotionOptions
-from usdfoot.pipeline.report import (
-    AnimateReport,
-    CallRecord,
-    call_of,
-    combined_hash,
-    input_hashes,
-    options_of,
-    relative_path,
-)
+from usdfoot.pipeline.provenance import CallRecord, call_of, options_of
+from usdfoot.pipeline.report import AnimateReport, combined_hash, input_hashes, relative_path
 from usdfoot.readers.provenance import read_provenance, read_scene_files
 from usdfoot.writers.root import SUBLAYERS
 
