@@ -62,6 +62,7 @@ def remake(crowd: WrittenCrowd, *, options: MotionOptions | None = None) -> Anim
         collect=call.collect,
         levels=call.levels,
         chunk_size=call.chunk_size,
+        limits=call.limits,
     )
 
 
@@ -100,6 +101,7 @@ def make_take(
             options=options,
             collect=call.collect,
             levels=call.levels,
+            limits=call.limits,
         )
     except BaseException:
         shutil.rmtree(folder)

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from usdfoot import __version__
 from usdfoot.bridge.scene import Scene
 from usdfoot.model.levels import DetailLevels
+from usdfoot.model.limits import DEFAULT_LIMITS, Limits
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.report import combined_hash, input_hashes, relative_path
 
@@ -35,6 +36,8 @@ class CallRecord:
     """Whether the characters' files are copied."""
     levels: DetailLevels | None = None
     """Of detail."""
+    limits: Limits = DEFAULT_LIMITS
+    """How much of a scene is read before it is refused."""
 
 
 def provenance_of(scene: Scene, options: MotionOptions, folder: Path, *, call: CallRecord) -> dict[str, Any]:
@@ -54,6 +57,7 @@ def provenance_of(scene: Scene, options: MotionOptions, folder: Path, *, call: C
             "collect": call.collect,
             **({"levels": str(call.levels)} if call.levels else {}),
             **({"firstFrame": call.frames[0], "lastFrame": call.frames[1]} if call.frames else {}),
+            **({"limits": asdict(call.limits)} if call.limits != DEFAULT_LIMITS else {}),
         },
     }
 
@@ -69,6 +73,7 @@ def call_of(provenance: Mapping[str, Any]) -> CallRecord:
         chunk_size=int(said.get("chunkSize", usual.chunk_size)),
         collect=bool(said.get("collect", usual.collect)),
         levels=DetailLevels.parse(said["levels"]) if "levels" in said else None,
+        limits=_filled(DEFAULT_LIMITS, said.get("limits", {})),
     )
 
 
