@@ -108,7 +108,7 @@ def test_what_is_good_stays_and_what_hovers_or_crosses_is_mended():
     plan = way(9)
     hill = terrain_of([slab((-20.0, 20.0), (-20.0, 20.0), (-2.0, 2.0))])
     (same,) = mend_plans([plan], Ground(LEVEL), bodies=[BODY])
-    assert same is plan
+    assert same is plan and mend_plans([], Ground(LEVEL), bodies=[]) == []
     crossed = moved(plan, 4, (-0.4, 0.0, 0.0))
     for bad, terrain in ((plan, hill), (crossed, LEVEL)):
         assert faults(bad, terrain=terrain)

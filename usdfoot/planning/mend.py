@@ -67,6 +67,8 @@ def mend_plans(plans: Sequence[FootstepPlan], ground: Ground, *, bodies: Sequenc
 
     A plan where none of that is needed stays exactly as it is.
     """
+    if not plans:
+        return []
     feet = feet_of(plans, bodies)
     narrowest = np.array([NARROW * body.step_width for body in bodies])[feet.owners]
     start = feet.positions
