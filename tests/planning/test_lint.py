@@ -10,8 +10,8 @@ from tests.engine.plans import way
 from tests.planning.terrains import slab, terrain_of
 from usdfoot.errors import PlanError
 from usdfoot.maths import quaternion
-from usdfoot.model.draft import PlanDraft
 from usdfoot.model.ground import Ground
+from usdfoot.model.plan import PlanDraft
 from usdfoot.planning.lint import lint_plans
 from usdfoot.planning.mend import mend_plans, mend_times
 from usdfoot.planning.prints import print_orientations

@@ -15,8 +15,7 @@ from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import PlanError
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray, IntArray
-from usdfoot.model.draft import PlanDraft
-from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.plan import FootstepPlan, PlanDraft
 from usdfoot.model.report import Problem
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.stage import authored, is_authored, start_code
