@@ -179,3 +179,29 @@ def test_a_full_disk_is_reported_and_the_next_run_goes_on(crowd, crowd_scene, tm
     assert not list((tmp_path / "out").glob("*.usd*"))
     animate(crowd_scene, tmp_path / "out", chunk_size=1)
     assert digests(tmp_path / "out") == digests(crowd.crowd_file.parent)
+
+
+def test_the_clips_analysis_is_kept_and_what_comes_of_it_is_the_same(crowd_scene, crowd, tmp_path, monkeypatch):
+    monkeypatch.setattr("usdfoot.batch.tasks.LARGE_CROWD", 2)
+    animate(crowd_scene, tmp_path / "out", chunk_size=2)
+    (kept,) = (tmp_path / "out" / File.EXAMPLES).iterdir()
+    whole = digests(tmp_path / "out")
+    (tmp_path / "out" / "anims.0001.usdc").unlink()
+    with monkeypatch.context() as patch:
+        patch.setattr("usdfoot.batch.analysed.build_examples", None)  # must not be called
+        again = animate(crowd_scene, tmp_path / "out", chunk_size=2)
+    assert (again.kept, again.kept_agents) == (1, 2) and digests(tmp_path / "out") == whole
+    kept.write_bytes(kept.read_bytes()[:-2000])
+    (tmp_path / "out" / "anims.0000.usdc").unlink()
+    animate(crowd_scene, tmp_path / "out", chunk_size=2)
+    assert digests(tmp_path / "out") == whole
+    animate(crowd_scene, tmp_path / "out")
+    assert not (tmp_path / "out" / File.EXAMPLES).exists()
+
+
+def test_an_agent_counts_as_kept_only_if_it_could_be_taken(crowd_scene, tmp_path):
+    animate(crowd_scene, tmp_path / "out")
+    whole = digests(tmp_path / "out")
+    (tmp_path / "out" / "footsteps.usdc").unlink()  # the animations still say whom they have
+    again = animate(crowd_scene, tmp_path / "out")
+    assert (again.kept, again.kept_agents) == (0, 0) and digests(tmp_path / "out") == whole

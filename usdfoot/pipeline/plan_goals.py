@@ -26,7 +26,7 @@ from usdfoot.planning.stones import plan_stones, stance_at
 from usdfoot.planning.wander import WanderOptions, plan_wander
 from usdfoot.planning.world import Obstacle, World
 from usdfoot.readers.agents import AgentSource, list_agents_without_plans, select_agents
-from usdfoot.readers.goals import GoalAgent, read_goal_agents, read_libraries
+from usdfoot.readers.goals import GoalAgent, read_agent_libraries, read_goal_agents
 from usdfoot.readers.obstacles import read_obstacles
 from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
 from usdfoot.readers.stones import read_stones
@@ -168,7 +168,7 @@ def plan_scene_stones(
     options = options or GoalOptions()
     progress("read", 0, 0)
     found = _read(scene, options, with_goals=True)
-    libraries, problems = read_libraries(
+    libraries, problems = read_agent_libraries(
         found.stage, found.prims, found.info.units, [agent.source for agent in found.agents]
     )
     made, faults = {}, list(problems)

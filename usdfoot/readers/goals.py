@@ -23,7 +23,7 @@ from usdfoot.readers.casting import Casting, skipped
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.stage import StagePrims, authored, start_code, targets
 
-__all__ = ["GoalAgent", "read_goal_agents", "read_libraries"]
+__all__ = ["GoalAgent", "read_agent_libraries", "read_goal_agents"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,7 +68,7 @@ def read_goal_agents(
     return tuple(agents), tuple(problems)
 
 
-def read_libraries(
+def read_agent_libraries(
     stage: Usd.Stage, prims: StagePrims, units: StageUnits, sources: Sequence[AgentSource]
 ) -> tuple[dict[str, ClipLibrary], tuple[Problem, ...]]:
     """Clip libraries of agents on their characters by the agents' names, and why some have none."""

@@ -22,7 +22,7 @@ from usdfoot.readers.limits import check_meshes
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.skins import inherited_target
 from usdfoot.readers.stage import StagePrims, authored, start_code
-from usdfoot.readers.triangles import triangulate
+from usdfoot.readers.triangles import cut_polygons
 
 __all__ = ["no_terrain", "read_terrain"]
 
@@ -104,7 +104,7 @@ def _read_mesh(stage: Usd.Stage, prim: Usd.Prim, units: StageUnits) -> _MeshTria
         raise TerrainError(where, "has points that are not finite", "repair the mesh")
     matrix = matrices_of(prim, np.array([start_code(stage).GetValue()]))[0]
     world = units.points_to_canonical(points @ matrix[:3, :3] + matrix[3, :3])
-    triangles = triangulate(world, counts, indices, holes)
+    triangles = cut_polygons(world, counts, indices, holes)
     if _is_flipped(mesh) != (np.linalg.det(matrix[:3, :3]) < 0.0):
         triangles = triangles[:, [0, 2, 1]]
     triangles = triangles[_areas(world, triangles) > _THINNEST]

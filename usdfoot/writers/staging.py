@@ -54,6 +54,10 @@ class StagedFiles:
         """Save a text file."""
         self._reserve(name).write_text(text, encoding="utf-8", newline="\n")
 
+    def add_bytes(self, name: str, content: bytes) -> None:
+        """Save a file of any kind."""
+        self._reserve(name).write_bytes(content)
+
     def add_file(self, name: str, source: Path) -> None:
         """Copy a file."""
         shutil.copyfile(source, self._reserve(name))
