@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -106,10 +106,9 @@ def author_samples(attribute: Sdf.AttributeSpec, codes: Sequence[float], values:
         set_sample(path, code, value)
 
 
-def frame_arrays(values: Any, size: int) -> Iterator[Any]:
-    """A `Vt` array cut into those of its frames, each `size` long, one at a time as they are authored."""
-    starts = range(0, len(values), size)
-    return map(values.__getitem__, map(slice, starts, range(size, len(values) + size, size)))
+def frame_arrays(values: Any, size: int) -> list[Any]:
+    """A `Vt` array cut into those of its frames, each `size` long."""
+    return [values[start : start + size] for start in range(0, len(values), size)]
 
 
 def author_targets(prim: Sdf.PrimSpec, name: str, targets: Sequence[str]) -> None:
