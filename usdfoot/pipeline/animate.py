@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from usdfoot.batch.executors import open_scene_early
 from usdfoot.batch.records import ChunkRecord, parse_record
@@ -23,8 +23,6 @@ from usdfoot.readers.chunks import find_agents, read_record
 from usdfoot.readers.stage import open_stage
 
 if TYPE_CHECKING:  # imported where something is to be made: that takes longer than to find that nothing is
-    from pxr import Usd
-
     from usdfoot.batch.tasks import ChunkTask
     from usdfoot.bridge.scene import Scene
     from usdfoot.readers.scene import SceneReader
@@ -208,9 +206,9 @@ class _Shot:
 
 
 def _open_shot(
-    stage: Usd.Stage, folder: Path, call: CallRecord, *, options: MotionOptions, executor: Executor | None = None
+    stage: Any, folder: Path, call: CallRecord, *, options: MotionOptions, executor: Executor | None = None
 ) -> _Shot:
-    """What is asked for, read and cut into chunks; folder: of the crowd, a real path."""
+    """What is asked for of an open stage, read and cut into chunks; folder: of the crowd, a real path."""
     from usdfoot.batch.tasks import cut_chunks
     from usdfoot.readers.scene import SceneReader
     from usdfoot.writers.crowd import check_output, crowd_format

@@ -45,7 +45,7 @@ class GoalOptions:
     agents: str = "*"
     """Glob on agents' names or paths."""
     speed: float = 1.3
-    """Of agents without usdfoot:agent:speed [m/s]."""
+    """Of agents without usdfoot:agent:speed [m/s]; such wander, and cross stones, as fast as their steps are."""
     radius: float = 0.25
     """Of their bodies seen from above [m]."""
 
@@ -128,7 +128,7 @@ def plan_scene_wander(
                 generator=generator,
                 goals=list(seeker.goals),
                 steps=steps,
-                options=WanderOptions(body=seeker.body, radius=options.radius),
+                options=WanderOptions(body=seeker.body, speed=agent.authored_speed, radius=options.radius),
                 name=seeker.name,
             )
         except PlanError as error:
@@ -265,7 +265,13 @@ def _cross(found: _Found, agent: GoalAgent, reach: Reach, on: str | None, spacin
     ahead = float(planar.yaw_of((goal - start)[[0, 2]]))
     yaw = ahead if seeker.yaw is None else seeker.yaw
     plan = plan_stones(
-        stones, stance_at(start, yaw, reach), stance_at(goal, ahead, reach), reach, body=seeker.body, name=seeker.name
+        stones,
+        stance_at(start, yaw, reach),
+        stance_at(goal, ahead, reach),
+        reach,
+        body=seeker.body,
+        speed=agent.authored_speed,
+        name=seeker.name,
     )
     return replace(plan, name=seeker.name)
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from usdfoot import __version__
 from usdfoot.batch.records import ChunkRecord, problem_of
@@ -21,15 +20,10 @@ from usdfoot.pipeline.report import AnimateReport, combined_hash, input_hashes, 
 from usdfoot.readers.provenance import read_provenance, read_scene_files
 from usdfoot.writers.root import SUBLAYERS
 
-if TYPE_CHECKING:
-    from pxr import Usd
-
 __all__ = ["find_unchanged"]
 
 
-def find_unchanged(
-    scene: str | os.PathLike[str] | Usd.Stage, folder: Path, *, options: MotionOptions, call: CallRecord
-) -> AnimateReport | None:
+def find_unchanged(scene: Any, folder: Path, *, options: MotionOptions, call: CallRecord) -> AnimateReport | None:
     """What `animate` said of the crowd in a folder if it would write the same bytes again; None if it might not.
 
     Nothing of the scene is read but which files it consists of. Copied characters have files beyond these.
