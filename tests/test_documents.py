@@ -12,9 +12,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from PIL import Image
-from pxr import Sdf, Usd
 
-from tests.few_clips import KEPT
+from tests.few_clips import KEPT, copy_stages
 from tests.importers.motion_files import random_bvh
 from tests.importers.test_steersuite import PLACE, SEEK, agent, case
 from tests.pipeline.test_plan import scene_with_path
@@ -52,12 +51,7 @@ def commands():
 def workplace(stages, tmp_path_factory):
     """A folder with stages/, of whose clips few are kept, and the files the documents name."""
     folder = tmp_path_factory.mktemp("readme")
-    shutil.copytree(stages, folder / "stages", ignore=shutil.ignore_patterns("*.png"))
-    layer = Sdf.Layer.FindOrOpen(str(folder / "stages" / "clips.usdc"))
-    stage = Usd.Stage.Open(layer)
-    for prim in stage.GetPrimAtPath("/HumanClips/Clips").GetChildren():
-        prim.SetActive(prim.GetName() in {*KEPT, "run_250", "run_300"})
-    layer.Save()
+    copy_stages(stages, folder, kept={*KEPT, "run_250", "run_300"})
     shutil.copy(folder / "stages" / "human.usdc", folder / "hero.usdc")
     (folder / "plan.csv").write_text(PLAN)
     Image.fromarray(np.arange(64, dtype=np.uint8).reshape(8, 8)).save(folder / "hills.png")

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.ndimage import minimum_filter1d
 from scipy.spatial import ConvexHull, QhullError
 
-from usdfoot.analysis.sampling import samples_within
+from usdfoot.analysis.grids import samples_within
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
 

@@ -30,7 +30,7 @@ from usdfoot.spaces.roots import RootSteps, find_roots
 __all__ = ["RootedSteps", "root_steps", "weigh_rooted"]
 
 
-MIX_CORRECTIONS = 3
+MIX_CORRECTIONS = 2
 """A mix, whose weights are bent at beta, is corrected so many times as often as other blends at most."""
 
 
