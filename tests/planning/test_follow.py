@@ -15,6 +15,7 @@ from usdfoot.maths import planar
 from usdfoot.model.ground import Ground
 from usdfoot.model.trajectory import RootTrajectory, sample_trajectory
 from usdfoot.planning.follow import Following, follow_trajectories
+from usdfoot.planning.proportions import proportions_of
 
 TIMES = np.arange(0.0, 9.01, 0.1)
 ORIGIN = np.array([2.0, 0.0, -3.0])
@@ -41,7 +42,7 @@ def follow(walkers, trajectories, *, terrain=None, options=None):
         walkers.spaces,
         trajectories,
         style=walkers.style,
-        leg_length=walkers.source.biped.maximal_leg_length,
+        body=proportions_of(walkers.source.skeleton, walkers.source.biped),
         ground=Ground(terrain or no_terrain()),
         options=options,
     )
@@ -208,6 +209,24 @@ def test_footsteps_lie_on_the_terrain(walkers):
     normal = np.array([0.0, 1.0, -0.15]) / np.hypot(1.0, 0.15)
     assert_allclose(plan.normals[uphill], np.tile(normal, (uphill.sum(), 1)), atol=1e-6)
     assert_allclose(plan.normals[~uphill], np.tile([0.0, 1.0, 0.0], ((~uphill).sum(), 1)), atol=1e-6)
+
+
+@pytest.mark.parametrize("speed", [0.8, 1.3, 2.4])
+@pytest.mark.parametrize("downward", [False, True])
+def test_flat_trajectories_go_over_stairs_with_whole_soles_on_the_treads(walkers, speed, downward):
+    """A floor goes on below the stairs, which are higher than one step; who starts on top starts there."""
+    edges = np.array([-60.0, -1.0, -0.7, -0.4, -0.1, 0.2, 60.0])
+    heights = 0.15 * np.arange(6)[:: -1 if downward else 1]
+    treads = [slab((-9, 9), tuple(edges[i : i + 2]), (heights[i],) * 2) for i in range(6)]
+    terrain = terrain_of([slab((-60, 60), (-60, 60), (0.0, 0.0)), *treads])
+    plan = follow_one(walkers, forward(speed), terrain=terrain).plan
+    stands_on = heights[np.searchsorted(edges, plan.positions[:, 2]) - 1]
+    assert_allclose(plan.positions[:, 1], stands_on, atol=1e-6)
+    body = proportions_of(walkers.source.skeleton, walkers.source.biped)
+    facing = planar.direction(plan.yaws)
+    for ahead in (-body.heel, body.toe):
+        ends = plan.positions[:, 2] + ahead * facing[:, 1]
+        assert np.all(heights[np.searchsorted(edges, ends) - 1] - stands_on < 0.031)
 
 
 def test_without_terrain_footsteps_lie_at_the_trajectorys_height(walkers):

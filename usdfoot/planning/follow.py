@@ -18,6 +18,8 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.trajectory import RootTrajectory, sample_trajectories, sample_trajectory
 from usdfoot.planning.predictions import Gaits, build_gaits, choose_gaits, predict_steps
+from usdfoot.planning.prints import settle_on_treads
+from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.rests import find_rests, leave_times, wait_times
 from usdfoot.planning.root_curves import RootCurves, build_root_curves
 from usdfoot.planning.strides import Stances, next_steps
@@ -28,6 +30,10 @@ __all__ = ["Following", "follow_trajectories", "followed", "put_on_ground"]
 
 LONGEST_STEP = 1.4
 """Longest walking step in lengths of the leg."""
+HIGHEST_STEP = 0.5
+"""Highest step up onto another level of the ground [m]."""
+WAY_SAMPLES = 16
+"""Places between two footsteps at which the ground between them is looked at."""
 GLANCE = 0.3
 """Time over which the start of a trajectory says how it begins: one that stays near it begins standing [s]."""
 SHORTEST_STAND = 0.1
@@ -58,7 +64,7 @@ def follow_trajectories(
     trajectories: Sequence[RootTrajectory],
     *,
     style: str,
-    leg_length: float,
+    body: Proportions,
     ground: Ground,
     options: FollowOptions | None = None,
 ) -> list[Following | PlanError]:
@@ -71,7 +77,7 @@ def follow_trajectories(
         spaces: Their footstep spaces.
         trajectories: One an agent.
         style: Of the steps.
-        leg_length: Of the character [m].
+        body: Sizes of the character.
         ground: The terrain; without any the footsteps lie at the trajectories' own heights.
         options: Of following.
 
@@ -82,9 +88,9 @@ def follow_trajectories(
         ClipError: If the clips have no step of a foot in this style.
     """
     options = options or FollowOptions()
-    gaits = build_gaits(examples, spaces, style=style, leg_length=leg_length)
+    gaits = build_gaits(examples, spaces, style=style, leg_length=body.leg_length)
     curves = build_root_curves(trajectories, smoothing_time=options.smoothing_time)
-    tracks = _walk(gaits, curves, _feet_first(trajectories), ground, LONGEST_STEP * leg_length, options)
+    tracks = _walk(gaits, curves, _feet_first(trajectories), ground, body, options)
     distances, errors = _measure(tracks, trajectories)
     return [
         _followed(tracks, curves, agent, trajectory, ground, distances[:, agent], errors[:, agent], options)
@@ -122,10 +128,11 @@ def _feet_first(trajectories: Sequence[RootTrajectory]) -> IntArray:
 
 
 def _walk(
-    gaits: Gaits, curves: RootCurves, sides: IntArray, ground: Ground, longest: float, options: FollowOptions
+    gaits: Gaits, curves: RootCurves, sides: IntArray, ground: Ground, body: Proportions, options: FollowOptions
 ) -> Tracks:
     """All steps of all agents, in rounds of one step each."""
-    stances, standing = _first_stances(gaits, curves, sides, ground, options)
+    stances, standing = _first_stances(gaits, curves, sides, ground, body, options)
+    longest = LONGEST_STEP * body.leg_length
     tracks = Tracks(len(stances))
     starts = np.where(standing, stances.times, np.nan)
     tracks.add(stances.agents, 1 - stances.sides, stances.others, stances.other_yaws, starts)
@@ -149,7 +156,7 @@ def _walk(
                 (rested | waiting)[~stays],
             )
             steps = next_steps(gaits, curves, stances, begins=begins, rested=rested, longest=longest, options=options)
-        positions = put_on_ground(ground, steps.positions, stances.supports[:, 1])
+        positions = _settled(ground, stances.supports, steps.positions, steps.yaws, body)
         tracks.release(stances.agents, steps.liftoffs, back=1)
         tracks.release(stances.agents, steps.support_liftoffs, back=0)
         tracks.add(stances.agents, steps.sides, positions, steps.yaws, steps.strikes)
@@ -170,9 +177,13 @@ def _walk(
 
 
 def _first_stances(
-    gaits: Gaits, curves: RootCurves, sides: IntArray, ground: Ground, options: FollowOptions
+    gaits: Gaits, curves: RootCurves, sides: IntArray, ground: Ground, body: Proportions, options: FollowOptions
 ) -> tuple[Stances, BoolArray]:
-    """Where the agents stand at their first strike, the foot of `sides` (A,) just planted, and who starts standing."""
+    """Where the agents stand at their first strike, the foot of `sides` (A,) just planted, and who starts standing.
+
+    Flat trajectories may lie below the ground, and nobody stands under what is no higher than the legs: they start
+    on top of it.
+    """
     agents, times = np.arange(len(sides)), curves.starts
     places, yaws = curves.at(agents, times)
     later, _ = curves.at(agents, times + GLANCE)
@@ -196,12 +207,15 @@ def _first_stances(
     halves = np.where(standing[:, None], np.stack([apart, 0.0 * apart], axis=1), steps.offsets)
     ahead = np.where(standing[:, None], places, ahead) + np.insert(planar.rotate(yaws, halves), 1, 0.0, axis=1)
     turned = np.where(standing, yaws, turned) + steps.foot_yaws
+    feet, foot_yaws = np.concatenate([ahead, 2.0 * places - ahead]), np.concatenate([turned, 2.0 * yaws - turned])
+    start = put_on_ground(ground, places, places[:, 1], step_up=body.leg_length)
+    feet = _settled(ground, np.tile(start, (2, 1)), feet, foot_yaws, body)
     return replace(
         still,
-        supports=put_on_ground(ground, ahead, places[:, 1]),
-        others=put_on_ground(ground, 2.0 * places - ahead, places[:, 1]),
-        support_yaws=turned,
-        other_yaws=2.0 * yaws - turned,
+        supports=feet[: len(sides)],
+        others=feet[len(sides) :],
+        support_yaws=foot_yaws[: len(sides)],
+        other_yaws=foot_yaws[len(sides) :],
         runs=runs & ~standing,
     ), standing
 
@@ -226,14 +240,38 @@ def _begins(
     return np.where(rested, lifts, begins), rested, stays
 
 
-def put_on_ground(ground: Ground, positions: FloatArray, near: FloatArray) -> FloatArray:
-    """Positions (N, 3) on the level of the ground that is nearest below heights `near` (N,) [m], a stair up included.
+def _settled(
+    ground: Ground, starts: FloatArray, landings: FloatArray, yaws: FloatArray, body: Proportions
+) -> FloatArray:
+    """Landings (N, 3) of feet that step from `starts` (N, 3), on the ground, no edge of a tread in their soles.
+
+    Their level is the one the ground between leads to, up stairs of which a step passes several. Beyond a drop it is
+    the one below.
+    """
+    if not ground.has_terrain:
+        return landings
+    shares = np.linspace(0.0, 1.0, WAY_SAMPLES)[:, None]
+    ways = (starts[:, None] + shares * (landings - starts)[:, None])[..., [0, 2]].reshape(-1, 2)
+    firsts = WAY_SAMPLES * np.arange(len(starts) + 1)
+    found = ground.follow(ways, np.repeat(starts[:, 1], WAY_SAMPLES), first=firsts)
+    last = firsts[1:] - 1
+    near = np.where(found.hit[last], found.heights[last], starts[:, 1])
+    heels, toes = np.full(len(starts), body.heel), np.full(len(starts), body.toe)
+    settled = landings.copy()
+    settled[:, [0, 2]] = settle_on_treads(ground, landings[:, [0, 2]], yaws, near, heels=heels, toes=toes)
+    return put_on_ground(ground, settled, near)
+
+
+def put_on_ground(
+    ground: Ground, positions: FloatArray, near: FloatArray, *, step_up: float = HIGHEST_STEP
+) -> FloatArray:
+    """Positions (N, 3) on the highest level of the ground up to `step_up` [m] over heights `near` (N,) [m].
 
     Beyond the terrain they keep those heights; without any they stay as they are.
     """
     if not ground.has_terrain:
         return positions
-    found = ground.heights(positions[:, [0, 2]], near)
+    found = ground.heights(positions[:, [0, 2]], near, step_up=step_up)
     laid = positions.copy()
     laid[:, 1] = np.where(found.hit, found.heights, near)
     return laid

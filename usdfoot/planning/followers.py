@@ -65,7 +65,7 @@ def _step_like_clips(
             prepared.spaces,
             [follower.trajectory for follower in followers],
             style=prepared.style,
-            leg_length=prepared.source.biped.maximal_leg_length,
+            body=proportions_of(prepared.source.skeleton, prepared.source.biped),
             ground=Ground(crowd.terrain),
             options=options.follow,
         )
