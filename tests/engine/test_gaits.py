@@ -84,6 +84,24 @@ def test_longer_flights_rise_higher(animate, walker_library):
     assert rises[0] < rises[1] < rises[2]
 
 
+def test_a_body_flies_about_the_middle_of_the_planned_flight(animate, walker_library):
+    """Whether the plan's contacts are longer or shorter than the clips'."""
+    for duty in (0.46, 0.40, 0.30):
+        plan = way(12, length=1.0, width=0.12, step_time=0.38, duty=duty)
+        body = in_world(walker_library.source, animate([plan], rate=240.0)[0])
+        for number in range(4, 8):
+            middle = 0.5 * (plan.liftoff_times[number] + plan.strike_times[number + 1])
+            near = between(body.times, middle - 0.19, middle + 0.19)
+            highest = body.times[near][np.argmax(body.pelvis[near, 1])]
+            assert abs(highest - middle) < 0.035
+
+
+def test_a_body_does_not_plunge_where_contacts_are_longer_than_the_clips(animate, walker_library):
+    plan = way(12, length=1.15, width=0.12, step_time=0.36, duty=0.46)
+    heights = in_world(walker_library.source, animate([plan], rate=30.0)[0]).pelvis[:, 1]
+    assert np.abs(np.diff(heights, n=2)).max() * 30.0**2 < 2.5 * GRAVITY
+
+
 @pytest.mark.parametrize(
     ("plan", "direction"),
     [

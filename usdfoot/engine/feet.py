@@ -33,6 +33,9 @@ FLAT_TIME = 0.12
 FLAT_SHARE = 0.25
 """Flat comes at most this long [s], and at most this part of the contact, after the strike (design.md section 2)."""
 
+BENT = 0.98
+"""Part of the longest leg that is left to one for which the pelvis comes down: its knee is bent by 20 degrees."""
+
 FACINGS = 3
 """How often the yaw and the heel of a foot that leans with the ground are corrected."""
 
@@ -58,7 +61,9 @@ class ContactFeet:
     land_rotations: FloatArray
     """Planted times inverse blended ankle rotation, likewise, shape (C, 4)."""
     drops: FloatArray
-    """How far the pelvis has to come down for the leg to reach its print at the strike [m], shape (C,)."""
+    leave_drops: FloatArray
+    """How far the pelvis has to come down for the leg to reach its print, at its strike and at a liftoff into a
+    flight [m], shape (C,)."""
     on_ground: BoolArray
     """Whether there is walkable ground under the ball, shape (C,)."""
 
@@ -78,6 +83,7 @@ def unplanted_feet(count: int) -> ContactFeet:
         leave_rotations=still,
         land_rotations=still,
         drops=zero,
+        leave_drops=zero,
         on_ground=np.zeros(count, dtype=bool),
     )
 
@@ -207,7 +213,8 @@ def device_feet(layout: Layout, feet: ContactFeet, detours: FloatArray) -> FootA
     table["following"] = np.minimum(np.arange(len(clock)) + 2, len(clock) - 1)
     table["strike"], table["flat"] = contacts.strikes - clock, feet.flats - clock
     table["liftoff"] = np.where(contacts.has_swing, contacts.liftoffs, np.inf) - clock
-    table["flat_pitch"], table["roll_time"], table["drop"] = feet.flat_pitches, feet.roll_times, feet.drops
+    table["flat_pitch"], table["roll_time"] = feet.flat_pitches, feet.roll_times
+    table["drop"], table["leave_drop"] = feet.drops, feet.leave_drops
     table["position"] = contacts.positions - layout.origins[contacts.agents]
     table["pitch_axis"] = np.cross(contacts.normals, _forward(contacts))
     table["leave_offset"], table["land_offset"] = feet.leave_offsets, feet.land_offsets
@@ -292,28 +299,40 @@ def lead_swings(layout: Layout, feet: ContactFeet, rows: IntArray, leaves: Feet,
     return with_values(feet, rows, led)
 
 
-def lower_pelvis(layout: Layout, feet: ContactFeet, rows: IntArray, lands: Feet) -> ContactFeet:
-    """The feet with how far the pelvis has to come down for the legs to reach some prints at their strikes.
-
-    Before the strike that ends a flight it does not: the body falls freely until then.
+def lower_pelvis(
+    layout: Layout, feet: ContactFeet, rows: IntArray, lands: Feet, left: IntArray, leaves: Feet
+) -> ContactFeet:
+    """The feet with how far the pelvis has to come down for the legs to reach some prints at strikes and liftoffs.
 
     Args:
         layout: Contacts as executed.
         feet: Prints and rolls.
-        rows: Contacts, shape (N,).
+        rows: Contacts that are struck, shape (N,).
         lands: Blended feet at their strikes, one frame each.
+        left: Contacts that are left for a flight, shape (M,).
+        leaves: Blended feet at their liftoffs, one frame each.
+    """
+    contacts = layout.contacts
+    struck = _missing_reach(layout, feet, rows, contacts.strikes[rows], lands)
+    leaving = _missing_reach(layout, feet, left, contacts.liftoffs[left], leaves)
+    return with_values(with_values(feet, rows, {"drops": struck}), left, {"leave_drops": leaving})
+
+
+def _missing_reach(layout: Layout, feet: ContactFeet, rows: IntArray, times: FloatArray, blended: Feet) -> FloatArray:
+    """How far the pelvis has to come down for contacts `rows` (N,) at `times` [s] (N,), as far as it may [m].
+
+    As much again, but no more than bends the knee: a leg that is straight for an instant only would snap.
     """
     contacts = layout.contacts
     own = np.arange(len(rows)), contacts.sides[rows]
-    times = (contacts.strikes - contacts.starts[contacts.agents])[rows]
     arrays = device_feet(layout, feet, np.zeros((len(contacts.sides), 2, 3)))
-    balls, rotations = _planted(layout, arrays, rows, times, lands)
+    balls, rotations = _planted(layout, arrays, rows, times - contacts.starts[contacts.agents[rows]], blended)
     ankles = balls - quaternion.rotate(rotations, layout.rig.arrays.ball_offsets.numpy()[own[1]])
-    apart, longest = lands.hips[own] - ankles, lands.longest[own]
-    heights = np.sqrt(np.maximum(longest**2 - np.sum(apart[:, [0, 2]] ** 2, axis=1), 0.0))
-    lowered = np.clip(apart[:, 1] - heights, 0.0, MOST_DROP * longest)
-    flown = contacts.has_previous[rows] & (contacts.liftoffs[rows - 1] < contacts.strikes[rows])
-    return with_values(feet, rows, {"drops": np.where(flown, 0.0, lowered)})
+    apart, longest = blended.hips[own] - ankles, blended.longest[own]
+    lengths = np.stack([longest, BENT * longest])
+    heights = np.sqrt(np.maximum(lengths**2 - np.sum(apart[:, [0, 2]] ** 2, axis=1), 0.0))
+    straight, bent = np.clip(apart[:, 1] - heights, 0.0, MOST_DROP * longest)
+    return np.minimum(2.0 * straight, bent)
 
 
 def _differences(

@@ -104,7 +104,9 @@ def prepare_feet(layout: Layout, source: PoseSource, ground: Ground, feet: Conta
     liftoffs = _feet_at(layout, source, due.swings, contacts.liftoffs[due.swings])
     lands = strikes[np.searchsorted(due.strikes, due.swings + 2)]
     feet = lead_swings(layout, feet, due.swings, liftoffs, lands)
-    return lower_pelvis(layout, feet, due.strikes, strikes)
+    left = due.strikes[contacts.flown[due.strikes]] - 1
+    leaves = _feet_at(layout, source, left, contacts.liftoffs[left])
+    return lower_pelvis(layout, feet, due.strikes, strikes, left, leaves)
 
 
 def _feet_at(layout: Layout, source: PoseSource, rows: IntArray, times: FloatArray) -> Feet:
