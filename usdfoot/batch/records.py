@@ -28,6 +28,8 @@ class ChunkRecord:
     """Of the agents and the clips they use."""
     is_kept: bool
     """Whether an earlier run made the chunk."""
+    kept_agents: int
+    """How many of the agents an earlier run made."""
 
     @property
     def results(self) -> dict[str, StepResults]:
@@ -72,16 +74,21 @@ def record_of(
     return json.dumps(record, sort_keys=True, allow_nan=False)
 
 
-def parse_record(text: str, *, is_kept: bool) -> ChunkRecord:
+def parse_record(text: str, *, kept_agents: int | None = None) -> ChunkRecord:
     """The record that `record_of` made.
 
     Args:
         text: JSON.
-        is_kept: Whether an earlier run made it.
+        kept_agents: How many of the agents an earlier run made; None = the whole chunk.
     """
     record = json.loads(text)
     problems = tuple(problem_of(problem) for problem in record["problems"])
-    return ChunkRecord(agents=tuple(record["agents"]), problems=problems, is_kept=is_kept)
+    return ChunkRecord(
+        agents=tuple(record["agents"]),
+        problems=problems,
+        is_kept=kept_agents is None,
+        kept_agents=len(record["agents"]) if kept_agents is None else kept_agents,
+    )
 
 
 def problem_json(problem: Problem) -> dict[str, str]:
@@ -139,7 +146,9 @@ def _forces_json(forces: ForceResults | None) -> dict[str, list[float | None]]:
 
 def _numbers(values: FloatArray) -> list[float | None]:
     """Seven significant digits; None for what is not finite, which JSON does not know."""
-    return [float(f"{value:.7g}") if isfinite(value) else None for value in np.asarray(values).tolist()]
+    numbers = np.asarray(values).tolist()
+    rounded = map(float, (len(numbers) * "%.7g " % tuple(numbers)).split())
+    return [number if isfinite(number) else None for number in rounded]
 
 
 def _step_results(steps: Mapping[str, Any]) -> StepResults:

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from usdfoot.analysis.timing import EARTH_GRAVITY
 from usdfoot.engine.segments import Segments
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable
@@ -13,8 +14,6 @@ from usdfoot.model.examples import Examples, event_knots
 
 __all__ = ["centre_flights", "flight_falls", "flight_times", "natural_flights"]
 
-GRAVITY = 9.81
-"""[m/s^2]."""
 MOST_SHIFT = 0.25
 """How far the body may be behind or ahead of a strike, over the shorter of the steps before and after it."""
 
@@ -50,7 +49,7 @@ def flight_falls(contacts: ContactTable, segments: Segments, natural: FloatArray
     flies: BoolArray = ~segments.stands & (lands - takeoffs > 0.02)
     durations = np.where(flies, np.maximum(lands - takeoffs, natural * warps), 0.0)
     ratio = np.where(flies, natural / np.where(flies, durations, 1.0), 1.0)
-    missing = np.where(flies, GRAVITY * (1.0 - np.minimum(ratio**2, 2.0)), 0.0)
+    missing = np.where(flies, EARTH_GRAVITY * (1.0 - np.minimum(ratio**2, 2.0)), 0.0)
     return np.stack([0.5 * (takeoffs + lands - durations), durations, missing], axis=1)
 
 
