@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import shapely
@@ -13,12 +13,14 @@ from usdfoot.planning.walkable import move_inside
 
 __all__ = ["Gates", "Passage", "find_passages"]
 
-HOLD = 1.2
+HOLD = 2.5
 """Who comes so near [m] goes in or waits."""
-ASIDE = 0.75
-"""Who waits does so at this distance from the mouth, and to the side of it [m]."""
-SPACE = 1.0
-"""Between those who go through one after the other [m]."""
+PLACES = 0.6
+"""Between places where people wait [m]."""
+FAN = 0.5
+"""How much broader the way out that is kept free gets on either side, for each metre from the mouth [m]."""
+SPACE, WEDGE = 0.7, 1.5
+"""Who goes in keeps so far [m] behind the one before where a passage is narrower than so many bodies: two would wedge."""
 SIDE_SPEED = 0.35
 """Of side steps, for a leg of 0.86 m [m/s]."""
 ELBOWS = 0.1
@@ -41,8 +43,8 @@ class Passage:
     shape: shapely.Polygon
     """(x, z) [m]."""
     mouths: tuple[shapely.Geometry, shapely.Geometry]
-    waiting: FloatArray
-    """Where one waits at either mouth, to the left and to the right of it (x, z), not a number = nowhere, (2, 2, 2)."""
+    places: tuple[FloatArray, FloatArray]
+    """Where people wait at either mouth, beside the way out of it (x, z) [m], shape (P, 2)."""
     half_width: float
     """Of the narrowest place [m]."""
     middle: shapely.Geometry
@@ -65,29 +67,34 @@ def find_passages(levels: tuple[shapely.Polygon, ...], radius: float) -> list[Pa
                 beside = shapely.clip_by_rect(level, *around)
                 local = beside.intersection(part.buffer(2.0 * two))
                 half = _half_width(local, mouths, two)
-                middle = local.buffer(-0.95 * min(half, radius))
                 found.append(
                     Passage(
                         level=number,
                         shape=part,
                         mouths=(mouths[0], mouths[1]),
-                        waiting=_waiting(beside.buffer(-radius), mouths),
+                        places=_waiting_places(level, mouths, radius),
                         half_width=half,
-                        middle=middle,
+                        middle=local.buffer(-0.95 * min(half, radius)),
                     )
                 )
     return found
 
 
-def _waiting(room: shapely.Geometry, mouths: FloatArray) -> FloatArray:
-    """Places in a room beside the ways out of two mouths, shape (2, 2, 2)."""
+def _waiting_places(level: shapely.Polygon, mouths: FloatArray, radius: float) -> tuple[FloatArray, FloatArray]:
+    """Places on a level near two mouths but beside the ways out of them, for bodies of a radius [m]."""
     ends = shapely.get_coordinates(shapely.centroid(mouths))
-    out = ends - ends[::-1]
-    out /= np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-9)
-    across = np.stack([out[:, 1], -out[:, 0]], axis=1)
-    places = (ends + ASIDE * out)[:, None] + np.array([1.0, -1.0])[:, None] * ASIDE * across[:, None]
-    free = shapely.contains_xy(room, places[..., 0], places[..., 1])
-    return np.where(free[..., None], places, np.nan)
+    found = []
+    for mouth, end, out in zip(mouths, ends, ends - ends[::-1], strict=True):
+        out = out / max(float(np.linalg.norm(out)), 1e-9)
+        across = np.array([out[1], -out[0]])
+        beside = 0.5 * float(np.ptp(shapely.get_coordinates(mouth) @ across)) + 2.0 * radius
+        ahead, aside = np.meshgrid(np.arange(radius + 0.1, HOLD, PLACES), np.arange(0.0, HOLD, PLACES))
+        aside += beside + FAN * ahead
+        steps = np.concatenate([np.stack([ahead, side * aside], axis=-1).reshape(-1, 2) for side in (-1.0, 1.0)])
+        places = end + steps @ np.stack([out, across])
+        room = shapely.clip_by_rect(level, *(end - 2.0 * HOLD), *(end + 2.0 * HOLD)).buffer(-radius)
+        found.append(places[shapely.contains_xy(room, places[:, 0], places[:, 1])])
+    return found[0], found[1]
 
 
 def _half_width(local: shapely.Geometry, mouths: FloatArray, most: float) -> float:
@@ -101,14 +108,25 @@ def _half_width(local: shapely.Geometry, mouths: FloatArray, most: float) -> flo
     return low
 
 
-def _nearest(places: FloatArray, point: FloatArray) -> FloatArray:
-    """The place (P, 2) nearest to a point, itself where there is none."""
-    gaps = np.linalg.norm(places - point, axis=1)
-    return point if np.isnan(gaps).all() else places[int(np.nanargmin(gaps))]
+@dataclass(kw_only=True)
+class _Turn:
+    """Whose turn it is at a passage."""
+
+    mouth: int = 0
+    """From which people come through now."""
+    first: int = -1
+    """Who began the turn."""
+    going: list[int] = field(default_factory=list)
+    """Who goes through."""
+    places: dict[int, int] = field(default_factory=dict)
+    """Which place of its mouth each who waits has."""
 
 
 class Gates:
     """Who goes through which passage, who waits, and who goes sideways, of N people.
+
+    People come through from one mouth until the first of them is out. Then it is the other's turn, if anybody waits
+    there.
 
     Args:
         passages: Of all levels.
@@ -120,7 +138,7 @@ class Gates:
     def __init__(self, passages: list[Passage], *, radii: FloatArray, speeds: FloatArray, legs: FloatArray) -> None:
         self._passages, self._radii = passages, radii
         self._sideways = np.minimum(SIDE_SPEED * np.sqrt(legs / 0.86) / speeds, 1.0)
-        self._passing: list[dict[int, int]] = [{} for _ in passages]
+        self._turns = [_Turn() for _ in passages]
         self._since = np.full(len(radii), np.inf)
         self._shapes = np.array([passage.shape for passage in passages])
         self._levels = np.array([passage.level for passage in passages], dtype=np.intp)
@@ -143,52 +161,70 @@ class Gates:
         self, points: FloatArray, floors: Floors, targets: FloatArray, arrived: BoolArray, now: float
     ) -> list[int]:
         """Let people at points (N, 2) on their way to targets (N, 2) in, or wait; gives back for whom that changed."""
-        before = self.held.copy()
+        before, places = self.held.copy(), self.places.copy()
         self.held[:], self.side_on[:], self.thin = False, False, self._radii.copy()
         if self._passages:
             gates, people = shapely.STRtree(shapely.points(points)).query(self._shapes, "dwithin", distance=HOLD)
             here = (floors.levels[people] == self._levels[gates]) & ~arrived[people]
-            for gate in {*gates[here].tolist(), *(number for number, one in enumerate(self._passing) if one)}:
+            for gate in {*gates[here].tolist(), *(number for number, turn in enumerate(self._turns) if turn.going)}:
                 self._admit(gate, people[here & (gates == gate)], points, floors, targets, now)
         self._since[~self.held] = np.inf
-        return np.flatnonzero(self.held != before).tolist()
+        return np.flatnonzero((self.held != before) | (self.places != places).any(axis=1)).tolist()
 
     def _admit(
         self, gate: int, near: IntArray, points: FloatArray, floors: Floors, targets: FloatArray, now: float
     ) -> None:
         """Bring those who go through one passage, near which some are, up to date."""
-        passage, passing = self._passages[gate], self._passing[gate]
-        away = dict(zip(near.tolist(), shapely.distance(passage.shape, shapely.points(points[near])), strict=True))
-        if passage.half_width < self._radii.max():
-            tight = near[(self._radii[near] > passage.half_width) & (np.array([*away.values()]) <= TURNING)]
-            self.side_on[tight] = True
-        coming = [
-            index
-            for index, gap in away.items()
-            if gap > 0.0 and floors.way(index, targets[index]).intersects(passage.shape)
-        ]
-        for index in [*passing]:
-            if away.get(index, np.inf) > 2.0 * self._radii[index] and index not in coming:
-                del passing[index]
-        for index in [index for index, gap in away.items() if gap <= 0.0]:
-            passing.setdefault(index, self._mouth(passage, points[index]))
+        passage, turn = self._passages[gate], self._turns[gate]
+        gaps = shapely.distance(passage.shape, shapely.points(points[near]))
+        tight = (self._radii[near] > passage.half_width) & (gaps <= TURNING)
+        self.side_on[near[tight]] = True
+        away = dict(zip(near.tolist(), gaps.tolist(), strict=True))
+        mouths = {}
+        for index, gap in away.items():
+            way = floors.way(index, targets[index])
+            if way.intersects(passage.shape):
+                mouths[index] = _comes_from(passage, way)
+        turn.going = [one for one in turn.going if away.get(one, np.inf) <= self._radii[one] or one in mouths]
+        coming = np.array([index for index in mouths if index not in turn.going], dtype=np.intp)
         self._since[coming] = np.minimum(self._since[coming], now)
-        waiting = sorted((index for index in coming if index not in passing), key=lambda index: self._since[index])
-        mouths = {index: self._mouth(passage, points[index]) for index in waiting}
+        waiting = sorted(coming.tolist(), key=lambda index: self._since[index])
+        if not turn.going and waiting:
+            inside = [index for index in waiting if away[index] <= 0.0]
+            turn.first = (inside or waiting)[0]
+            turn.mouth = mouths[turn.first]
+        others = any(mouths[index] != turn.mouth for index in waiting)
+        if not others or turn.first in turn.going or not turn.going:
+            for index in sorted(waiting, key=lambda index: away[index]):
+                clear = passage.half_width >= WEDGE * self._radii[index] or self._is_behind(index, turn, away, points)
+                if mouths[index] == turn.mouth and clear:
+                    turn.going.append(index)
+        waiting = [index for index in waiting if index not in turn.going]
+        turn.places = {index: place for index, place in turn.places.items() if index in waiting}
         for index in waiting:
-            mouth, others = mouths[index], [*passing]
-            follows = all(one == mouth for one in (*mouths.values(), *passing.values()))
-            if not others or (follows and np.linalg.norm(points[others] - points[index], axis=1).min() >= SPACE):
-                passing[index] = mouth
-            elif not self.held[index]:
-                self.held[index] = True
-                self.places[index] = _nearest(passage.waiting[mouth], points[index])
-        going = np.array([*passing], dtype=np.intp)
+            self._hold(index, passage.places[mouths[index]], turn, points, mouths)
+        going = np.array(turn.going, dtype=np.intp)
         self.thin[going] = np.clip(passage.half_width - ELBOWS, THINNEST, self._radii[going])
 
-    def _mouth(self, passage: Passage, point: FloatArray) -> int:
-        """The mouth that is nearer to a point (2,)."""
-        return int(np.argmin(shapely.distance(np.array(passage.mouths), shapely.Point(point))))
+    def _is_behind(self, index: int, turn: _Turn, away: dict[int, float], points: FloatArray) -> bool:
+        """Whether one is behind all who go through, by the space there is between them."""
+        gaps = np.linalg.norm(points[turn.going] - points[index], axis=1)
+        before = np.array([away.get(one, 0.0) for one in turn.going])
+        return bool(np.all((gaps >= SPACE) & ((before <= 0.0) | (away[index] - before >= SPACE))))
+
+    def _hold(self, index: int, places: FloatArray, turn: _Turn, points: FloatArray, mouths: dict[int, int]) -> None:
+        """Let one wait at the nearest of the places (P, 2) of its mouth that nobody has, or else where it is."""
+        if index not in turn.places:
+            taken = {place for one, place in turn.places.items() if mouths[one] == mouths[index]}
+            free = [place for place in range(len(places)) if place not in taken]
+            gaps = np.linalg.norm(places[free] - points[index], axis=1)
+            turn.places[index] = free[int(np.argmin(gaps))] if free else -1
+        own = turn.places[index]
+        if own >= 0:
+            self.places[index] = places[own]
+        elif not self.held[index]:
+            self.places[index] = points[index]
+        self.held[index] = True
 
     def centred(self, points: FloatArray, levels: IntArray) -> FloatArray:
         """The points (N, 2) on levels (N,), those in passages off the walls as far as these allow."""
@@ -198,3 +234,14 @@ class Gates:
             if inside.any():
                 moved[inside] = move_inside(passage.middle, points[inside])
         return moved
+
+
+def _comes_from(passage: Passage, way: shapely.LineString) -> int:
+    """The mouth from which a way comes that leads through a passage, or into it."""
+    crossed = [way.intersects(mouth) for mouth in passage.mouths]
+    if all(crossed):
+        return int(np.argmin([shapely.line_locate_point(way, shapely.centroid(mouth)) for mouth in passage.mouths]))
+    if not any(crossed):
+        return int(np.argmin(shapely.distance(np.array(passage.mouths), shapely.Point(way.coords[0]))))
+    inside = shapely.contains_xy(passage.shape, *way.coords[0])
+    return int(np.argmin(crossed)) if inside else int(np.argmax(crossed))
