@@ -1,4 +1,4 @@
-"""Passages: where two have no room beside each other, or one only sideways, so people go through one way at a time."""
+"""Passages: where it is narrow people keep right, shoulders turned, or go through one way at a time, or sideways."""
 
 from __future__ import annotations
 
@@ -19,8 +19,14 @@ PLACES = 0.6
 """Between places where people wait [m]."""
 FAN = 0.5
 """How much broader the way out that is kept free gets on either side, for each metre from the mouth [m]."""
-SPACE, WEDGE = 0.7, 1.5
-"""Who goes in keeps so far [m] behind the one before where a passage is narrower than so many bodies: two would wedge."""
+NARROW, ABREAST, WEDGE = 3.0, 1.9, 1.5
+"""A passage is less than so many bodies wide; two get past each other in this many; in fewer two wedge side by side."""
+SPACE = 0.7
+"""Between those who go in one after the other where two have no room [m]."""
+AHEAD = 1.0
+"""Who keeps right looks so far ahead [m]."""
+BESIDE = 1.6
+"""Whoever comes so near [m] the other way is a reason to turn the shoulders."""
 SIDE_SPEED = 0.35
 """Of side steps, for a leg of 0.86 m [m/s]."""
 ELBOWS = 0.1
@@ -47,26 +53,30 @@ class Passage:
     """Where people wait at either mouth, beside the way out of it (x, z) [m], shape (P, 2)."""
     half_width: float
     """Of the narrowest place [m]."""
+    lanes: bool
+    """Whether two get past each other, shoulders turned."""
+    lane: shapely.Geometry
+    """In the lanes of both sides, and between them."""
     middle: shapely.Geometry
     """Where the middle of a body is that keeps off the walls."""
 
 
 def find_passages(levels: tuple[shapely.Polygon, ...], radius: float) -> list[Passage]:
-    """Parts of levels in which two bodies of a radius [m] have no room beside each other, from one mouth to another."""
+    """Parts of levels in which three bodies of a radius [m] have no room abreast, from one mouth to another."""
     found = []
     for number, level in enumerate(levels):
-        two = 2.0 * radius + ELBOWS
-        wide = level.buffer(-two).buffer(1.001 * two, join_style="mitre")
+        narrow = NARROW * radius + ELBOWS
+        wide = level.buffer(-narrow).buffer(1.001 * narrow, join_style="mitre")
         for part in shapely.get_parts(level.difference(wide)):
             if part.geom_type != "Polygon" or part.area <= radius**2 / 4.0:
                 continue
             x0, z0, x1, z1 = part.bounds
-            around = x0 - 4.0 * two, z0 - 4.0 * two, x1 + 4.0 * two, z1 + 4.0 * two
+            around = x0 - 4.0 * narrow, z0 - 4.0 * narrow, x1 + 4.0 * narrow, z1 + 4.0 * narrow
             mouths = shapely.get_parts(part.buffer(NEAR_MOUTH).intersection(shapely.clip_by_rect(wide, *around)))
             if len(mouths) == 2:
                 beside = shapely.clip_by_rect(level, *around)
-                local = beside.intersection(part.buffer(2.0 * two))
-                half = _half_width(local, mouths, two)
+                local = beside.intersection(part.buffer(2.0 * narrow))
+                half = _half_width(local, mouths, narrow)
                 found.append(
                     Passage(
                         level=number,
@@ -74,6 +84,8 @@ def find_passages(levels: tuple[shapely.Polygon, ...], radius: float) -> list[Pa
                         mouths=(mouths[0], mouths[1]),
                         places=_waiting_places(level, mouths, radius),
                         half_width=half,
+                        lanes=half >= ABREAST * radius,
+                        lane=local.buffer(-0.5 * half),
                         middle=local.buffer(-0.95 * min(half, radius)),
                     )
                 )
@@ -110,7 +122,7 @@ def _half_width(local: shapely.Geometry, mouths: FloatArray, most: float) -> flo
 
 @dataclass(kw_only=True)
 class _Turn:
-    """Whose turn it is at a passage."""
+    """Whose turn it is at a passage, and who is near it."""
 
     mouth: int = 0
     """From which people come through now."""
@@ -119,14 +131,18 @@ class _Turn:
     going: list[int] = field(default_factory=list)
     """Who goes through."""
     places: dict[int, int] = field(default_factory=dict)
-    """Which place of its mouth each who waits has."""
+    """Which place of its mouth each who waits has, -1 = none."""
+    away: dict[int, float] = field(default_factory=dict)
+    """How far those near are from the passage [m]."""
+    mouths: dict[int, int] = field(default_factory=dict)
+    """From which mouth those come who are on their way through."""
 
 
 class Gates:
-    """Who goes through which passage, who waits, and who goes sideways, of N people.
+    """Who goes through which passage, who waits, who keeps right and who turns its shoulders, of N people.
 
-    People come through from one mouth until the first of them is out. Then it is the other's turn, if anybody waits
-    there.
+    Where two get past each other, those who meet others go one after the other along the right side. Elsewhere people
+    come through from one mouth until the first of them is out. Then it is the other's turn, if anybody waits there.
 
     Args:
         passages: Of all levels.
@@ -145,31 +161,33 @@ class Gates:
         shapely.prepare(self._shapes)
         self.held: BoolArray = np.zeros(len(radii), dtype=bool)
         """Who waits before a passage, shape (N,)."""
+        self.led: BoolArray = np.zeros(len(radii), dtype=bool)
+        """Who keeps right in one, shape (N,)."""
         self.places: FloatArray = np.zeros((len(radii), 2))
-        """Where those who wait do so (x, z) [m], shape (N, 2)."""
-        self.side_on: BoolArray = np.zeros(len(radii), dtype=bool)
-        """Who is where it is too tight to go straight on, shape (N,)."""
+        """Where those who wait or keep right are sent (x, z) [m], shape (N, 2)."""
+        self.turned: FloatArray = np.zeros(len(radii))
+        """How far each has to turn its shoulders: 0 = not, 1 = sideways, shape (N,)."""
         self.thin = radii.copy()
         """Radii of the bodies in the simulation [m], shape (N,)."""
 
     @property
     def paces(self) -> FloatArray:
         """How fast each may go over how fast it likes to, shape (N,)."""
-        return np.where(self.side_on & ~self.held, self._sideways, 1.0)
+        return np.where(self.held, 1.0, 1.0 - self.turned * (1.0 - self._sideways))
 
     def advance(
         self, points: FloatArray, floors: Floors, targets: FloatArray, arrived: BoolArray, now: float
     ) -> list[int]:
         """Let people at points (N, 2) on their way to targets (N, 2) in, or wait; gives back for whom that changed."""
-        before, places = self.held.copy(), self.places.copy()
-        self.held[:], self.side_on[:], self.thin = False, False, self._radii.copy()
+        before = self.held | self.led
+        self.held[:], self.led[:], self.turned[:], self.thin = False, False, 0.0, self._radii.copy()
         if self._passages:
             gates, people = shapely.STRtree(shapely.points(points)).query(self._shapes, "dwithin", distance=HOLD)
             here = (floors.levels[people] == self._levels[gates]) & ~arrived[people]
             for gate in {*gates[here].tolist(), *(number for number, turn in enumerate(self._turns) if turn.going)}:
                 self._admit(gate, people[here & (gates == gate)], points, floors, targets, now)
         self._since[~self.held] = np.inf
-        return np.flatnonzero((self.held != before) | (self.places != places).any(axis=1)).tolist()
+        return np.flatnonzero(before | self.held | self.led).tolist()
 
     def _admit(
         self, gate: int, near: IntArray, points: FloatArray, floors: Floors, targets: FloatArray, now: float
@@ -177,54 +195,74 @@ class Gates:
         """Bring those who go through one passage, near which some are, up to date."""
         passage, turn = self._passages[gate], self._turns[gate]
         gaps = shapely.distance(passage.shape, shapely.points(points[near]))
-        tight = (self._radii[near] > passage.half_width) & (gaps <= TURNING)
-        self.side_on[near[tight]] = True
-        away = dict(zip(near.tolist(), gaps.tolist(), strict=True))
-        mouths = {}
-        for index, gap in away.items():
-            way = floors.way(index, targets[index])
-            if way.intersects(passage.shape):
-                mouths[index] = _comes_from(passage, way)
-        turn.going = [one for one in turn.going if away.get(one, np.inf) <= self._radii[one] or one in mouths]
-        coming = np.array([index for index in mouths if index not in turn.going], dtype=np.intp)
+        self.turned[near[(self._radii[near] > passage.half_width) & (gaps <= TURNING)]] = 1.0
+        turn.away = dict(zip(near.tolist(), gaps.tolist(), strict=True))
+        ways = {index: floors.way(index, targets[index]) for index in turn.away}
+        ways = {index: way for index, way in ways.items() if way.intersects(passage.shape)}
+        turn.mouths = {index: _comes_from(passage, way) for index, way in ways.items()}
+        turn.going = [one for one in turn.going if one in ways or turn.away.get(one, np.inf) <= self._radii[one]]
+        coming = [index for index in ways if index not in turn.going]
         self._since[coming] = np.minimum(self._since[coming], now)
-        waiting = sorted(coming.tolist(), key=lambda index: self._since[index])
-        if not turn.going and waiting:
-            inside = [index for index in waiting if away[index] <= 0.0]
-            turn.first = (inside or waiting)[0]
-            turn.mouth = mouths[turn.first]
-        others = any(mouths[index] != turn.mouth for index in waiting)
-        if not others or turn.first in turn.going or not turn.going:
-            for index in sorted(waiting, key=lambda index: away[index]):
-                clear = passage.half_width >= WEDGE * self._radii[index] or self._is_behind(index, turn, away, points)
-                if mouths[index] == turn.mouth and clear:
-                    turn.going.append(index)
-        waiting = [index for index in waiting if index not in turn.going]
-        turn.places = {index: place for index, place in turn.places.items() if index in waiting}
-        for index in waiting:
-            self._hold(index, passage.places[mouths[index]], turn, points, mouths)
+        self._let_in(passage, turn, sorted(coming, key=lambda index: self._since[index]), points)
+        turn.places = {index: place for index, place in turn.places.items() if index not in turn.going}
+        for index in coming:
+            if index not in turn.going:
+                self._hold(index, passage, turn, points)
         going = np.array(turn.going, dtype=np.intp)
-        self.thin[going] = np.clip(passage.half_width - ELBOWS, THINNEST, self._radii[going])
+        if passage.lanes and len(set(turn.mouths.values())) > 1:
+            self._keep_right(passage, turn, ways, points)
+        else:
+            self.thin[going] = np.clip(passage.half_width - ELBOWS, THINNEST, self._radii[going])
 
-    def _is_behind(self, index: int, turn: _Turn, away: dict[int, float], points: FloatArray) -> bool:
-        """Whether one is behind all who go through, by the space there is between them."""
-        gaps = np.linalg.norm(points[turn.going] - points[index], axis=1)
-        before = np.array([away.get(one, 0.0) for one in turn.going])
-        return bool(np.all((gaps >= SPACE) & ((before <= 0.0) | (away[index] - before >= SPACE))))
+    def _let_in(self, passage: Passage, turn: _Turn, waiting: list[int], points: FloatArray) -> None:
+        """Have those who wait, the longest first, go through whose turn it is, where they have room behind others."""
+        meet = len(set(turn.mouths.values())) > 1
+        if not turn.going and waiting:
+            inside = [index for index in waiting if turn.away[index] <= 0.0]
+            turn.first = (inside or waiting)[0]
+            turn.mouth = turn.mouths[turn.first]
+        if meet and not passage.lanes and turn.going and turn.first not in turn.going:
+            return
+        single = passage.half_width < WEDGE * self._radii.max() or (passage.lanes and meet)
+        for index in sorted(waiting, key=lambda index: turn.away[index]):
+            mouth = turn.mouths[index]
+            if mouth == turn.mouth or passage.lanes:
+                before = [one for one in turn.going if turn.mouths.get(one, turn.mouth) == mouth]
+                gaps = np.linalg.norm(points[before] - points[index], axis=1)
+                ahead = np.array([turn.away.get(one, 0.0) for one in before])
+                if not single or np.all((gaps >= SPACE) & ((ahead <= 0.0) | (turn.away[index] - ahead >= SPACE))):
+                    turn.going.append(index)
 
-    def _hold(self, index: int, places: FloatArray, turn: _Turn, points: FloatArray, mouths: dict[int, int]) -> None:
-        """Let one wait at the nearest of the places (P, 2) of its mouth that nobody has, or else where it is."""
+    def _hold(self, index: int, passage: Passage, turn: _Turn, points: FloatArray) -> None:
+        """Let one wait at the nearest of the places of its mouth that nobody has, or else where it is."""
+        mouth = turn.mouths[index]
+        places = passage.places[mouth]
         if index not in turn.places:
-            taken = {place for one, place in turn.places.items() if mouths[one] == mouths[index]}
+            taken = {place for one, place in turn.places.items() if turn.mouths.get(one) == mouth}
             free = [place for place in range(len(places)) if place not in taken]
             gaps = np.linalg.norm(places[free] - points[index], axis=1)
             turn.places[index] = free[int(np.argmin(gaps))] if free else -1
-        own = turn.places[index]
-        if own >= 0:
-            self.places[index] = places[own]
-        elif not self.held[index]:
-            self.places[index] = points[index]
+        self.places[index] = places[turn.places[index]] if turn.places[index] >= 0 else points[index]
         self.held[index] = True
+
+    def _keep_right(
+        self, passage: Passage, turn: _Turn, ways: dict[int, shapely.LineString], points: FloatArray
+    ) -> None:
+        """Send those who go through along the right side, shoulders turned as far as they have to be beside others.
+
+        Seen along the way a body of radius r, half as deep as broad and turned by t, is r sqrt(1 - 3/4 sin(t)^2) wide.
+        """
+        people = np.array([one for one in turn.going if one in ways], dtype=np.intp)
+        ahead = shapely.get_coordinates([shapely.line_interpolate_point(ways[one], AHEAD) for one in people.tolist()])
+        along = (ahead - points[people]) / np.maximum(np.linalg.norm(ahead - points[people], axis=1), 1e-9)[:, None]
+        right = passage.half_width * np.stack([-along[:, 1], along[:, 0]], axis=1)
+        self.places[people], self.led[people] = move_inside(passage.lane, ahead + right), True
+        self.thin[people] = np.clip(0.5 * (passage.half_width - ELBOWS), THINNEST, self._radii[people])
+        sides = np.array([turn.mouths[one] for one in people.tolist()])
+        gaps = np.linalg.norm(points[people][:, None] - points[people], axis=2)
+        meets = np.any((gaps <= BESIDE) & (sides[:, None] != sides), axis=1)
+        width = np.clip(self.thin[people] / self._radii[people], 0.5, 1.0)
+        self.turned[people] = np.where(meets, np.arcsin(np.sqrt((1.0 - width**2) / 0.75)) / (0.5 * np.pi), 0.0)
 
     def centred(self, points: FloatArray, levels: IntArray) -> FloatArray:
         """The points (N, 2) on levels (N,), those in passages off the walls as far as these allow."""
