@@ -2,7 +2,7 @@
 
 Examples:
   python tools/bench.py --json
-  python tools/bench.py --crowd 10,100,1000,10000 --markdown BENCHMARKS.md
+  python tools/bench.py --crowd 10,100,1000,10000 --markdown build/bench/crowds.md
 """
 
 import argparse

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from usdfoot.analysis.biped import find_biped, make_biped
-from usdfoot.analysis.biped_sole import ball_height_of_foot
+from usdfoot.analysis.feet import ball_height_of_foot
 from usdfoot.errors import BipedError
 from usdfoot.model.skeleton import Skeleton
 from usdfoot.readers.joints import leaf_name, parent_indices

@@ -1,6 +1,9 @@
 """A crowd of people on the stepping stones, one after the other, and the crowd made of it in one process."""
 
 import hashlib
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
@@ -59,3 +62,16 @@ def crowd_scene(stages, tmp_path_factory):
 def crowd(crowd_scene, tmp_path_factory):
     """Report of the crowd, each agent a chunk, made in this process."""
     return animate(crowd_scene, tmp_path_factory.mktemp("made") / "out", chunk_size=1)
+
+
+@pytest.fixture(scope="session")
+def pairs(crowd_scene, tmp_path_factory):
+    """Report of the crowd in chunks of two agents, made in this process."""
+    return animate(crowd_scene, tmp_path_factory.mktemp("pairs") / "out", chunk_size=2)
+
+
+@pytest.fixture(scope="session")
+def worker() -> Iterator[Executor]:
+    """A worker in a process of its own."""
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
+        yield executor

@@ -59,18 +59,17 @@ def test_one_chunk_has_the_agents_of_many(crowd, crowd_scene, tmp_path):
             assert specs[0] == specs[1]
 
 
-def test_processes_make_the_same_bytes(crowd, crowd_scene, tmp_path, monkeypatch):
+def test_processes_make_the_same_bytes(crowd, crowd_scene, worker, tmp_path, monkeypatch):
     monkeypatch.setattr("usdfoot.pipeline.animate.EARLY_CHUNKS", 2)
     monkeypatch.setattr("usdfoot.pipeline.animate.FEW_CHUNKS", 1)
     done = []
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
-        animate(
-            *(crowd_scene, tmp_path / "out"),
-            chunk_size=1,
-            executor=executor,
-            beside=True,
-            progress=lambda part, count, total: done.append(count) if part == "animate" else None,
-        )
+    animate(
+        *(crowd_scene, tmp_path / "out"),
+        chunk_size=1,
+        executor=worker,
+        beside=True,
+        progress=lambda part, count, total: done.append(count) if part == "animate" else None,
+    )
     assert done == list(range(AGENTS + 1))
     assert digests(tmp_path / "out") == digests(crowd.crowd_file.parent)
 
@@ -103,12 +102,11 @@ def test_of_a_chunk_with_a_changed_agent_the_others_are_kept(stages, tmp_path):
     assert {name for name in fresh if fresh[name] != kept[name]} <= {File.OVERRIDES}
 
 
-def test_agents_are_found_in_the_chunks_of_a_crowd_that_was_cut_otherwise(crowd_scene, tmp_path):
+def test_agents_are_found_in_the_chunks_of_a_crowd_that_was_cut_otherwise(crowd_scene, pairs, tmp_path):
     animate(crowd_scene, tmp_path / "out", agents="Agent_[12]")
     again = animate(crowd_scene, tmp_path / "out", chunk_size=2)
     assert (again.kept, again.kept_agents) == (0, AGENTS - 1)
-    animate(crowd_scene, tmp_path / "fresh", chunk_size=2)
-    fresh, kept = digests(tmp_path / "fresh"), digests(tmp_path / "out")
+    fresh, kept = digests(pairs.crowd_file.parent), digests(tmp_path / "out")
     assert {name for name in fresh if fresh[name] != kept[name]} <= {File.OVERRIDES}
 
 
@@ -124,10 +122,10 @@ def test_other_options_make_every_chunk_again_and_a_smaller_crowd_leaves_no_chun
 
 def test_a_killed_run_leaves_the_old_crowd_and_the_next_goes_on(stages, crowd, tmp_path):
     scene = write_crowd_scene(stages, tmp_path / "scene")
-    arguments = ("animate", scene, "-o", tmp_path / "out", "--workers", 1, "-q")
-    subprocess.run(command(*arguments, "--agents", "Agent_0"), check=True, capture_output=True)
+    animate(scene, tmp_path / "out", agents="Agent_0")
     before = digests(tmp_path / "out")
-    process = subprocess.Popen(command(*arguments, "--chunk-size", 1), stdout=subprocess.DEVNULL)
+    arguments = command("animate", scene, "-o", tmp_path / "out", "--workers", 1, "-q", "--chunk-size", 1)
+    process = subprocess.Popen(arguments, stdout=subprocess.DEVNULL)
     pending = tmp_path / "out" / File.PENDING
     deadline = time.monotonic() + 120.0
     while not list(pending.glob("anims.*.usdc")) and process.poll() is None and time.monotonic() < deadline:
@@ -179,3 +177,29 @@ def test_a_full_disk_is_reported_and_the_next_run_goes_on(crowd, crowd_scene, tm
     assert not list((tmp_path / "out").glob("*.usd*"))
     animate(crowd_scene, tmp_path / "out", chunk_size=1)
     assert digests(tmp_path / "out") == digests(crowd.crowd_file.parent)
+
+
+def test_the_clips_analysis_is_kept_and_what_comes_of_it_is_the_same(crowd_scene, crowd, tmp_path, monkeypatch):
+    monkeypatch.setattr("usdfoot.batch.tasks.LARGE_CROWD", 2)
+    animate(crowd_scene, tmp_path / "out", chunk_size=2)
+    (kept,) = (tmp_path / "out" / File.EXAMPLES).iterdir()
+    whole = digests(tmp_path / "out")
+    (tmp_path / "out" / "anims.0001.usdc").unlink()
+    with monkeypatch.context() as patch:
+        patch.setattr("usdfoot.batch.analysed.build_examples", None)  # must not be called
+        again = animate(crowd_scene, tmp_path / "out", chunk_size=2)
+    assert (again.kept, again.kept_agents) == (1, 2) and digests(tmp_path / "out") == whole
+    kept.write_bytes(kept.read_bytes()[:-2000])
+    (tmp_path / "out" / "anims.0000.usdc").unlink()
+    animate(crowd_scene, tmp_path / "out", chunk_size=2)
+    assert digests(tmp_path / "out") == whole
+    animate(crowd_scene, tmp_path / "out")
+    assert not (tmp_path / "out" / File.EXAMPLES).exists()
+
+
+def test_an_agent_counts_as_kept_only_if_it_could_be_taken(crowd_scene, tmp_path):
+    animate(crowd_scene, tmp_path / "out")
+    whole = digests(tmp_path / "out")
+    (tmp_path / "out" / "footsteps.usdc").unlink()  # the animations still say whom they have
+    again = animate(crowd_scene, tmp_path / "out")
+    assert (again.kept, again.kept_agents) == (0, 0) and digests(tmp_path / "out") == whole

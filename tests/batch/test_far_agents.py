@@ -1,8 +1,5 @@
 """Far agents are sampled in turns, and their feet stand all the same."""
 
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
-
 import numpy as np
 import pytest
 from pxr import Sdf, Usd, UsdGeom
@@ -113,9 +110,8 @@ def test_planted_feet_stand_at_all_frames_and_what_is_recorded_is_what_is_seen(c
         assert seen.knee_speed <= 1.001 * full.knee_speed and seen.joint_jerk <= 1.1 * full.joint_jerk
 
 
-def test_processes_make_the_same_bytes(crowd_scene, far, tmp_path):
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as executor:
-        animate(crowd_scene, tmp_path / "out", chunk_size=1, options=every(2), executor=executor)
+def test_another_process_makes_the_same_bytes(crowd_scene, far, worker, tmp_path):
+    animate(crowd_scene, tmp_path / "out", chunk_size=1, options=every(2), executor=worker)
     assert digests(tmp_path / "out") == digests(far.crowd_file.parent)
 
 

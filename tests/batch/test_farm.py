@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.batch.conftest import AGENTS, digests
+from tests.batch.conftest import digests
 from usdfoot.batch.job import job_template
 from usdfoot.cli.main import main
 from usdfoot.errors import SceneError
@@ -59,11 +59,11 @@ def test_a_scheduler_that_does_not_answer_is_named(crowd_scene, tmp_path, capsys
     assert not (tmp_path / "out").exists()
 
 
-def test_a_farm_runs_the_job_and_makes_the_same_bytes(crowd, crowd_scene, tmp_path, capsys):
+def test_a_farm_runs_the_job_and_makes_the_same_bytes(pairs, crowd_scene, tmp_path, capsys):
     pytest.importorskip("openjd.cli", reason="openjd-cli is not installed")
     scripts = Path(sys.executable).parent
     folder = tmp_path / "out"
-    assert main(["job", str(crowd_scene), "-o", str(folder), "-q", "--with=--chunk-size 1"]) == 0
+    assert main(["job", str(crowd_scene), "-o", str(folder), "-q", "--with=--chunk-size 2"]) == 0
     job = tmp_path / "job.yaml"
     job.write_text(capsys.readouterr().out)
     environment = {**os.environ, "PATH": f"{scripts}{os.pathsep}{os.environ['PATH']}"}
@@ -72,8 +72,8 @@ def test_a_farm_runs_the_job_and_makes_the_same_bytes(crowd, crowd_scene, tmp_pa
     run = [*openjd, "run", str(job), "--step", "Crowd", "--run-dependencies"]
     done = subprocess.run(run, capture_output=True, text=True, env=environment, cwd=tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert f"kept {AGENTS} of {AGENTS} chunks" in done.stdout
-    assert digests(folder) == digests(crowd.crowd_file.parent)
+    assert f"kept {pairs.chunks} of {pairs.chunks} chunks" in done.stdout
+    assert digests(folder) == digests(pairs.crowd_file.parent)
 
 
 def test_a_job_names_what_it_is_given():

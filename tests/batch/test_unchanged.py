@@ -9,9 +9,11 @@ from pxr import Sdf, Usd
 
 from tests.batch.conftest import AGENTS, digests
 from usdfoot.bridge.tokens import File
+from usdfoot.errors import SceneError
+from usdfoot.model.limits import Limits
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.animate import animate
-from usdfoot.pipeline.report import CallRecord
+from usdfoot.pipeline.provenance import CallRecord
 from usdfoot.pipeline.unchanged import find_unchanged
 
 CALL = CallRecord(chunk_size=1)
@@ -56,12 +58,18 @@ def test_nothing_is_written_and_all_is_told_again(crowd, crowd_scene, folder):
         (MotionOptions(), replace(CALL, agents="Agent_[01]")),
         (MotionOptions(), replace(CALL, frames=(0, 40))),
         (MotionOptions(), replace(CALL, collect=True)),
+        (MotionOptions(), replace(CALL, limits=Limits(agents=AGENTS))),
     ],
 )
 def test_what_is_asked_for_otherwise_is_made(crowd, crowd_scene, options, call):
     folder = crowd.crowd_file.parent
     assert find_unchanged(crowd_scene, folder, options=MotionOptions(), call=CALL) is not None
     assert find_unchanged(crowd_scene, folder, options=options, call=call) is None
+
+
+def test_a_limit_that_is_too_low_is_one_where_nothing_changed_too(crowd, crowd_scene):
+    with pytest.raises(SceneError, match=f"has {AGENTS} agents, more than {AGENTS - 1}"):
+        animate(crowd_scene, crowd.crowd_file.parent, chunk_size=1, limits=Limits(agents=AGENTS - 1))
 
 
 @pytest.mark.parametrize("name", ["anims.0001.usdc", "report.json", "crowd.usd", "crowd.expanded.usda"])

@@ -2,6 +2,7 @@
 
 import json
 import logging
+import runpy
 import shutil
 
 import pytest
@@ -39,6 +40,22 @@ def test_version_and_usage(capsys):
     assert main(["dance"]) == 2
     assert main(["animate", "scene.usda"]) == 2
     assert "-o" in capsys.readouterr().err
+
+
+def test_the_package_runs_as_a_module(monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["usdfoot", "--version"])
+    with pytest.raises(SystemExit) as stop:
+        runpy.run_module("usdfoot", run_name="__main__")
+    assert stop.value.code == 0 and capsys.readouterr().out.strip() == f"usdfoot {__version__}"
+
+
+@pytest.mark.parametrize(
+    ("verb", "flag", "text"), [("animate", "--frames", "-5:10"), ("plan wander", "--bounds", "-1,-1,1,1")]
+)
+def test_what_begins_with_a_minus_and_a_digit_is_a_value(verb, flag, text, tmp_path, capsys):
+    arguments = [*verb.split(), str(tmp_path / "none.usda"), "-o", str(tmp_path / "out.usda")]
+    assert main([*arguments, flag, text]) == 2
+    assert "no such file" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("text", ["10", "a:b", "20:10", "1:2:3"])

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 from tests.engine.plans import way
 from tests.engine.walkers import between, in_world
-from usdfoot.engine.flight import GRAVITY
+from usdfoot.analysis.timing import EARTH_GRAVITY
 from usdfoot.model.plan import FootstepPlan
 
 
@@ -72,7 +72,7 @@ def test_a_body_in_flight_falls_freely(animate, walker_library):
         inside = between(body.times, plan.liftoff_times[number] + 0.02, plan.strike_times[number + 1] - 0.02)
         heights = body.pelvis[inside, 1]
         accelerations.append(2.0 * np.polyfit(body.times[inside], heights, 2)[0])
-    assert_allclose(np.mean(accelerations), -GRAVITY, rtol=0.25)
+    assert_allclose(np.mean(accelerations), -EARTH_GRAVITY, rtol=0.25)
 
 
 def test_longer_flights_rise_higher(animate, walker_library):

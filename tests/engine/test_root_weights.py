@@ -11,10 +11,11 @@ from numpy.testing import assert_allclose, assert_array_equal
 from tests.engine.plans import crowd, mirrored, way
 from tests.engine.synthesis import synthesise
 from tests.engine.walkers import in_world
-from usdfoot.engine.animate import animate_agents, animate_crowd, prepare_library
+from usdfoot.engine.animate import PreparedLibraries, animate_agents, animate_crowd, prepare_library, prepare_steps
 from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import UsdfootError
 from usdfoot.model.plan import FootstepPlan
+from usdfoot.planning.followers import plan_followers
 from usdfoot.readers.scene import read_scene
 
 WEIGHTS = (0.0, 0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0)
@@ -180,6 +181,24 @@ def test_real_steps_are_predicted_and_do_not_slide(shared_data, scene):
         assert motions[0].results.slide.max() < 1e-3
         means.append(motions[0].results.blend_error.mean())
     assert np.all(np.diff(means) > 0.0)
+
+
+@pytest.mark.parametrize("scene", ["walk_flat.usda", "stepping_stones.usda", "crowd_zara.usda"])
+def test_the_mean_error_of_real_scenes_never_falls_and_kept_footsteps_are_met(shared_data, scene):
+    """All root weights in one go, the agents of each beside the others."""
+    options, grid = EngineOptions(), np.linspace(0.02, 1.0, 50)
+    crowd_ = read_scene(shared_data / "scenes" / scene).crowd
+    libraries = PreparedLibraries(options)
+    crowd_ = plan_followers(crowd_, options=options, libraries=libraries)[0]
+    agents = [replace(agent, plan=weighted(agent.plan, weight)) for weight in grid for agent in crowd_.agents[:5]]
+    steps = prepare_steps(libraries.prepared(crowd_, 0), agents, crowd_, options=options)
+    rows = np.flatnonzero(~steps.setup.segments.stands)
+    rooted = steps.landings.rooted
+    errors, missed = rooted.blend_errors[rows], rooted.blend_errors[rows] - rooted.predicted_errors[rows]
+    assert np.diff(errors.reshape(len(grid), -1).mean(axis=1)).min() > -options.landing_tolerance
+    assert np.mean(np.abs(missed) > 1e-3) < 2e-3
+    kept = ~rooted.given_up[rows] & (rooted.hull_distances[rows] == 0.0)
+    assert kept.any() and np.mean(errors[kept] > 1e-3) < 2e-3
 
 
 @pytest.mark.parametrize(

@@ -151,3 +151,12 @@ def test_real_data_walks_at_human_speed(shared_data, file, options, people, spee
     assert len(found) == people
     speeds = [np.linalg.norm(np.diff(t.positions, axis=0), axis=1).sum() / (t.end - t.start) for t in found]
     assert np.median(speeds) == pytest.approx(speed, rel=0.25)
+
+
+def test_who_jumps_is_two_tracks(tmp_path):
+    file = tmp_path / "tracks.txt"
+    file.write_text("".join(f"{frame} 7 {0.1 * frame + 500.0 * (frame > 4)} 0\n" for frame in range(10)))
+    trajectories, problems = import_pedestrians(file, unit="m", rate=10.0, layout="eth")
+    assert [(track.name, len(track.times)) for track in trajectories] == [("tracks.txt 7", 5), ("tracks.txt 7 2", 5)]
+    (problem,) = problems
+    assert "tracks.txt:6: person 7 jumps here, faster than 40 m/s; the track was cut in two" in problem.message

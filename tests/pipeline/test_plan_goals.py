@@ -86,6 +86,11 @@ def test_a_scenario_becomes_a_valid_stage_that_can_be_planned(tmp_path, capsys):
     again = tmp_path / "again.usda"
     convert_scenario(file, again)
     assert again.read_bytes() == scene.read_bytes()
+    bare = str(tmp_path / "bare.usda")
+    Sdf.Layer.CreateNew(bare).Save()
+    for asset, message in ((str(tmp_path / "none.usd"), "no such file"), (bare, "has no defaultPrim")):
+        assert main(["plan", "scenario", str(file), "-o", str(scene), "--character", asset]) == 2
+        assert message in capsys.readouterr().err
     file.write_text("<SteerBenchTestCase>\n<header>")
     assert main(["plan", "scenario", str(file), "-o", str(scene)]) == 2
     assert "case.xml, line 2: is not well-formed XML" in capsys.readouterr().err

@@ -91,6 +91,7 @@ def test_who_cannot_go_is_named_and_the_rest_goes_on():
             seeker("/Far", (3.0, 2.0), (22.0, 0.0)),
             seeker("/Same", (-4.1, 0.0), (4.0, 4.0)),
             seeker("/Edge", (7.9, 0.0), (4.0, 4.0)),
+            seeker("/Off", (90.0, 0.0), (4.0, 4.0)),
             seeker("/Fast", (5.0, -5.0), (5.0, -3.0), speed=12.0),
             obstacles=[BLOCK],
         ),
@@ -103,6 +104,7 @@ def test_who_cannot_go_is_named_and_the_rest_goes_on():
     assert "cannot get to its goal (22.00, 0.00) m" in messages["/Far"]
     assert "starts 0.10 m from /Fine, where their bodies overlap" in messages["/Same"]
     assert "0.10 m from an obstacle or the edge" in messages["/Edge"]
+    assert "starts at (90.00, 0.00) m, in an obstacle or off the walkable ground" in messages["/Off"]
     assert "wants to go 12.00 m/s; 5 m/s were taken" in messages["/Fast"]
 
 

@@ -10,8 +10,8 @@ from tests.engine.plans import way
 from tests.planning.terrains import slab, terrain_of
 from usdfoot.errors import PlanError
 from usdfoot.maths import quaternion
-from usdfoot.model.draft import PlanDraft
 from usdfoot.model.ground import Ground
+from usdfoot.model.plan import PlanDraft
 from usdfoot.planning.lint import lint_plans
 from usdfoot.planning.mend import mend_plans, mend_times
 from usdfoot.planning.prints import print_orientations
@@ -108,7 +108,7 @@ def test_what_is_good_stays_and_what_hovers_or_crosses_is_mended():
     plan = way(9)
     hill = terrain_of([slab((-20.0, 20.0), (-20.0, 20.0), (-2.0, 2.0))])
     (same,) = mend_plans([plan], Ground(LEVEL), bodies=[BODY])
-    assert same is plan
+    assert same is plan and mend_plans([], Ground(LEVEL), bodies=[]) == []
     crossed = moved(plan, 4, (-0.4, 0.0, 0.0))
     for bad, terrain in ((plan, hill), (crossed, LEVEL)):
         assert faults(bad, terrain=terrain)

@@ -90,6 +90,10 @@ def test_a_plan_stands_at_both_ends_and_steps_only_on_stones():
     plan = plan_stones(stones, stance_at(np.zeros(3), 0.0, REACH), goal, REACH, name="/Plan")
     assert plan.starts_standing and plan.ends_standing and plan.name == "/Plan"
     assert_allclose(plan.positions[2:-2], stones.positions, atol=1e-12)
+    slow, quick = (
+        plan_stones(stones, stance_at(np.zeros(3), 0.0, REACH), goal, REACH, speed=speed) for speed in (0.4, 0.8)
+    )
+    assert_allclose(slow.strike_times, 2.0 * quick.strike_times)
 
 
 def test_where_there_is_no_way_the_error_says_how_far_one_leads():

@@ -97,6 +97,12 @@ def test_strikes_as_they_come_are_those_of_the_plan():
     assert_allclose([step.strike_time for step in footsteps], plan.strike_times, atol=1e-9)
 
 
+def test_who_is_given_a_speed_goes_at_it():
+    slow, quick = (walk(4, options=WanderOptions(speed=speed)) for speed in (0.4, 0.8))
+    assert_array_equal(slow.positions, quick.positions)
+    assert_allclose(slow.strike_times, 2.0 * quick.strike_times)
+
+
 def test_it_stays_on_walkable_ground_and_its_heights():
     terrain = terrain_of(
         [slab((-3.0, 3.0), (-3.0, 3.0), (0.0, 0.6)), slab((3.0, 9.0), (-3.0, 3.0), (0.0, 0.6))], walkable=[True, False]

@@ -5,6 +5,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from tests.scenes import BALL_HEIGHT, JOINTS, OFFSETS, Units, add_character, new_stage
+from usdfoot.errors import SkeletonError
 from usdfoot.readers.bounds import read_bounds
 
 
@@ -35,6 +36,16 @@ def test_without_skin_the_joints_count():
     (bound,) = bounds_of(stage)
     assert bound.padding == 0.0
     assert_array_equal(bound.sources, np.arange(len(JOINTS)))
+
+
+def test_a_character_that_does_not_come_along_where_it_is_referenced_is_named():
+    stage = new_stage()
+    add_character(stage, "/World/Hero", Units())
+    stage.DefinePrim("/World/Hero/Again").GetReferences().AddInternalReference("/World")
+    with pytest.raises(
+        SkeletonError, match=r"/World/Hero/Again/Hero: has no Skeleton Skeleton where agents reference it"
+    ):
+        bounds_of(stage, "/World/Hero/Again/Hero")
 
 
 def test_every_skeleton_with_skin_counts_by_the_joints_it_shares_with_the_animation():

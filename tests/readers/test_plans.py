@@ -233,6 +233,14 @@ def test_a_mirrored_plan_is_refused():
         read(stage)
 
 
+@pytest.mark.parametrize("scale", [0.0, float("nan")])
+def test_a_plan_that_its_transform_flattens_is_refused(scale):
+    stage, prim = plan_prim()
+    UsdGeom.Xformable(prim).AddScaleOp().Set(Gf.Vec3f(scale, 1.0, 1.0))
+    with pytest.raises(PlanError, match="/World/Plan: has a transform that is not finite or flattens it"):
+        read(stage)
+
+
 def test_another_kind_of_prim_is_refused():
     stage = new_stage()
     UsdGeom.Xform.Define(stage, "/World/Plan")

@@ -1,12 +1,15 @@
 """Time samples come onto one regular grid without moving what they say."""
 
+import struct
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
-from pxr import Usd, UsdSkel
+from pxr import Usd, UsdSkel, Vt
 
+from usdfoot.errors import ClipError
 from usdfoot.maths import quaternion
 from usdfoot.readers.samples import (
     SampledArray,
@@ -48,6 +51,20 @@ def test_samples_of_another_length_are_left_out_and_said(caplog):
         "/Walk.translations: 1 sample(s) that hold other than 2 values are left out, first at time code 1"
         in caplog.text
     )
+
+
+def test_samples_of_a_damaged_file_are_named(tmp_path):
+    path, count = tmp_path / "damaged.usdc", 1237
+    stage = Usd.Stage.CreateNew(str(path))
+    translations = UsdSkel.Animation.Define(stage, "/Walk").CreateTranslationsAttr()
+    for code in (0.0, 1.0):
+        translations.Set(Vt.Vec3fArray.FromNumpy(np.full((count, 3), code, dtype=np.float32)), code)
+    stage.Save()
+    del stage, translations
+    path.write_bytes(path.read_bytes().replace(struct.pack("<Q", count), struct.pack("<Q", 1 << 60)))
+    stage = Usd.Stage.Open(str(path))
+    with pytest.raises(ClipError, match=r"/Walk.translations: cannot be read\. \w+"):
+        read_samples(UsdSkel.Animation(stage.GetPrimAtPath("/Walk")).GetTranslationsAttr(), count)
 
 
 def test_a_single_default_gives_no_grid():

@@ -241,6 +241,11 @@ def pointed(name, target):
     return lambda prim: prim.GetRelationship(name).SetTargets([target])
 
 
+def mute_plan(prim):
+    (plan,) = prim.GetRelationship(Token.PLAN).GetTargets()
+    prim.GetStage().GetPrimAtPath(plan).SetActive(False)
+
+
 def author_text(prim):
     layer, path = prim.GetStage().GetRootLayer(), prim.GetPath().AppendProperty(Token.ROOT_WEIGHT)
     Sdf.JustCreatePrimAttributeInLayer(layer, path, Sdf.ValueTypeNames.String)
@@ -260,6 +265,7 @@ _TOKEN, _FLOAT = Sdf.ValueTypeNames.Token, Sdf.ValueTypeNames.Float
         (authored(Token.CROUCH, _FLOAT, 0.75), "/World/Hero: usdfoot:agent:crouch is 0.75. -0.2 to 0.6 is possible"),
         (authored(Token.GRAVITY, _FLOAT, 0.0), "usdfoot:agent:gravity is 0. a positive number is possible"),
         (pointed(Token.PLAN, "/Nowhere"), "agent:plan points at what does not exist: /Nowhere"),
+        (mute_plan, "/World/Hero: usdfoot:agent:plan points at what is inactive: /World/Plan"),
         (pointed(Token.PLAN, "/World/Clips"), "/World/Clips: is an untyped prim. a footstep plan is a PointInstancer"),
         (pointed(Token.CLIPS, "/World/Plans"), "/World/Plans: has no clips"),
     ],

@@ -27,6 +27,13 @@ def test_what_is_not_usd_is_named(tmp_path, name):
         open_stage(path)
 
 
+def test_text_that_is_not_utf_8_is_named(tmp_path):
+    path = tmp_path / "latin.usda"
+    path.write_bytes('#usda 1.0\ndef "Läufer" {}\n'.encode("latin-1"))
+    with pytest.raises(SceneError, match=r"latin.usda: cannot be opened as USD"):
+        open_stage(path)
+
+
 def test_an_open_stage_is_taken_as_it_is():
     stage = new_stage()
     assert open_stage(stage) is stage

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from pxr import Gf, Sdf, Usd, UsdGeom, Vt
+from pxr import Gf, Sdf, Ts, Usd, UsdGeom, Vt
 
 from tests.scenes import Units, add_agent, new_stage, simple_scene
 from usdfoot.bridge.tokens import Agent as AgentToken
@@ -62,6 +62,36 @@ def test_animated_rotation_is_the_heading(units):
         turn.Set(float(yaw), float(time * units.rate))
     trajectory = reader(units).read(way.GetPrim(), None)
     assert_allclose(trajectory.yaws, np.radians(yaws), atol=1e-5)
+
+
+@pytest.mark.parametrize("turn", [200.0, -360.0, 900.0])
+def test_angles_that_turn_farther_than_half_around_between_two_samples_go_the_way_they_say(turn):
+    stage = new_stage()
+    xform = UsdGeom.Xform.Define(stage, "/World/Way")
+    operation = xform.AddRotateXYZOp()
+    for code, yaw in ((0.0, 0.0), (48.0, turn), (96.0, turn)):
+        operation.Set(Gf.Vec3f(0.0, yaw, 0.0), code)
+    trajectory = reader(Units()).read(xform.GetPrim(), None)
+    assert_allclose(
+        np.interp([0.5, 1.0, 2.0], trajectory.times, trajectory.yaws), np.radians(turn) * np.array([0.25, 0.5, 1.0])
+    )
+
+
+@pytest.mark.skipif(not hasattr(Usd.Attribute, "HasSpline"), reason="this USD has no splines on attributes")
+def test_splines_are_followed_between_their_knots():
+    stage = new_stage()
+    xform = UsdGeom.Xform.Define(stage, "/World/Way")
+    attribute = xform.AddTranslateZOp(UsdGeom.XformOp.PrecisionDouble).GetAttr()
+    spline = Ts.Spline("double")
+    for code, place in ((0.0, 0.0), (48.0, 3.0), (72.0, 3.0)):
+        ease = {"preTanWidth": 8.0, "postTanWidth": 8.0}
+        spline.SetKnot(Ts.Knot(typeName="double", time=code, value=place, nextInterp=Ts.InterpCurve, **ease))
+    attribute.SetSpline(spline)
+    trajectory = reader(Units()).read(xform.GetPrim(), None)
+    assert_allclose(np.diff(trajectory.times), 1.0 / 24.0)
+    places = [attribute.Get(float(code)) for code in 24.0 * trajectory.times]
+    assert_allclose(trajectory.positions[:, 2], places)
+    assert np.ptp(np.diff(places[:48])) > 0.01, "eased, not straight"
 
 
 def test_rotation_that_stays_is_no_heading_but_that_of_one_at_rest():
@@ -163,6 +193,8 @@ def faulty(stage: Usd.Stage, what: str) -> Usd.Prim:
         cloud.GetIdsAttr().Set(Vt.Int64Array([1, 1]), 24.0)
     elif what == "too many points":
         cloud.GetPointsAttr().Set(Vt.Vec3fArray(2), 24.0)
+    elif what == "jump":
+        cloud.GetPointsAttr().Set(Vt.Vec3fArray([Gf.Vec3f(0, 0, 90)]), 24.0)
     elif what == "not a number":
         cloud.GetPointsAttr().Set(Vt.Vec3fArray([Gf.Vec3f(float("nan"), 0, 0)]), 24.0)
     return cloud.GetPrim()
@@ -178,6 +210,7 @@ def faulty(stage: Usd.Stage, what: str) -> Usd.Prim:
         ("no ids", 1, "has no ids"),
         ("id twice", 1, "has an id twice at time code 24"),
         ("too many points", 1, "has 2 points but 1 ids at time code 24"),
+        ("jump", 1, "jumps by 90 m from 0 to 1 s. cut it there, or correct the unit or the rate"),
         ("not a number", 1, "position of sample 1 is not a finite number"),
     ],
 )

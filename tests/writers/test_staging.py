@@ -1,6 +1,7 @@
 """All files appear together or not at all."""
 
 import os
+import resource
 
 import pytest
 from pxr import Sdf
@@ -35,6 +36,22 @@ def test_a_failure_while_writing_a_crowd_again_leaves_the_old_one(tmp_path, monk
     with pytest.raises(OutputError, match=r"cannot be written to \(No space left on device\)"):
         write(tmp_path, frames=5)
     assert contents(crowd.parent) == before
+
+
+def test_a_layer_for_which_there_is_no_room_is_refused_with_the_reason(tmp_path):
+    layer = Sdf.Layer.CreateAnonymous(".usdc")
+    values = Sdf.CreatePrimInLayer(layer, "/Values")
+    for index in range(2000):
+        Sdf.AttributeSpec(values, f"value{index}", Sdf.ValueTypeNames.Double).default = index / 7.0
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, limits[1]))
+    try:
+        refusal = pytest.raises(OutputError, match=r"cannot be written to \(File too large\)\. make room")
+        with refusal, staged_files(tmp_path / "out") as files:
+            files.add_layer("large.usdc", layer)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert not list((tmp_path / "out").iterdir())
 
 
 def test_the_root_layer_is_renamed_last(tmp_path, monkeypatch):

@@ -17,7 +17,7 @@ from benching.disk import author_samples, read_samples
 from benching.scene import write_scene
 from usdfoot.engine.animate import PreparedLibraries, animate_crowd
 from usdfoot.engine.options import EngineOptions
-from usdfoot.pipeline.report import CHUNK_SIZE
+from usdfoot.pipeline.provenance import CHUNK_SIZE
 from usdfoot.readers.scene import SceneReader
 
 __all__ = ["crowd_times", "draw_growth", "growth_exponent"]

@@ -1,21 +1,26 @@
-"""Foot geometry: where heel and sole are relative to the ankle."""
+"""Foot geometry: where heel and sole are relative to ankle and ball."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.ndimage import minimum_filter1d
+from scipy.spatial import ConvexHull, QhullError
 
-from usdfoot.analysis.sampling import samples_within
+from usdfoot.analysis.grids import samples_within
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
 
-__all__ = ["HEEL_REACH", "heel_offsets", "heels_ahead", "unrest"]
+__all__ = ["HEEL_REACH", "ball_height_of_foot", "heel_offsets", "heels_ahead", "unrest"]
 
 HEEL_REACH = 0.4
 """How far the heel lies behind the ankle, as a fraction of the distance from ankle to ball (design.md section 2)."""
 
 STEEPEST_FOOT = np.radians(50.0)
 """A flat foot whose ball lies more steeply below its ankle has no heel: high heels are below this, metatarsi above."""
+STEEPEST_SOLE = np.cos(np.radians(25.0))
+"""A facet steeper than this is no sole: the foot has no heel to stand on, and stands as it is posed."""
+THINNEST_SOLE = 0.02
+"""Less than this part of the way from ankle to ball below the joint is no sole: bones are drawn, not feet."""
 
 
 def heels_ahead(ahead: FloatArray, drop: FloatArray, ball_heights: FloatArray) -> FloatArray:
@@ -72,3 +77,32 @@ def unrest(ankles: FloatArray, balls: FloatArray, ankle_rotations: FloatArray, r
     size = float(np.median(np.linalg.norm(balls - ankles, axis=-1)))
     spin = 2.0 * np.linalg.norm(np.gradient(ankle_rotations, axis=0), axis=-1) * rate  # [rad/s]
     return (heights - lowest) / (0.1 * size + 1e-9) + spin
+
+
+def ball_height_of_foot(points: FloatArray, ankle: FloatArray, ball: FloatArray) -> float | None:
+    """Distance from the ball joint to the plane on which the foot rests [m]; None if the points do not tell.
+
+    A body rests on the facet of its convex hull below its weight, so a tilted foot does not matter: the facet under the
+    middle between ankle and ball is the sole.
+
+    Args:
+        points: Points of foot and toes [m], +Y roughly up, shape (P, 3).
+        ankle: Ankle joint in the same pose [m], shape (3,).
+        ball: Ball joint in the same pose [m], shape (3,).
+    """
+    if len(points) < 4:
+        return None
+    try:
+        equations = ConvexHull(points).equations  # n . x + d <= 0 inside, (H, 4)
+    except QhullError:
+        return None
+    downward = equations[equations[:, 1] < -1e-6]
+    if not len(downward):
+        return None
+    middle = 0.5 * (ankle + ball)
+    floors = -(downward[:, 0] * middle[0] + downward[:, 2] * middle[2] + downward[:, 3]) / downward[:, 1]
+    sole = downward[np.argmax(floors)]
+    is_sole = -sole[1] > STEEPEST_SOLE
+    height = -float(sole[:3] @ ball + sole[3]) if is_sole else float(ball[1] - points[:, 1].min())
+    length = float(np.linalg.norm(ball - ankle))
+    return height if THINNEST_SOLE * length < height < length else None

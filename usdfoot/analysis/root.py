@@ -12,8 +12,8 @@ from itertools import pairwise
 import numpy as np
 from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
+from usdfoot.analysis.grids import fine_times
 from usdfoot.analysis.motion import FootMotion
-from usdfoot.analysis.sampling import fine_times
 from usdfoot.maths import planar
 from usdfoot.maths.runs import Runs
 from usdfoot.maths.splines import build_splines

@@ -9,8 +9,8 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from usdfoot.analysis.contact_options import ContactOptions
+from usdfoot.analysis.grids import fine_times, samples_within
 from usdfoot.analysis.motion import FootMotion
-from usdfoot.analysis.sampling import fine_times, samples_within
 from usdfoot.maths.runs import Runs
 from usdfoot.maths.splines import Splines, build_splines
 from usdfoot.maths.types import FloatArray, IntArray

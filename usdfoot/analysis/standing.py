@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import minimum_filter1d
 
+from usdfoot.analysis.grids import ROUNDING
 from usdfoot.analysis.mirror import MirrorMap, mirror_map, mirrored_rotations
 from usdfoot.analysis.motion import joint_kinematics
-from usdfoot.analysis.sampling import ROUNDING
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import Biped

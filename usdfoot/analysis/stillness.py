@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from usdfoot.analysis.contact_options import ContactOptions
-from usdfoot.analysis.sampling import samples_within
+from usdfoot.analysis.grids import samples_within
 from usdfoot.analysis.signals import PointSignals
 from usdfoot.maths.runs import Runs, flags_of
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray

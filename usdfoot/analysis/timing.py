@@ -12,7 +12,7 @@ from usdfoot.maths.types import BoolArray, FloatArray
 __all__ = ["FootstepTimes", "StepTiming", "TimingRule", "time_footsteps", "time_steps"]
 
 HUMAN_LEG = 0.86
-"""Leg from hip to ankle of the people the rule was measured on [m]."""
+"""Leg from hip to ankle of the people that times and weights were measured on [m]; bodies of other sizes move alike."""
 EARTH_GRAVITY = 9.81
 """[m/s^2]."""
 

@@ -11,11 +11,10 @@ from typing import Any
 from usdfoot.batch.records import parse_record
 from usdfoot.batch.tasks import ChunkTask
 from usdfoot.bridge.chunks import ChunkLayers
-from usdfoot.bridge.tokens import ChunkFiles
 from usdfoot.model.report import Problem
 from usdfoot.readers.chunks import open_chunk
 
-__all__ = ["KeptAgents", "keep_agents", "most_kept"]
+__all__ = ["KeptAgents", "keep_agents"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,12 +29,6 @@ class KeptAgents:
     """Theirs, without those of their clips."""
 
 
-def most_kept(task: ChunkTask) -> tuple[ChunkFiles | None, int]:
-    """The earlier chunk with most of the agents that a chunk needs, and with how many."""
-    places = Counter(files for files in task.earlier if files)
-    return places.most_common(1)[0] if places else (None, 0)
-
-
 def keep_agents(task: ChunkTask) -> KeptAgents:
     """The agents of a chunk that are in an earlier chunk as the task wants them: the one that has most.
 
@@ -43,12 +36,12 @@ def keep_agents(task: ChunkTask) -> KeptAgents:
     order and the file with other bytes than those of a chunk made at once. Hence agents that changed places and what
     is no longer there are to be made.
     """
-    place, _ = most_kept(task)
-    found = open_chunk(Path(task.folder), place) if place else None
+    places = Counter(files for files in task.earlier if files).most_common(1)
+    found = open_chunk(Path(task.folder), places[0][0]) if places else None
     if found is None:
         return KeptAgents()
     layers, notes = found
-    record = parse_record(notes.record, is_kept=True)
+    record = parse_record(notes.record)
     names = {name for name, _ in notes.agent_hashes.items() & set(zip(task.agents, task.hashes, strict=True))}
     entries = {entry["name"]: entry for entry in record.agents if entry["name"] in names}
     prims = {entry["prim"] for entry in entries.values()}

@@ -28,6 +28,8 @@ class ChunkRecord:
     """Of the agents and the clips they use."""
     is_kept: bool
     """Whether an earlier run made the chunk."""
+    kept_agents: int
+    """How many of the agents an earlier run made."""
 
     @property
     def results(self) -> dict[str, StepResults]:
@@ -72,16 +74,21 @@ def record_of(
     return json.dumps(record, sort_keys=True, allow_nan=False)
 
 
-def parse_record(text: str, *, is_kept: bool) -> ChunkRecord:
+def parse_record(text: str, *, kept_agents: int | None = None) -> ChunkRecord:
     """The record that `record_of` made.
 
     Args:
         text: JSON.
-        is_kept: Whether an earlier run made it.
+        kept_agents: How many of the agents an earlier run made; None = the whole chunk.
     """
     record = json.loads(text)
     problems = tuple(problem_of(problem) for problem in record["problems"])
-    return ChunkRecord(agents=tuple(record["agents"]), problems=problems, is_kept=is_kept)
+    return ChunkRecord(
+        agents=tuple(record["agents"]),
+        problems=problems,
+        is_kept=kept_agents is None,
+        kept_agents=len(record["agents"]) if kept_agents is None else kept_agents,
+    )
 
 
 def problem_json(problem: Problem) -> dict[str, str]:

@@ -7,7 +7,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future
 from functools import partial
 
 from usdfoot.batch.tasks import ChunkTask
-from usdfoot.batch.workshop import Workshop, make_chunk
+from usdfoot.batch.workshop import MadeChunk, Workshop, make_chunk
 from usdfoot.errors import OutputError, UsdfootError
 
 __all__ = ["run_chunks"]
@@ -15,8 +15,8 @@ __all__ = ["run_chunks"]
 
 def run_chunks(
     tasks: Sequence[ChunkTask], workshop: Workshop, *, executor: Executor | None = None, beside: bool = False
-) -> Iterator[tuple[int, str]]:
-    """Index and record of every chunk, as they are done.
+) -> Iterator[tuple[int, MadeChunk]]:
+    """Index of every chunk and what became of it, as they are done.
 
     Args:
         tasks: What to make.
@@ -51,13 +51,13 @@ def run_chunks(
 
 
 def _outcomes(
-    tasks: Sequence[ChunkTask], futures: dict[Future[str], int], workshop: Workshop | None
-) -> list[tuple[int, Callable[[], str]]]:
+    tasks: Sequence[ChunkTask], futures: dict[Future[MadeChunk], int], workshop: Workshop | None
+) -> list[tuple[int, Callable[[], MadeChunk]]]:
     """Index and result of chunks that are done, and of one that is made here when asked; `futures` keeps the others.
 
     Waits for a worker only if there is no chunk left to make here.
     """
-    outcomes: list[tuple[int, Callable[[], str]]] = []
+    outcomes: list[tuple[int, Callable[[], MadeChunk]]] = []
     own = next((future for future in reversed(futures) if future.cancel()), None) if workshop else None
     if workshop and own:
         index = futures.pop(own)

@@ -20,6 +20,9 @@ from usdfoot.physics.motion_options import MotionOptions
 
 __all__ = ["ChunkTask", "cut_chunks", "with_earlier"]
 
+LARGE_CROWD = 4
+"""From so many chunks on a crowd keeps its clips' analysis: of a smaller one that would be much of what it is."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class ChunkTask:
@@ -44,6 +47,8 @@ class ChunkTask:
     """Of everything each agent is made from."""
     content_hash: str
     """Of everything the chunk is made from."""
+    keeps_examples: bool = False
+    """Whether the clips' analysis is kept in the folder."""
     earlier: tuple[ChunkFiles | None, ...] = ()
     """Files, relative to the folder, that have each agent made from the same; None or nothing at all = none have."""
 
@@ -92,6 +97,7 @@ def cut_chunks(
             references=tuple(references[agent.character] for agent in part),
             hashes=hashed,
             content_hash=content_hash(hashed),
+            keeps_examples=len(parts) >= LARGE_CROWD,
         )
         for index, part in enumerate(parts)
         if part

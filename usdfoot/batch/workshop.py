@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from usdfoot.analysis.examples import build_examples
+from usdfoot.batch.analysed import KeptExamples
 from usdfoot.batch.kept import keep_agents
 from usdfoot.batch.records import record_of
 from usdfoot.batch.sources import SourceFigures
@@ -26,7 +28,17 @@ from usdfoot.readers.scene import SceneReader
 from usdfoot.readers.stage import open_stage
 from usdfoot.writers.chunks import write_chunk
 
-__all__ = ["Workshop", "make_chunk", "open_early"]
+__all__ = ["MadeChunk", "Workshop", "make_chunk", "open_early"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class MadeChunk:
+    """What became of a chunk's agents."""
+
+    record: str
+    """What the report says of them, as JSON."""
+    kept_agents: int
+    """How many of them an earlier run had made."""
 
 
 class Workshop:
@@ -35,16 +47,17 @@ class Workshop:
     Args:
         reader: Of the scene.
         options: Of the sources of motion.
+        keep: Folder of a crowd that keeps its clips' analysis.
     """
 
-    def __init__(self, reader: SceneReader, options: MotionOptions) -> None:
+    def __init__(self, reader: SceneReader, options: MotionOptions, *, keep: Path | None = None) -> None:
         self._reader = reader
         self._options = options
-        self._libraries = PreparedLibraries(options)
+        self._libraries = PreparedLibraries(options, build=KeptExamples(keep).build if keep else build_examples)
         self._sources = SourceFigures()
 
-    def make(self, task: ChunkTask) -> str:
-        """Animates and writes a chunk; gives back its record: what the report says of it, as JSON.
+    def make(self, task: ChunkTask) -> MadeChunk:
+        """Animates and writes a chunk.
 
         Agents that an earlier chunk has as they are to be are taken from there. Without any agent that can be animated,
         nothing is written.
@@ -90,7 +103,7 @@ class Workshop:
                     record=record,
                 ),
             )
-        return record
+        return MadeChunk(record=record, kept_agents=len(kept.entries))
 
     def _animate(self, crowd: Crowd) -> tuple[list[Motion], list[Problem]]:
         """Motions and problems of a crowd; without agents that physics moves, its kernels are not even loaded."""
@@ -115,17 +128,18 @@ def _without(crowd: Crowd, names: Collection[str]) -> Crowd:
     )
 
 
-def make_chunk(task: ChunkTask) -> str:
-    """Makes a chunk in any process; gives back its record.
+def make_chunk(task: ChunkTask) -> MadeChunk:
+    """Makes a chunk in any process.
 
     The process keeps the scene open for the chunks to come, and only this scene.
     """
-    return _workshop(task.scene, task.inputs, task.frames, task.options, task.limits, task.folder).make(task)
+    state = task.scene, task.inputs, task.frames, task.options, task.limits, task.folder, task.keeps_examples
+    return _workshop(*state).make(task)
 
 
 @lru_cache(maxsize=1)
 def _workshop(
-    scene: str, inputs: str, frames: tuple[int, int], options: MotionOptions, limits: Limits, folder: str
+    scene: str, inputs: str, frames: tuple[int, int], options: MotionOptions, limits: Limits, folder: str, keeps: bool
 ) -> Workshop:
     """The workshop of a scene in the state that `inputs` stands for."""
     reader = SceneReader(
@@ -138,7 +152,7 @@ def _workshop(
         limits=limits,
         sampling=options.sampling,
     )
-    return Workshop(reader, options)
+    return Workshop(reader, options, keep=Path(folder) if keeps else None)
 
 
 def open_early(scene: str) -> None:

@@ -232,6 +232,8 @@ class File:
     REPORT: Final = "report.json"
     PENDING: Final = ".pending"
     """Folder of chunks that are done while others are not."""
+    EXAMPLES: Final = ".examples"
+    """Folder of what large crowds keep of their clips' analysis."""
 
 
 PROVENANCE: Final = "usdfoot"

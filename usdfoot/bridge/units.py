@@ -10,7 +10,7 @@ from usdfoot.errors import SceneError
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
 
-__all__ = ["StageUnits"]
+__all__ = ["CANONICAL", "StageUnits"]
 
 _HALF_TURN_ROOT = float(np.sqrt(0.5))
 
@@ -94,3 +94,7 @@ class StageUnits:
     def times_to_codes(self, times: FloatArray) -> FloatArray:
         """Times [s] as time codes."""
         return np.asarray(times, dtype=float) * self.time_codes_per_second
+
+
+CANONICAL = StageUnits(meters_per_unit=1.0, up_axis="Y", time_codes_per_second=24.0)
+"""Of layers that are for no scene: metres, +Y up, at USD's own rate."""

@@ -48,6 +48,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--frames", metavar="A:B", type=frame_range, help="first and last time code (default: those of the plans)"
     )
+    _add_blend_flags(parser)
+    parser.add_argument(
+        "--smoothing",
+        metavar="SECONDS",
+        type=duration,
+        default=0.25,
+        help="window in which trajectories that agents follow are smoothed (default: %(default)s)",
+    )
+    add_physics_flags(parser)
+    _add_far_flags(parser)
+    parser.add_argument("--collect", action="store_true", help="copy the characters' files into DIR")
+    add_batch_flags(parser)
+
+
+def _add_blend_flags(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments on how clips are blended."""
     parser.add_argument(
         "--correction",
         action=argparse.BooleanOptionalAction,
@@ -92,17 +108,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=(0.5, 2.0),
         help="steps that take less than A or more than B times as long as their clips are named (default: 0.5:2)",
     )
-    parser.add_argument(
-        "--smoothing",
-        metavar="SECONDS",
-        type=duration,
-        default=0.25,
-        help="window in which trajectories that agents follow are smoothed (default: %(default)s)",
-    )
-    add_physics_flags(parser)
-    _add_far_flags(parser)
-    parser.add_argument("--collect", action="store_true", help="copy the characters' files into DIR")
-    add_batch_flags(parser)
 
 
 def _add_far_flags(parser: argparse.ArgumentParser) -> None:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import io
+import re
 import sys
 import traceback
 from collections.abc import Sequence
+from typing import Any
 
 from usdfoot import __version__
 from usdfoot.cli import (
@@ -51,6 +54,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         argv: Arguments without the program's name; None = those of the process.
     """
     parser = build_parser()
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # names of agents in what a terminal cannot show
     try:
         arguments = parser.parse_args(argv)
     except SystemExit as stop:
@@ -66,6 +72,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print_error("interrupted; nothing was changed")
         return 2
+    except OSError as error:
+        if arguments.verbose:
+            traceback.print_exc()
+        print_error(f"{error.filename or 'the output'}: cannot be read or written ({error.strerror or error})")
+        return 2
     except Exception as error:  # Python's own exit code would be 1: some skipped
         if arguments.verbose:
             traceback.print_exc()
@@ -73,9 +84,17 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 2
 
 
+class _Parser(argparse.ArgumentParser):
+    """Takes what begins with a minus and a digit, like -5:300, for a value; argparse does so from Python 3.14 on."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self._negative_number_matcher = re.compile(r"-\.?\d")
+
+
 def build_parser() -> argparse.ArgumentParser:
     """The parser of all verbs."""
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="usdfoot", description="Footsteps as scene description: planned footsteps become character animation."
     )
     parser.set_defaults(command=parser)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from usdfoot.cli.console import print_problems, results_console
+from usdfoot.cli.quantities import seed
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
 
@@ -33,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--output", metavar="SCENE", required=True, help="stage to write: .usd, .usda or .usdc")
     parser.add_argument("--character", metavar="USD", default="", help="file every agent references as its character")
     parser.add_argument("--clips", metavar="USD", default="", help="file with the agents' clips")
-    parser.add_argument("--seed", metavar="N", type=int, default=0, help="of random places (default: %(default)s)")
+    parser.add_argument("--seed", metavar="N", type=seed, default=0, help="of random places (default: %(default)s)")
 
 
 def run(arguments: argparse.Namespace) -> int:

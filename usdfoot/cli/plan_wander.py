@@ -6,7 +6,7 @@ import argparse
 
 from usdfoot.cli.console import shown_progress
 from usdfoot.cli.plan_arguments import add_agent_arguments, add_scene_arguments, print_plans
-from usdfoot.cli.quantities import area, several
+from usdfoot.cli.quantities import area, seed, several
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
 
@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_scene_arguments(parser, "USD file with agents, terrain and obstacles")
     add_agent_arguments(parser)
     parser.add_argument("--steps", metavar="N", type=several, default=100, help="footsteps at most (default: 100)")
-    parser.add_argument("--seed", metavar="N", type=int, default=0, help="of the random numbers (default: %(default)s)")
+    parser.add_argument("--seed", metavar="N", type=seed, default=0, help="of the random numbers (default: 0)")
     parser.add_argument(
         "--bounds",
         metavar="X0,Z0,X1,Z1",

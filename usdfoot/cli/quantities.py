@@ -16,6 +16,7 @@ __all__ = [
     "number",
     "rate",
     "root_weight",
+    "seed",
     "several",
     "span",
     "warp_range",
@@ -60,6 +61,11 @@ def rate(text: str) -> float:
 def count(text: str) -> int:
     """A whole number, 1 or more."""
     return _at_least(text, 1, "is no number of things; give 1 or more")
+
+
+def seed(text: str) -> int:
+    """A whole number, 0 or more."""
+    return _at_least(text, 0, "is no seed; give a whole number of at least 0")
 
 
 def several(text: str) -> int:

@@ -45,11 +45,8 @@ MOST_NOTES = 3
 
 def clip_table(summaries: Sequence[ClipSummary]) -> Table:
     """What every clip contains."""
-    table = Table(title="clips")
-    table.add_column("clip")
-    table.add_column("style")
-    for heading in ("steps", "speed m/s", "direction deg", "turn deg/s", "step length m", "on the ground"):
-        table.add_column(heading, justify="right")
+    figures = ("steps", "speed m/s", "direction deg", "turn deg/s", "step length m", "on the ground")
+    table = _table("clips", "clip", "style", figures=figures)
     table.add_column("notes")
     for summary in summaries:
         lengths = summary.step_lengths
@@ -74,13 +71,8 @@ def coverage_table(spaces: Sequence[SpaceCoverage]) -> Table:
     """Where steps land, and the error to expect."""
     import numpy as np
 
-    table = Table(title="coverage")
-    table.add_column("skeleton")
-    table.add_column("style")
-    table.add_column("gait")
-    table.add_column("foot")
-    for heading in ("steps", "to the left m", "ahead m", "expected error cm", "worst cm"):
-        table.add_column(heading, justify="right")
+    figures = ("steps", "to the left m", "ahead m", "expected error cm", "worst cm")
+    table = _table("coverage", "skeleton", "style", "gait", "foot", figures=figures)
     for space in spaces[:MOST_ROWS]:
         low, high = space.landings.min(axis=0), space.landings.max(axis=0)
         known = space.errors[np.isfinite(space.errors)]
@@ -95,9 +87,7 @@ def coverage_table(spaces: Sequence[SpaceCoverage]) -> Table:
             _number(100.0 * float(known.mean()) if known.size else math.nan, 1),
             _number(100.0 * float(known.max()) if known.size else math.nan, 1),
         )
-    if len(spaces) > MOST_ROWS:
-        table.add_row(f"and {len(spaces) - MOST_ROWS} more", *[""] * 8)
-    return table
+    return _counted(table, len(spaces))
 
 
 def empty_lines(spaces: Sequence[SpaceCoverage]) -> list[str]:
@@ -124,18 +114,13 @@ def empty_lines(spaces: Sequence[SpaceCoverage]) -> list[str]:
 
 def fault_table(faults: Sequence[Fault]) -> Table:
     """What is wrong with plans."""
-    table = Table(title="faults")
-    table.add_column("plan")
-    table.add_column("footstep", justify="right")
-    table.add_column("fault")
-    table.add_column("severity")
-    table.add_column("what")
+    table = _table("faults", "plan", figures=("footstep",))
+    for heading in ("fault", "severity", "what"):
+        table.add_column(heading)
     for fault in faults[:MOST_ROWS]:
         number = "" if fault.footstep < 0 else str(fault.footstep)
         table.add_row(fault.plan, number, fault.kind, fault.severity, fault.message)
-    if len(faults) > MOST_ROWS:
-        table.add_row(f"and {len(faults) - MOST_ROWS} more", *[""] * 4)
-    return table
+    return _counted(table, len(faults))
 
 
 def symptom_table(symptoms: Sequence[Symptom]) -> Table:
@@ -153,10 +138,7 @@ def plan_table(plans: Mapping[str, FootstepPlan]) -> Table:
     """How many footsteps the plans have, how long they take and how far they go."""
     import numpy as np
 
-    table = Table(title="plans")
-    table.add_column("plan")
-    for heading in ("footsteps", "from s", "to s", "length m", "mean step m", "climb m"):
-        table.add_column(heading, justify="right")
+    table = _table("plans", "plan", figures=("footsteps", "from s", "to s", "length m", "mean step m", "climb m"))
     for name, plan in list(plans.items())[:MOST_ROWS]:
         strides = np.linalg.norm(np.diff(plan.positions[:, [0, 2]], axis=0), axis=1)
         rises = np.diff(plan.positions[:, 1])
@@ -169,17 +151,12 @@ def plan_table(plans: Mapping[str, FootstepPlan]) -> Table:
             f"{strides.mean():.2f}",
             f"{rises[rises > 0.0].sum():.2f}",
         )
-    if len(plans) > MOST_ROWS:
-        table.add_row(f"and {len(plans) - MOST_ROWS} more", *[""] * 6)
-    return table
+    return _counted(table, len(plans))
 
 
 def retarget_table(clips: Mapping[str, RetargetedClip]) -> Table:
     """How clips fare on another character."""
-    table = Table(title="retargeted clips")
-    table.add_column("clip")
-    for heading in ("samples", "contacts", "slide mm", "pelvis lowered mm"):
-        table.add_column(heading, justify="right")
+    table = _table("retargeted clips", "clip", figures=("samples", "contacts", "slide mm", "pelvis lowered mm"))
     for name, result in clips.items():
         contacts = sum(len(result.contacts[side].strike_times) for side in (0, 1))
         samples = str(len(result.clip.rotations))
@@ -189,12 +166,7 @@ def retarget_table(clips: Mapping[str, RetargetedClip]) -> Table:
 
 def step_table(results: Mapping[str, StepResults]) -> Table:
     """Errors of the steps of every agent, and of all."""
-    import numpy as np
-
-    names = ("blend_error", "placement_error", "slide", "yaw_error", "hull_distance")
-    table = Table(title="steps")
-    table.add_column("agent")
-    headings = (
+    figures = (
         "steps",
         "ok",
         "blend mean mm",
@@ -205,68 +177,58 @@ def step_table(results: Mapping[str, StepResults]) -> Table:
         "outside hull mm",
         "root velocity m/s",
     )
-    for heading in headings:
-        table.add_column(heading, justify="right")
-
-    def row(label: str, parts: Sequence[StepResults]) -> None:
-        columns = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
-        statuses = [status for part in parts for status in part.status]
-        kept = np.array([status in ("ok", "outsideHull") for status in statuses], dtype=bool)
-        placed = {name: values[kept & np.isfinite(values)] for name, values in columns.items()}
-
-        def show(values: np.ndarray, scale: float) -> str:
-            return f"{scale * float(values):.3f}" if np.isfinite(values) else "-"
-
-        def mean(name: str) -> np.ndarray:
-            return placed[name].mean() if placed[name].size else np.array(np.nan)
-
-        def worst(name: str) -> np.ndarray:
-            return placed[name].max() if placed[name].size else np.array(np.nan)
-
-        table.add_row(
-            label,
-            str(len(statuses)),
-            str(int(kept.sum())),
-            show(mean("blend_error"), 1e3),
-            show(mean("placement_error"), 1e3),
-            show(worst("placement_error"), 1e3),
-            show(worst("slide"), 1e3),
-            show(np.degrees(worst("yaw_error")), 1.0),
-            show(worst("hull_distance"), 1e3),
-            show(np.concatenate([part.root_velocity_error for part in parts]).mean(), 1.0),
-        )
-
+    table = _table("steps", "agent", figures=figures)
     for name in list(results)[:MOST_ROWS]:
-        row(name, [results[name]])
-    if len(results) > MOST_ROWS:
-        table.add_row(f"and {len(results) - MOST_ROWS} more")
+        table.add_row(name, *_step_figures([results[name]]))
+    _counted(table, len(results))
     if len(results) > 1:
         table.add_section()
-        row("all", list(results.values()))
+        table.add_row("all", *_step_figures(list(results.values())))
     return table
+
+
+def _step_figures(parts: Sequence[StepResults]) -> list[str]:
+    """Figures of the steps of some agents: how many there are and are kept, and the errors of those that are."""
+    import numpy as np
+
+    kept = np.array([status in ("ok", "outsideHull") for part in parts for status in part.status], dtype=bool)
+
+    def shown(name: str, scale: float, *, worst: bool = False) -> str:
+        errors = np.concatenate([getattr(part, name) for part in parts])
+        errors = errors[kept & np.isfinite(errors)]
+        if not errors.size:
+            return "-"
+        return f"{scale * float(errors.max() if worst else errors.mean()):.3f}"
+
+    velocity = float(np.concatenate([part.root_velocity_error for part in parts]).mean())
+    return [
+        str(len(kept)),
+        str(int(kept.sum())),
+        shown("blend_error", 1e3),
+        shown("placement_error", 1e3),
+        shown("placement_error", 1e3, worst=True),
+        shown("slide", 1e3, worst=True),
+        shown("yaw_error", math.degrees(1.0), worst=True),
+        shown("hull_distance", 1e3, worst=True),
+        _number(velocity, 3),
+    ]
 
 
 def figure_table(agents: Sequence[AgentFigures]) -> Table:
     """Every figure of every agent; those over their target are marked."""
-    table = Table(title="agents")
-    table.add_column("agent")
-    table.add_column("steps", justify="right")
-    for figure in agents[0].figures if agents else ():
-        table.add_column(f"{figure.name} {figure.unit}".strip(), justify="right")
+    figures = agents[0].figures if agents else ()
+    table = _table(
+        "agents", "agent", figures=["steps", *(f"{figure.name} {figure.unit}".strip() for figure in figures)]
+    )
     ordered = sorted(agents, key=lambda agent: all(figure.passed for figure in agent.figures))
     for agent in ordered[:MOST_ROWS]:
         table.add_row(agent.name, str(agent.steps), *(_value(figure) for figure in agent.figures))
-    if len(agents) > MOST_ROWS:
-        table.add_row(f"and {len(agents) - MOST_ROWS} more")
-    return table
+    return _counted(table, len(agents))
 
 
 def target_table(total: AgentFigures) -> Table:
     """Figures of the whole crowd beside their targets."""
-    table = Table(title="total")
-    table.add_column("figure")
-    table.add_column("measured", justify="right")
-    table.add_column("target", justify="right")
+    table = _table("total", "figure", figures=("measured", "target"))
     table.add_column("")
     for figure in total.figures:
         sign = ">=" if figure.at_least else "<="
@@ -277,14 +239,29 @@ def target_table(total: AgentFigures) -> Table:
 
 def unpromised_table(agents: Sequence[AgentFigures]) -> Table:
     """Footsteps whose placement is not promised, with their distance."""
-    table = Table(title="footsteps without a promise")
-    for heading in ("agent", "footstep", "status", "placement error mm"):
-        table.add_column(heading, justify="left" if heading in ("agent", "status") else "right")
+    table = _table("footsteps without a promise", "agent", figures=("footstep",))
+    table.add_column("status")
+    table.add_column("placement error mm", justify="right")
     rows = [(agent.name, *step) for agent in agents for step in agent.unpromised]
     for name, step, status, error in rows[:MOST_ROWS]:
         table.add_row(name, str(step), status, f"{1e3 * error:.2f}")
-    if len(rows) > MOST_ROWS:
-        table.add_row(f"and {len(rows) - MOST_ROWS} more")
+    return _counted(table, len(rows))
+
+
+def _table(title: str, *headings: str, figures: Sequence[str]) -> Table:
+    """A table with columns of words, then of figures."""
+    table = Table(title=title)
+    for heading in headings:
+        table.add_column(heading)
+    for heading in figures:
+        table.add_column(heading, justify="right")
+    return table
+
+
+def _counted(table: Table, count: int) -> Table:
+    """The table with a row that says how many of `count` are not listed."""
+    if count > MOST_ROWS:
+        table.add_row(f"and {count - MOST_ROWS} more")
     return table
 
 

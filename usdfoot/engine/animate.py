@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -54,6 +54,13 @@ __all__ = [
 
 Result = TypeVar("Result")
 
+
+class ExamplesBuilder(Protocol):
+    """What cuts the steps of a library: `build_examples`, or who has kept what that made."""
+
+    def __call__(self, library: ClipLibrary, *, samples: int) -> tuple[Examples, list[Problem]]: ...
+
+
 _logger = logging.getLogger(__name__)
 
 
@@ -85,14 +92,21 @@ class PreparedSteps:
     planting: Planting
 
 
-def prepare_library(library: ClipLibrary, options: EngineOptions) -> PreparedLibrary:
+def prepare_library(
+    library: ClipLibrary, options: EngineOptions, *, build: ExamplesBuilder = build_examples
+) -> PreparedLibrary:
     """Cuts the steps, builds the spaces and loads both onto the device.
+
+    Args:
+        library: Skeleton, biped and clips.
+        options: Of the engine.
+        build: Cuts the steps.
 
     Raises:
         ClipError: If no clip has a usable step.
     """
     start_warp()
-    examples, problems = build_examples(library, samples=options.samples)
+    examples, problems = build(library, samples=options.samples)
     if not len(examples):
         reasons = [problem.message for problem in problems]
         raise ClipError(library.skeleton.name, "has no clip with a usable step", names=reasons)
@@ -123,10 +137,12 @@ class PreparedLibraries:
 
     Args:
         options: Of the engine.
+        build: Cuts their steps.
     """
 
-    def __init__(self, options: EngineOptions) -> None:
+    def __init__(self, options: EngineOptions, *, build: ExamplesBuilder = build_examples) -> None:
         self._options = options
+        self._build = build
         self._prepared: dict[int, PreparedLibrary] = {}
 
     def prepared(self, crowd: Crowd, index: int) -> PreparedLibrary:
@@ -136,7 +152,7 @@ class PreparedLibraries:
             UsdfootError: If it cannot be used.
         """
         if index not in self._prepared:
-            self._prepared[index] = prepare_library(crowd.libraries[index], self._options)
+            self._prepared[index] = prepare_library(crowd.libraries[index], self._options, build=self._build)
         return self._prepared[index]
 
 

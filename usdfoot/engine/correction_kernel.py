@@ -11,10 +11,11 @@ from usdfoot.engine.landing_kernel import BlendArrays, blend_landing, keep_tried
 from usdfoot.spaces.corner_kernel import SpaceArrays, adjoin_corners, corners_of, find_corners
 from usdfoot.spaces.root_weight_kernel import mean_corner, weigh_corners
 
-__all__ = ["CorrectedStep", "CorrectionOptions", "correct_each"]
+__all__ = ["TRIES", "CorrectedStep", "CorrectionOptions", "correct_each", "heading_change"]
 
 wp.set_module_options({"enable_backward": False, "max_unroll": 3})
 
+TINY = wp.constant(wp.float64(1e-30))
 TRIES = wp.constant(3)
 """How often chosen examples are weighed before others are chosen."""
 
@@ -39,6 +40,17 @@ class CorrectedStep:
     hull_distance: wp.float64  # of the footstep [m]
 
 
+@wp.func
+def heading_change(missed: wp.vec2d, missed_before: wp.vec2d, moved: wp.vec2d) -> wp.vec2d:
+    """By what to move a query next, which was `moved` since the round before, for two rounds' misses to head for zero.
+
+    Landings that answer a move with more than twice of it would be overdone each time by what they miss alone.
+    """
+    turn = missed - missed_before
+    part = wp.dot(missed, turn) / wp.max(wp.dot(turn, turn), TINY)
+    return missed - wp.clamp(part, wp.float64(-1.0), wp.float64(1.0)) * (moved + turn)
+
+
 @wp.kernel(enable_backward=False)
 def correct_each(
     library: LibraryArrays,
@@ -58,6 +70,8 @@ def correct_each(
     chosen = wp.vec3i()
     result = CorrectedStep()
     least = wp.float64(wp.inf)
+    rest_before = wp.vec2d()
+    asked_before = wp.vec2d()
     near = wp.float64(-1.0)
     distance = wp.float64(0.0)
     for round_ in range(1 + options.corrections):
@@ -86,6 +100,11 @@ def correct_each(
                 result.missed = rest
                 result.bias = landed - projected
                 keep_tried(blends, step)
-            asked = projected + rest
+            change = rest
+            if round_ > 0:
+                change = heading_change(rest, rest_before, projected - asked_before)
+            asked_before = projected
+            rest_before = rest
+            asked = projected + change
             near = wp.where((round_ + 1) % TRIES == 0, options.choice_near, options.near)
     corrected[step] = result

@@ -20,7 +20,10 @@ from usdfoot.model.ground import Ground
 
 __all__ = [
     "ContactFeet",
+    "HeldFeet",
     "device_feet",
+    "foot_table",
+    "hold_feet",
     "lay_prints",
     "lead_swings",
     "lower_pelvis",
@@ -199,8 +202,8 @@ def _from_standing(contacts: ContactTable) -> BoolArray:
     return flags
 
 
-def device_feet(layout: Layout, feet: ContactFeet, detours: FloatArray) -> FootArrays:
-    """Contacts as device arrays; `detours` [m] (C, K, 3) are added to the swings."""
+def foot_table(layout: Layout, feet: ContactFeet) -> Any:
+    """Contacts as rows of the device table, on the host, shape (C,)."""
     contacts = layout.contacts
     clock = contacts.starts[contacts.agents]
     table: Any = np.empty(len(clock), dtype=FOOT_ROW)
@@ -213,8 +216,13 @@ def device_feet(layout: Layout, feet: ContactFeet, detours: FloatArray) -> FootA
     table["leave_offset"], table["land_offset"] = feet.leave_offsets, feet.land_offsets
     table["frame"], table["flat_rotation"] = feet.frames, feet.flat_rotations
     table["leave_rotation"], table["land_rotation"] = feet.leave_rotations, feet.land_rotations
+    return table
+
+
+def device_feet(layout: Layout, feet: ContactFeet, detours: FloatArray) -> FootArrays:
+    """Contacts as device arrays; `detours` [m] (C, K, 3) are added to the swings."""
     arrays = FootArrays()
-    arrays.rows = wp.array(table, dtype=FootRow, copy=False)
+    arrays.rows = wp.array(foot_table(layout, feet), dtype=FootRow, copy=False)
     arrays.detours = wp.array(np.ascontiguousarray(detours, dtype=np.float32), dtype=wp.vec3f, copy=False)
     return arrays
 
@@ -239,11 +247,48 @@ def pose_contacts(
     balls[k] = pose.ankle + wp.quat_rotate(pose.rotation, rig.ball_offsets[sides[k]])
 
 
-def _planted(
-    layout: Layout, arrays: FootArrays, rows: IntArray, times: FloatArray, blended: Feet
-) -> tuple[FloatArray, FloatArray]:
-    """Balls [m] (N, 3) and ankle rotations (N, 4) of contacts `rows` at `times` on the agents' clocks [s]."""
-    sides = layout.contacts.sides[rows]
+@dataclass(frozen=True, kw_only=True)
+class HeldFeet:
+    """Feet at one instant each, as blended and as their contacts hold them."""
+
+    hips: FloatArray
+    """From the agents' origins [m], shape (N, 3)."""
+    longest: FloatArray
+    """Distance from hip to ankle that the leg may be stretched to [m], shape (N,)."""
+    blended_balls: FloatArray
+    balls: FloatArray
+    """From the agents' origins [m], shape (N, 3)."""
+    blended_rotations: FloatArray
+    rotations: FloatArray
+    """Ankle joints, shape (N, 4)."""
+
+    def __getitem__(self, rows: IntArray | slice) -> HeldFeet:
+        return HeldFeet(**{name: values[rows] for name, values in vars(self).items()})
+
+    @property
+    def offsets(self) -> FloatArray:
+        """Held minus blended balls [m], shape (N, 3)."""
+        return self.balls - self.blended_balls
+
+    @property
+    def turns(self) -> FloatArray:
+        """Held times inverse blended rotations, shape (N, 4)."""
+        turned = quaternion.compose(self.rotations, quaternion.inverse(self.blended_rotations))
+        return quaternion.align_signs(turned, np.array([0.0, 0.0, 0.0, 1.0]))
+
+
+def hold_feet(layout: Layout, feet: ContactFeet, rows: IntArray, times: FloatArray, blended: Feet) -> HeldFeet:
+    """The feet of contacts `rows` (N,) at `times` [s] (N,), when they are on the ground.
+
+    Args:
+        layout: Contacts as executed.
+        feet: Prints and rolls.
+        rows: Contacts.
+        times: One instant each.
+        blended: Feet at these instants, one frame each.
+    """
+    contacts = layout.contacts
+    sides, clock = contacts.sides[rows], times - contacts.starts[contacts.agents[rows]]
     own = np.arange(len(rows)), sides
     balls = wp.empty(len(rows), dtype=wp.vec3f)
     rotations = wp.empty(len(rows), dtype=wp.quatf)
@@ -252,47 +297,48 @@ def _planted(
         dim=len(rows),
         inputs=[
             layout.rig.arrays,
-            arrays,
+            device_feet(layout, feet, np.zeros((len(contacts.sides), 2, 3))),
             wp.array(rows.astype(np.int32), dtype=wp.int32, copy=False),
             wp.array(sides.astype(np.int32), dtype=wp.int32, copy=False),
-            wp.array(times.astype(np.float32), dtype=wp.float32, copy=False),
+            wp.array(clock.astype(np.float32), dtype=wp.float32, copy=False),
             wp.array(blended.raises[own].astype(np.float32), dtype=wp.float32, copy=False),
             wp.array(blended.hips[own].astype(np.float32), dtype=wp.vec3f, copy=False),
             wp.array(blended.longest[own].astype(np.float32), dtype=wp.float32, copy=False),
         ],
         outputs=[balls, rotations],
     )
-    return balls.numpy().astype(float), rotations.numpy().astype(float)
+    return HeldFeet(
+        hips=blended.hips[own],
+        longest=blended.longest[own],
+        blended_balls=blended.balls[own],
+        balls=balls.numpy().astype(float),
+        blended_rotations=blended.rotations[own],
+        rotations=rotations.numpy().astype(float),
+    )
 
 
-def lead_swings(layout: Layout, feet: ContactFeet, rows: IntArray, leaves: Feet, lands: Feet) -> ContactFeet:
+def lead_swings(layout: Layout, feet: ContactFeet, rows: IntArray, leaves: HeldFeet, lands: HeldFeet) -> ContactFeet:
     """The feet with offsets that lead some swings from the print they leave to the one they land on.
 
     Args:
         layout: Contacts as executed.
         feet: Prints and rolls.
         rows: Contacts whose swings are led, shape (N,).
-        leaves: Blended feet at their liftoffs, one frame a swing.
-        lands: Blended feet at the strikes that end the swings, one frame each.
+        leaves: The feet at their liftoffs.
+        lands: The feet at the strikes that end the swings.
     """
     contacts = layout.contacts
-    clock = contacts.starts[contacts.agents]
-    arrays = device_feet(layout, feet, np.zeros((len(contacts.sides), 2, 3)))
-    leave = _differences(layout, arrays, rows, (contacts.liftoffs - clock)[rows], leaves)
-    land = _differences(layout, arrays, rows + 2, (contacts.strikes - clock)[rows + 2], lands)
-    flying = contacts.liftoffs[rows] < contacts.starts[contacts.agents[rows]]  # left before the motion begins
-    leave[0][flying] = 0.0
-    leave[1][flying] = [0.0, 0.0, 0.0, 1.0]
+    flying = (contacts.liftoffs[rows] < contacts.starts[contacts.agents[rows]])[:, None]  # left before the motion
     led = {
-        "leave_offsets": leave[0],
-        "leave_rotations": leave[1],
-        "land_offsets": land[0],
-        "land_rotations": land[1],
+        "leave_offsets": np.where(flying, 0.0, leaves.offsets),
+        "leave_rotations": np.where(flying, [0.0, 0.0, 0.0, 1.0], leaves.turns),
+        "land_offsets": lands.offsets,
+        "land_rotations": lands.turns,
     }
     return with_values(feet, rows, led)
 
 
-def lower_pelvis(layout: Layout, feet: ContactFeet, rows: IntArray, lands: Feet) -> ContactFeet:
+def lower_pelvis(layout: Layout, feet: ContactFeet, rows: IntArray, lands: HeldFeet) -> ContactFeet:
     """The feet with how far the pelvis has to come down for the legs to reach some prints at their strikes.
 
     Before the strike that ends a flight it does not: the body falls freely until then.
@@ -301,26 +347,12 @@ def lower_pelvis(layout: Layout, feet: ContactFeet, rows: IntArray, lands: Feet)
         layout: Contacts as executed.
         feet: Prints and rolls.
         rows: Contacts, shape (N,).
-        lands: Blended feet at their strikes, one frame each.
+        lands: Their feet at their strikes.
     """
     contacts = layout.contacts
-    own = np.arange(len(rows)), contacts.sides[rows]
-    times = (contacts.strikes - contacts.starts[contacts.agents])[rows]
-    arrays = device_feet(layout, feet, np.zeros((len(contacts.sides), 2, 3)))
-    balls, rotations = _planted(layout, arrays, rows, times, lands)
-    ankles = balls - quaternion.rotate(rotations, layout.rig.arrays.ball_offsets.numpy()[own[1]])
-    apart, longest = lands.hips[own] - ankles, lands.longest[own]
-    heights = np.sqrt(np.maximum(longest**2 - np.sum(apart[:, [0, 2]] ** 2, axis=1), 0.0))
-    lowered = np.clip(apart[:, 1] - heights, 0.0, MOST_DROP * longest)
+    ball_offsets = layout.rig.arrays.ball_offsets.numpy()[contacts.sides[rows]]
+    apart = lands.hips - (lands.balls - quaternion.rotate(lands.rotations, ball_offsets))
+    heights = np.sqrt(np.maximum(lands.longest**2 - np.sum(apart[:, [0, 2]] ** 2, axis=1), 0.0))
+    lowered = np.clip(apart[:, 1] - heights, 0.0, MOST_DROP * lands.longest)
     flown = contacts.has_previous[rows] & (contacts.liftoffs[rows - 1] < contacts.strikes[rows])
     return with_values(feet, rows, {"drops": np.where(flown, 0.0, lowered)})
-
-
-def _differences(
-    layout: Layout, arrays: FootArrays, rows: IntArray, times: FloatArray, blended: Feet
-) -> tuple[FloatArray, FloatArray]:
-    """Planted minus blended balls, planted times inverse blended rotations, of contacts `rows`, one frame each."""
-    own = np.arange(len(rows)), layout.contacts.sides[rows]
-    balls, rotations = _planted(layout, arrays, rows, times, blended)
-    turned = quaternion.compose(rotations, quaternion.inverse(blended.rotations[own]))
-    return balls - blended.balls[own], quaternion.align_signs(turned, np.array([0.0, 0.0, 0.0, 1.0]))

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from usdfoot.analysis.timing import EARTH_GRAVITY
 from usdfoot.engine.segments import Segments
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable
 from usdfoot.model.examples import Examples
 
 __all__ = ["flight_falls", "flight_times", "natural_flights"]
-
-GRAVITY = 9.81
-"""[m/s^2]."""
 
 
 def flight_times(examples: Examples) -> FloatArray:
@@ -43,5 +41,5 @@ def flight_falls(contacts: ContactTable, segments: Segments, natural: FloatArray
     durations = segments.ends - takeoffs
     flies: BoolArray = ~segments.stands & (durations > 0.02)
     ratio = np.where(flies, natural / np.where(flies, durations, 1.0), 1.0)
-    missing = np.where(flies, GRAVITY * (1.0 - np.minimum(ratio**2, 2.0)), 0.0)
+    missing = np.where(flies, EARTH_GRAVITY * (1.0 - np.minimum(ratio**2, 2.0)), 0.0)
     return np.stack([takeoffs, np.where(flies, durations, 0.0), missing], axis=1)

@@ -13,9 +13,7 @@ from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.spaces.library import left_landings
 
-__all__ = ["GROUND_AXES", "blend_landings", "blend_twists", "stand_blend", "with_steps"]
-
-GROUND_AXES = np.array([0, 2])
+__all__ = ["blend_landings", "blend_twists", "stand_blend", "with_steps"]
 
 
 def stand_blend(count: int, stand: int, *, width: int) -> StepBlend:

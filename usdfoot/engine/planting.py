@@ -12,6 +12,7 @@ from usdfoot.engine.detours import KNOTS, plan_detours
 from usdfoot.engine.feet import (
     ContactFeet,
     device_feet,
+    hold_feet,
     lead_swings,
     lower_pelvis,
     roll_contacts,
@@ -95,16 +96,17 @@ def prepare_planting(
 def prepare_feet(layout: Layout, source: PoseSource, ground: Ground, feet: ContactFeet, due: Due) -> ContactFeet:
     """Feet with prints, rolls and leads, from the source's feet at strikes and liftoffs."""
     contacts = layout.contacts
-    strikes = _feet_at(layout, source, due.strikes, contacts.strikes[due.strikes])
-    raises = strikes.raises[np.arange(len(due.strikes)), contacts.sides[due.strikes]]
+    count, rows = len(due.strikes), np.concatenate([due.strikes, due.swings])
+    times = np.concatenate([contacts.strikes[due.strikes], contacts.liftoffs[due.swings]])
+    blended = _feet_at(layout, source, rows, times)
+    raises = blended.raises[np.arange(count), contacts.sides[due.strikes]]
     feet = roll_contacts(layout, feet, due.strikes, raises, ground)
     flat = _feet_at(layout, source, due.flats, feet.flats[due.flats])
     raises = flat.raises[np.arange(len(due.flats)), contacts.sides[due.flats]]
     feet = with_values(feet, due.flats, {"flat_pitches": raises})
-    liftoffs = _feet_at(layout, source, due.swings, contacts.liftoffs[due.swings])
-    lands = strikes[np.searchsorted(due.strikes, due.swings + 2)]
-    feet = lead_swings(layout, feet, due.swings, liftoffs, lands)
-    return lower_pelvis(layout, feet, due.strikes, strikes)
+    held = hold_feet(layout, feet, rows, times, blended)
+    feet = lead_swings(layout, feet, due.swings, held[count:], held[np.searchsorted(due.strikes, due.swings + 2)])
+    return lower_pelvis(layout, feet, due.strikes, held[:count])
 
 
 def _feet_at(layout: Layout, source: PoseSource, rows: IntArray, times: FloatArray) -> Feet:

@@ -9,7 +9,7 @@ import numpy as np
 import warp as wp
 
 from usdfoot.engine.corrections import correct_steps, empty_blends
-from usdfoot.engine.landings import GROUND_AXES, blend_twists, with_steps
+from usdfoot.engine.landings import blend_twists, with_steps
 from usdfoot.engine.poses import Setup, StepBlend
 from usdfoot.engine.queries import StepQueries, step_queries
 from usdfoot.engine.root_goals import RootGoals
@@ -21,6 +21,7 @@ from usdfoot.engine.rooted_kernel import (
     mix_in_turn,
 )
 from usdfoot.engine.styles import continue_styles
+from usdfoot.maths.planar import GROUND_AXES
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.spaces.features import step_coordinates
 from usdfoot.spaces.library import FootstepSpaces, left_landings
@@ -29,7 +30,7 @@ from usdfoot.spaces.roots import RootSteps, find_roots
 __all__ = ["RootedSteps", "root_steps", "weigh_rooted"]
 
 
-MIX_CORRECTIONS = 3
+MIX_CORRECTIONS = 2
 """A mix, whose weights are bent at beta, is corrected so many times as often as other blends at most."""
 
 

@@ -6,16 +6,18 @@ from __future__ import annotations
 
 import warp as wp
 
+from usdfoot.engine.correction_kernel import TRIES, heading_change
 from usdfoot.engine.kernels import LibraryArrays
 from usdfoot.engine.landing_kernel import BlendArrays, as_left, blend_landing, keep_tried, try_example, turned
-from usdfoot.spaces.corner_kernel import SpaceArrays, corners_of, find_corners
+from usdfoot.spaces.corner_kernel import SpaceArrays, adjoin_corners, corners_of, find_corners, triangle_around
 from usdfoot.spaces.root_weight import REPLACEMENTS
 from usdfoot.spaces.root_weight_kernel import (
     Corners,
+    find_beta,
+    find_given_up,
     find_largest,
     is_inside,
     mean_corner,
-    mix_root,
     replaces_corner,
     weigh_corners,
 )
@@ -27,14 +29,15 @@ wp.set_module_options({"enable_backward": False, "max_unroll": 3})
 WIDTH = 8
 """Examples of a step: three around the footstep, five of the root."""
 ZERO = wp.constant(wp.float64(0.0))
-HALF = wp.constant(wp.float64(0.5))
+ONE = wp.constant(wp.float64(1.0))
+HALVINGS = wp.constant(20)
+SLACK = wp.constant(wp.float64(1e-6))
+"""A landing this far outside an edge, in barycentric coordinates, still is between its examples."""
 LIMITED = wp.constant(wp.float64(1e-6))
 """A foot that has to stand farther from its footstep than this [m] is limited."""
 
 RootExamples = wp.types.vector(length=WIDTH - 3, dtype=wp.int32)
 RootWeights = wp.types.vector(length=WIDTH - 3, dtype=wp.float64)
-_Examples = wp.types.vector(length=WIDTH, dtype=wp.int32)
-_Weights = wp.types.vector(length=WIDTH, dtype=wp.float64)
 
 
 @wp.struct
@@ -84,17 +87,82 @@ class MixedStep:
 
 
 @wp.func
-def land(
-    library: LibraryArrays, blends: BlendArrays, step: int, side: int, examples: _Examples, weights: _Weights
-) -> wp.vec2d:
-    """Where a blend lands, in left-swing coordinates [m], as `blend_landing` has it; leaves it in `blends.tried`."""
-    for k in range(WIDTH):
-        try_example(blends, step, k, examples[k], weights[k])
-    return blend_landing(library, blends.tried_examples, blends.tried_weights, step, side)
+def set_landing(coordinates: wp.array2d(dtype=wp.float64), step: int, landing: wp.vec2d, scale: wp.float64):
+    """Has a step be compared with examples at another landing [m]."""
+    for axis in range(2):
+        coordinates[step, axis] = landing[axis] / scale
 
 
 @wp.func
-def choose_corners(
+def land_mix(
+    own: RootedStep,
+    corners: wp.vec3i,
+    shares: wp.vec3d,
+    root_weight: wp.float64,
+    library: LibraryArrays,
+    blends: BlendArrays,
+    step: int,
+) -> wp.vec2d:
+    """Where three examples, which weigh 1 - lambda4 together, land with the root's, as if the left foot swung [m]."""
+    for corner in range(3):
+        try_example(blends, step, corner, corners[corner], (ONE - root_weight) * shares[corner])
+    for k in range(WIDTH - 3):
+        try_example(blends, step, 3 + k, own.roots[k], root_weight * own.root_weights[k])
+    return blend_landing(library, blends.tried_examples, blends.tried_weights, step, own.swing_side)
+
+
+@wp.func
+def replace_corners(own: RootedStep, spaces: SpaceArrays, examples: wp.vec3i, landing: wp.vec2d) -> wp.vec3i:
+    """Examples around a landing, those near root examples replaced by them ([B] Algorithm 1, lines 1 to 14)."""
+    found = examples
+    corners = corners_of(spaces, examples)
+    for corner in range(3):
+        replaced = bool(False)
+        for k in range(REPLACEMENTS):
+            other = spaces.landings[own.roots[k]]
+            if not replaced and replaces_corner(corners, corner, other, landing, own.epsilon):
+                corners[corner] = other
+                found[corner] = own.roots[k]
+                replaced = bool(True)
+    return found
+
+
+@wp.func
+def find_root_weight(
+    own: RootedStep, around: Corners, options: MixOptions, beta: wp.float64, root: wp.vec2d, wanted: wp.vec2d
+) -> wp.float64:
+    """lambda4 as wanted, or as much of it as plants the foot within the tolerance."""
+    if options.tolerance < ZERO:
+        return own.wanted
+    most = wp.float64(1.0)
+    if options.closest:
+        shares = weigh_corners(around, wanted)
+        offset = mean_corner(around, shares) - wanted
+        most = find_largest(around, shares, root, options.tolerance, offset, True)
+    elif wp.length(root - wanted) > options.tolerance:
+        most = beta + (wp.float64(1.0) - beta) * options.tolerance / wp.length(root - wanted)
+    return wp.min(own.wanted, most)
+
+
+@wp.func
+def within_hull(spaces: SpaceArrays, space: int, beta: wp.float64, landing: wp.vec2d, root: wp.vec2d) -> wp.float64:
+    """Beta, or less where the space ends: as much as leaves what the rest of the mix has to land on in the hull."""
+    low = ZERO
+    high = beta
+    trial = beta
+    for _ in range(HALVINGS):
+        if high > low:
+            beyond = landing + trial / wp.max(ONE - trial, LIMITED) * (landing - root)
+            if triangle_around(spaces, space, beyond) >= 0:
+                low = trial
+            else:
+                high = trial
+            trial = wp.float64(0.5) * (low + high)
+    return low
+
+
+@wp.func
+def mix_step(
     own: RootedStep,
     coordinates: wp.array2d(dtype=wp.float64),
     spaces: SpaceArrays,
@@ -102,114 +170,74 @@ def choose_corners(
     blends: BlendArrays,
     options: MixOptions,
     step: int,
-    wanted: wp.vec2d,
-    departure: wp.vec2d,
-) -> RootedStep:
-    """The step with other corners, where its footstep is not between its own any more, and their bias."""
-    last = coordinates.shape[1]
-    for axis in range(2):
-        coordinates[step, axis] = wanted[axis] / options.landing_scale
-        coordinates[step, last - 2 + axis] = departure[axis] / options.departure_scale
-    found = find_corners(spaces, own.space, wanted, coordinates, step, options.by_features)
-    corners = corners_of(spaces, found.examples)
-    shares = weigh_corners(corners, wanted)
-    examples = _Examples()
-    weights = _Weights()
-    for k in range(WIDTH):
-        examples[k] = found.examples[wp.min(k, 2)]
-        if k < 3:
-            weights[k] = shares[k]
-    landed = land(library, blends, step, own.swing_side, examples, weights)
-    chosen = own
-    chosen.corners = found.examples
-    chosen.hull_distance = found.hull_distance
-    chosen.bias = landed - mean_corner(corners, shares)
-    return chosen
-
-
-@wp.func
-def land_roots(own: RootedStep, library: LibraryArrays, blends: BlendArrays, step: int) -> wp.vec2d:
-    """Where the blend of the root's examples alone lands as measured [m]."""
-    examples = _Examples()
-    weights = _Weights()
-    for k in range(WIDTH):
-        examples[k] = own.roots[wp.min(k, WIDTH - 4)]
-        if k < WIDTH - 3:
-            weights[k] = own.root_weights[k]
-    return land(library, blends, step, own.swing_side, examples, weights)
-
-
-@wp.func
-def mix_step(
-    own: RootedStep,
-    spaces: SpaceArrays,
-    library: LibraryArrays,
-    blends: BlendArrays,
-    options: MixOptions,
-    step: int,
+    planned: wp.vec2d,
     wanted: wp.vec2d,
 ) -> MixedStep:
     """The mix whose measured landing is nearest to the one the closed form says.
 
-    A blend of poses lands a little off the blend of the landings: the corners' and the root's own blends are measured
-    beforehand, what their mix adds is measured here, and all are weighed as if they landed that much elsewhere.
+    Beta is that of the footstep as planned, in the examples around it: so the share of the footstep given up depends
+    on lambda4 alone, not on which examples a moved support chooses. The rest of the mix has to land at
+    p = (t - lambda4 r) / (1 - lambda4) for the whole to land at t: between the planned examples where nothing was
+    moved, else between others. What a blend of poses lands beside the blend of the landings is measured and corrected.
     """
-    examples = _Examples()
-    corners = corners_of(spaces, own.corners)
+    result = MixedStep()
+    bias = own.bias
+    corners = replace_corners(own, spaces, own.corners, planned - bias)
+    around = corners_of(spaces, corners)
+    root = land_mix(own, corners, wp.vec3d(), ONE, library, blends, step)
+    result.beta = find_beta(around, weigh_corners(around, planned - bias), root - bias)
+    nearest = wanted
+    if own.hull_distance > ZERO or not is_inside(around, wanted - bias, SLACK):
+        set_landing(coordinates, step, wanted - bias, options.landing_scale)
+        found = find_corners(spaces, own.space, wanted - bias, coordinates, step, options.by_features)
+        result.hull_distance = found.hull_distance
+        corners = found.examples
+        around = corners_of(spaces, corners)
+        nearest = mean_corner(around, weigh_corners(around, wanted - bias)) + bias
+    if wp.length(wanted - planned) > ZERO:
+        result.beta = within_hull(spaces, own.space, result.beta, nearest - bias, root - bias)
     for corner in range(3):
-        examples[corner] = own.corners[corner]
-        replaced = bool(False)
-        for k in range(REPLACEMENTS):
-            landing = spaces.landings[own.roots[k]]
-            if not replaced and replaces_corner(corners, corner, landing, wanted - own.bias, own.epsilon):
-                corners[corner] = landing
-                examples[corner] = own.roots[k]
-                replaced = bool(True)
-    for k in range(WIDTH - 3):
-        examples[3 + k] = own.roots[k]
-    root_landing = land_roots(own, library, blends, step)
-    best = MixedStep()
-    shift = wp.vec2d()
-    kept = wp.vec2d()
-    rest = wp.vec2d()
-    gain = wp.float64(1.0)
+        around[corner] = around[corner] + bias
+    root_weight = find_root_weight(own, around, options, result.beta, root, wanted)
+    given_up = find_given_up(root_weight, result.beta)
+    rest = wp.max(ONE - root_weight, LIMITED)
+    target = nearest + given_up * (root - nearest)
+    if options.closest:
+        target = nearest
+    asked_before = wp.vec2d()
+    change_before = wp.vec2d()
     least = wp.float64(wp.inf)
-    for _ in range(1 + options.corrections):
+    for round_ in range(1 + options.corrections):
         if least > options.near:
-            around = Corners()
-            for corner in range(3):
-                around[corner] = corners[corner] + own.bias + shift
-            root = root_landing + shift
-            shares = weigh_corners(around, wanted)
-            lacking = wanted - mean_corner(around, shares)
-            root_weight = own.wanted
-            if options.tolerance >= ZERO:
-                most = find_largest(around, shares, root, options.tolerance, -lacking, options.closest)
-                root_weight = wp.min(root_weight, most)
-            mix = mix_root(around, shares, root, root_weight, options.closest)
-            weights = _Weights()
-            for corner in range(3):
-                weights[corner] = mix.weights[corner]
-            for k in range(WIDTH - 3):
-                weights[3 + k] = root_weight * own.root_weights[k]
-            missed = wanted - land(library, blends, step, own.swing_side, examples, weights)
-            off = missed - (lacking - mix.shift)
-            if wp.length(off) < least:
-                least = wp.length(off)
-                rest = off
-                kept = shift
-                best.root_weight = root_weight
-                best.beta = mix.beta
-                best.expected = lacking - mix.shift
-                best.missed = missed
-                best.move = mix.shift - mix.given_up * lacking
-                if mix.given_up <= ZERO or wp.length(best.move) <= options.near:
-                    best.move = wp.vec2d()
+            asked = (target - root_weight * root) / rest - bias
+            if round_ % TRIES == 0:
+                if round_ > 0 or not is_inside(corners_of(spaces, corners), asked, SLACK):
+                    set_landing(coordinates, step, asked, options.landing_scale)
+                    found = find_corners(spaces, own.space, asked, coordinates, step, options.by_features)
+                    corners = replace_corners(own, spaces, found.examples, asked)
+            elif options.by_features:
+                set_landing(coordinates, step, asked, options.landing_scale)
+                corners = adjoin_corners(spaces, own.space, corners, asked, coordinates, step)
+            around = corners_of(spaces, corners)
+            shares = weigh_corners(around, asked)
+            aim = target - rest * (asked - mean_corner(around, shares))
+            missed = aim - land_mix(own, corners, shares, root_weight, library, blends, step)
+            if wp.length(missed) < least:
+                least = wp.length(missed)
+                result.expected = wanted - aim
+                result.missed = result.expected + missed
+                result.move = aim - nearest + given_up * (nearest - wanted)
                 keep_tried(blends, step)
-            else:
-                gain *= HALF
-            shift = kept - gain * rest
-    return best
+            change = missed / rest
+            if round_ > 0:
+                change = heading_change(change, change_before, asked - asked_before)
+            bias -= change
+            asked_before = asked
+            change_before = missed / rest
+    result.root_weight = root_weight
+    if given_up <= ZERO or wp.length(result.move) <= options.near:
+        result.move = wp.vec2d()
+    return result
 
 
 @wp.func
@@ -243,12 +271,12 @@ def mix_in_turn(
         side = own.swing_side
         stride = positions[support + 1] - positions[support]
         wanted = as_left(turned(-own.end, stride), side)
-        moved = wp.length(positions[support] - planned[support]) > ZERO
-        moved = moved or wp.length(positions[support - 1] - planned[support - 1]) > ZERO
-        if moved and not is_inside(corners_of(spaces, own.corners), wanted - own.bias, ZERO):
-            departure = as_left(turned(-own.start, positions[support - 1] - positions[support]), side)
-            own = choose_corners(own, coordinates, spaces, library, blends, options, step, wanted, departure)
-        result = mix_step(own, spaces, library, blends, options, step, wanted)
+        departure = as_left(turned(-own.start, positions[support - 1] - positions[support]), side)
+        last = coordinates.shape[1]
+        for axis in range(2):
+            coordinates[step, last - 2 + axis] = departure[axis] / options.departure_scale
+        foreseen = as_left(turned(-own.end, planned[support + 1] - planned[support]), side)
+        result = mix_step(own, coordinates, spaces, library, blends, options, step, foreseen, wanted)
         move = turned(own.end, as_left(result.move, side))
         left = turned(own.end, as_left(result.missed, side)) + move
         excess = beyond_reach(left, stride + move, own.reach, own.longest)
@@ -256,5 +284,4 @@ def mix_in_turn(
         if result.limited:
             move -= excess
         positions[support + 1] = positions[support + 1] + move
-        result.hull_distance = own.hull_distance
         mixed[step] = result

@@ -11,13 +11,14 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from usdfoot.engine.landings import GROUND_AXES, blend_landings, blend_twists, with_steps
+from usdfoot.engine.landings import blend_landings, blend_twists, with_steps
 from usdfoot.engine.poses import Setup, StepBlend
 from usdfoot.engine.queries import StepQueries, ask_tetrahedra, step_queries
 from usdfoot.engine.reach import beyond_reach
 from usdfoot.engine.root_goals import RootGoals
 from usdfoot.engine.root_weights import RootedSteps, root_steps
 from usdfoot.maths import planar
+from usdfoot.maths.planar import GROUND_AXES
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.spaces.footsteps import solve_footsteps
 from usdfoot.spaces.library import FootstepSpaces, SideSpace, left_landings

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdfoot.engine.corrections import correct_steps
-from usdfoot.engine.landings import GROUND_AXES, blend_twists, stand_blend, with_steps
+from usdfoot.engine.landings import blend_twists, stand_blend, with_steps
 from usdfoot.engine.poses import Setup, StepBlend
 from usdfoot.engine.queries import step_queries
 from usdfoot.engine.reach import beyond_reach, find_high_steps, give_way
@@ -19,6 +19,7 @@ from usdfoot.engine.segments import cut_segments
 from usdfoot.engine.styles import continue_styles
 from usdfoot.engine.time_warps import blended_durations, longest_step
 from usdfoot.maths import planar
+from usdfoot.maths.planar import GROUND_AXES
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable, with_headings
 from usdfoot.model.examples import event_knots

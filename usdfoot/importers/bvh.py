@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Sequence
+from decimal import Decimal, InvalidOperation
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,6 @@ import numpy as np
 from usdfoot.errors import ClipError
 from usdfoot.importers.bones import Bones, bone_clip, bone_skeleton, euler_rotations, with_ball_ends
 from usdfoot.importers.bvh_hierarchy import Hierarchy, read_hierarchy
-from usdfoot.importers.rates import written_rate
 from usdfoot.importers.text_lines import TextLine, number_rows, read_text_lines
 from usdfoot.importers.units import metres_in
 from usdfoot.maths import quaternion
@@ -28,6 +28,13 @@ from usdfoot.model.limits import DEFAULT_LIMITS, Limits, check_limit
 __all__ = ["import_bvh"]
 
 _logger = logging.getLogger(__name__)
+
+NTSC = 1.001
+"""Television's rates are whole numbers over this."""
+COARSE = Decimal("0.01")
+"""A frame time with so few digits that the last is a larger part of it is taken as it stands."""
+SINGLE_PRECISION = Decimal("1e-6")
+"""Relative rounding of programs that compute in single precision."""
 
 
 def import_bvh(file: str | os.PathLike[str], *, unit: str = "", limits: Limits = DEFAULT_LIMITS) -> Capture:
@@ -82,7 +89,7 @@ def _read_motion(lines: Sequence[TextLine], tree: Hierarchy, limits: Limits) -> 
     if not frames.isdecimal() or int(frames) < 1:
         raise lines[1].error(f"{frames!r} is no number of frames", "a whole number above 0 is")
     check_limit(lines[0].file, "frames", int(frames), limits.frames)
-    rate = written_rate(lines[min(2, len(lines) - 1)], _value_after(lines, 2, "Frame Time:"))
+    rate = _written_rate(lines[min(2, len(lines) - 1)], _value_after(lines, 2, "Frame Time:"))
     rows = lines[3:]
     if len(rows) < int(frames):
         what = f"is the last: there are {len(rows)} lines of frames, and line {lines[1].number} says {frames}"
@@ -121,3 +128,27 @@ def _local_samples(tree: Hierarchy, values: FloatArray) -> tuple[FloatArray, Flo
         rotations[:, joint] = euler_rotations(angles, [channels[column][1] for column in turned])
         first += len(channels)
     return translations, rotations
+
+
+def _written_rate(line: TextLine, word: str) -> float:
+    """Frames a second [Hz] for a frame time [s] as written: the whole (or television's) rate it may be the rounding of.
+
+    0.0333333 is 30 frames a second, not 30.00003.
+
+    Raises:
+        UsdfootError: If it is no positive number.
+    """
+    try:
+        time = Decimal(word)
+    except InvalidOperation:
+        time = Decimal(0)
+    if not (time.is_finite() and 0 < time < 1_000_000):
+        raise line.error(f"{word!r} is no frame time", "seconds above 0, like 0.0333333, are")
+    exact = float(1 / time)
+    digit = Decimal(1).scaleb(int(time.as_tuple().exponent))
+    if digit > COARSE * time:
+        return exact
+    for rate in (float(round(exact)), round(exact * NTSC) / NTSC):
+        if rate > 0.0 and abs(Decimal(1.0 / rate) - time) <= max(digit, SINGLE_PRECISION * time):
+            return rate
+    return exact

@@ -18,7 +18,7 @@ from usdfoot.importers.track_tables import TrackTable, read_track_table
 from usdfoot.importers.units import metres_in
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.report import Problem
-from usdfoot.model.trajectory import RootTrajectory
+from usdfoot.model.trajectory import FASTEST, RootTrajectory
 
 __all__ = ["import_pedestrians"]
 
@@ -68,10 +68,15 @@ def import_pedestrians(
             f"person {people[again[0]]:g} is in frame {frames[again[0]]:g} twice, first in line {lines[again[0]]}",
             "keep one of the two",
         )
-    splits = np.flatnonzero(~same | (np.diff(times) > LONGEST_GAP)) + 1
-    parts = np.split(np.arange(len(order)), splits)
     places = table.positions[order] * scale.metres * (1.0, -1.0)
+    jumps = same & (np.linalg.norm(np.diff(places, axis=0), axis=1) > FASTEST * np.abs(np.diff(times)))
+    splits = np.flatnonzero(~same | jumps | (np.diff(times) > LONGEST_GAP)) + 1
+    parts = np.split(np.arange(len(order)), splits)
     found, problems = [], []
+    for jump in np.flatnonzero(jumps):
+        where, person = f"{path}:{lines[jump + 1]}", people[jump]
+        message = f"{where}: person {person:g} jumps here, faster than {FASTEST:g} m/s; the track was cut in two"
+        problems.append(Problem(severity="warning", where=str(path), message=message))
     seen: dict[float, int] = {}
     for part in parts:
         person = float(people[part[0]])

@@ -11,10 +11,9 @@ import numpy as np
 
 from usdfoot.bridge.plan_columns import PlanColumn as Column
 from usdfoot.errors import PlanError
-from usdfoot.importers.print_frames import print_orientations
 from usdfoot.importers.text_lines import TextLine, number_in, read_text_lines
 from usdfoot.importers.units import metres_in
-from usdfoot.maths import planar
+from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.plan import FootstepPlan
 
@@ -81,7 +80,7 @@ def _plan(name: str, names: Sequence[str], rows: Sequence[TextLine], metres: flo
         name=name,
         sides=np.array([_foot(row, names) for row in rows], dtype=int),
         positions=_canonical(metres * places, up),
-        orientations=print_orientations(_along_ground(planar.direction(yaws), upright), upright),
+        orientations=quaternion.facing(_along_ground(planar.direction(yaws), upright), upright),
         strike_times=_numbers(rows, names, Column.STRIKE),
         liftoff_times=_numbers(rows, names, Column.LIFTOFF),
         root_weights=_numbers(rows, names, Column.ROOT_WEIGHT, 0.0),

@@ -17,9 +17,9 @@ from pathlib import Path
 import numpy as np
 
 from usdfoot.errors import PlanError
-from usdfoot.importers.print_frames import print_orientations
 from usdfoot.importers.text_lines import TextLine, number_in, number_rows, read_text_lines
 from usdfoot.importers.units import metres_in
+from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits, check_limit
 from usdfoot.model.plan import FootstepPlan
@@ -104,7 +104,7 @@ def import_stp(
         name=str(path),
         sides=sides[order],
         positions=metres * matrices[order, 3],
-        orientations=print_orientations(matrices[order, 0], matrices[order, 2]),
+        orientations=quaternion.facing(matrices[order, 0], matrices[order, 2]),
         strike_times=starts,
         liftoff_times=starts + lengths,
         root_weights=np.zeros(count),

@@ -6,7 +6,10 @@ import numpy as np
 
 from usdfoot.maths.types import FloatArray
 
-__all__ = ["circular_mean", "direction", "rotate", "wrap_angle", "yaw_of"]
+__all__ = ["GROUND_AXES", "circular_mean", "direction", "rotate", "wrap_angle", "yaw_of"]
+
+GROUND_AXES = np.array([0, 2])
+"""Which components of a position are its point (x, z) of the ground."""
 
 
 def rotate(yaw: FloatArray, points: FloatArray) -> FloatArray:

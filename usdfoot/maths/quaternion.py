@@ -11,6 +11,7 @@ __all__ = [
     "between",
     "compose",
     "continuous",
+    "facing",
     "from_axis_angle",
     "from_matrix",
     "from_rotation_vector",
@@ -104,6 +105,19 @@ def between(start: FloatArray, end: FloatArray) -> FloatArray:
     perpendicular = np.cross(start, helper)
     turned = np.concatenate([perpendicular, np.zeros_like(cosine)], axis=-1)
     return normalised(np.where(cosine < -1.0 + 1e-12, turned, quaternions))
+
+
+def facing(forward: FloatArray, up: FloatArray) -> FloatArray:
+    """Rotations that turn +Z into forward, seen along up, and +Y into up, shape (N, 4).
+
+    Args:
+        forward: Not along up, shape (N, 3).
+        up: Not zero, shape (N, 3).
+    """
+    up = up / np.linalg.norm(up, axis=1, keepdims=True)
+    left = np.cross(up, forward)
+    left = left / np.linalg.norm(left, axis=1, keepdims=True)
+    return from_matrix(np.stack([left, up, np.cross(left, up)], axis=-1))
 
 
 def align_signs(quaternions: FloatArray, reference: FloatArray) -> FloatArray:

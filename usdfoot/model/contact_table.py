@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdfoot.maths import planar, quaternion
+from usdfoot.maths.planar import GROUND_AXES
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
@@ -25,8 +26,6 @@ STEEPEST = 0.7
 
 EDGE_HEIGHT = 0.03
 """Ground under the heel farther than this above the slope under the ball is another tread [m]."""
-
-GROUND_AXES = np.array([0, 2])
 
 UNKNOWN_STEP_TIME = 0.6
 """Duration of a step when a plan has no other to copy from [s]."""

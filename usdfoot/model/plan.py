@@ -11,7 +11,7 @@ from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.biped import SIDES
 
-__all__ = ["FootstepPlan"]
+__all__ = ["FootstepPlan", "PlanDraft"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -155,3 +155,25 @@ class FootstepPlan:
     def ends_standing(self) -> bool:
         """Whether the last two footsteps lift off together."""
         return bool(self.liftoff_times[-1] == self.liftoff_times[-2])
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanDraft:
+    """What becomes a `FootstepPlan` if it is in order; fields as there."""
+
+    name: str
+    sides: IntArray
+    positions: FloatArray
+    orientations: FloatArray
+    strike_times: FloatArray
+    liftoff_times: FloatArray
+    root_weights: FloatArray
+    styles: tuple[str, ...] = ()
+
+    def checked(self) -> FootstepPlan:
+        """The plan.
+
+        Raises:
+            PlanError: If it is inconsistent.
+        """
+        return FootstepPlan(**vars(self))

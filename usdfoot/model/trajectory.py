@@ -11,7 +11,10 @@ from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.plan import FootstepPlan
 
-__all__ = ["RootTrajectory", "root_distances", "sample_trajectories", "sample_trajectory"]
+__all__ = ["FASTEST", "RootTrajectory", "root_distances", "sample_trajectories", "sample_trajectory"]
+
+FASTEST = 40.0
+"""Nobody on foot is faster; what is has been put elsewhere [m/s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,8 +22,8 @@ class RootTrajectory:
     """Samples of a root in the canonical world, straight between them ([B] 4.2).
 
     Raises:
-        PlanError: If there are fewer than two samples, arrays differ in length, hold values that are not finite, or
-            times do not increase.
+        PlanError: If there are fewer than two samples, arrays differ in length, hold values that are not finite, times
+            do not increase, or it jumps: is faster than FASTEST.
     """
 
     name: str
@@ -51,6 +54,12 @@ class RootTrajectory:
                 raise PlanError(self.name, f"{label} of sample {bad[0]} is not a finite number", "author numbers")
         if np.any(np.diff(self.times) <= 0.0):
             raise PlanError(self.name, "times do not increase", "order the samples by time")
+        steps = np.linalg.norm(np.diff(self.positions, axis=0), axis=1)
+        far = np.flatnonzero(steps > FASTEST * np.diff(self.times))
+        if far.size:
+            first, last = self.times[far[0]], self.times[far[0] + 1]
+            what = f"jumps by {steps[far[0]]:.3g} m from {first:.4g} to {last:.4g} s"
+            raise PlanError(self.name, what, "cut it there, or correct the unit or the rate")
 
     @property
     def start(self) -> float:

@@ -15,10 +15,8 @@ from usdfoot.model.biped import Biped
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
 from usdfoot.model.tuning import BodyTuning
 
-__all__ = ["HUMAN_LEG", "PhysicsBiped", "measure_biped", "tune_biped"]
+__all__ = ["PhysicsBiped", "measure_biped", "tune_biped"]
 
-HUMAN_LEG = 0.86
-"""Leg for which weights and times are given [m]; bodies of other sizes move alike."""
 TOE_REACH = 0.35
 """The end of the sole ahead of the ball, as a fraction of the distance from ankle to ball."""
 

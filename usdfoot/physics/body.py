@@ -11,7 +11,7 @@ from usdfoot.engine.feet import FLAT_SHARE, FLAT_TIME
 from usdfoot.engine.poses import Layout, Poses
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.timeline import locate
-from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.contact_table import ContactTable
 from usdfoot.physics.heading import heading_of
@@ -26,6 +26,8 @@ __all__ = ["BodyPoses", "device_gait"]
 
 HEEL_OFF = 0.5
 """Part of the time from flat to liftoff after which the heel rises: in the middle of the stance (Perry 1992)."""
+RUN_HEEL_OFF = 0.449
+"""Part of the contact after which it rises before a flight (De Cock et al. 2005)."""
 LARGEST_LAUNCH = 3.0
 """At the speed of the liftoff a foot would turn by this many of the liftoff's pitch in the swing, at most."""
 BALL_FIRST = 0.25
@@ -157,7 +159,7 @@ def device_gait(layout: Layout, biped: Biped, style: BodyStyle) -> GaitArrays:
     balls = contacts.positions - layout.origins[contacts.agents]
     balls[:, 1] += heights
     ends = np.where(contacts.has_swing, contacts.liftoffs, np.inf)
-    heel_offs = flats + HEEL_OFF * (contacts.liftoffs - flats)
+    heel_offs = _heel_offs(contacts, flats)
     gait = GaitArrays()
     for name, values, kind in (
         ("balls", balls, wp.vec3f),
@@ -177,6 +179,18 @@ def device_gait(layout: Layout, biped: Biped, style: BodyStyle) -> GaitArrays:
     return gait
 
 
+def _heel_offs(contacts: ContactTable, flats: FloatArray) -> FloatArray:
+    """When the heels rise [s], shape (C,)."""
+    walked = flats + HEEL_OFF * (contacts.liftoffs - flats)
+    run = np.maximum(flats, contacts.strikes + RUN_HEEL_OFF * (contacts.liftoffs - contacts.strikes))
+    return np.where(_flies(contacts), np.minimum(run, walked), walked)
+
+
+def _flies(contacts: ContactTable) -> BoolArray:
+    """Whether a flight follows each contact, shape (C,)."""
+    return contacts.has_next & (contacts.liftoffs < np.roll(contacts.strikes, -1))
+
+
 def _launches(contacts: ContactTable, heel_offs: FloatArray) -> FloatArray:
     """Speed at which the heel still rises at the liftoff, as a part of its mean speed since heel-off, shape (C,).
 
@@ -188,7 +202,7 @@ def _launches(contacts: ContactTable, heel_offs: FloatArray) -> FloatArray:
 
 def _retractions(contacts: ContactTable, style: BodyStyle) -> FloatArray:
     """Length of the leg in the middle of the swing after each contact, as a part of the nominal one, shape (C,)."""
-    flies = contacts.has_next & (contacts.liftoffs < np.roll(contacts.strikes, -1))
+    flies = _flies(contacts)
     over = flies | (contacts.has_swing & np.roll(flies, -1))
     return np.where(over, style.run_retraction, style.retraction)
 

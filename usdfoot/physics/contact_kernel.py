@@ -101,6 +101,7 @@ class ContactFooting:
     stands_after: bool  # whether it stands when the motion ends
     begin: wp.float64  # the foot takes weight: at its strike, in steps backward when the toe comes down [s]
     end: wp.float64  # no weight is left on it: at its liftoff, in steps ahead when the toe leaves [s]
+    change: wp.float64  # the weight goes over to it: at its strike, without leaps in the middle of double stance [s]
     taking: wp.float64  # time in which it takes over from the foot before [s]
     giving: wp.float64  # time in which it gives over to the foot after [s]
     frame: wp.quatd  # of the print to world: +Y along the ground's normal, +Z the foot's heading
@@ -171,6 +172,9 @@ def lay_load(contacts: ContactArrays, legs: LegArrays, footing: wp.array(dtype=C
     ahead = wp.float64(0.5) + wp.float64(0.25) * (footing[i].alignment + footing[j].alignment)
     footing[i].end = contacts.rows[i].liftoff + ahead * missing
     footing[j].begin = contacts.rows[j].strike - (wp.float64(1.0) - ahead) * missing
+    if footing[i].end > footing[j].begin and not footing[j].stands_before:
+        middle = wp.float64(0.5) * (footing[i].end + footing[j].begin)
+        footing[j].change = middle + footing[j].leaps * (contacts.rows[j].strike - middle)
     shift = wp.clamp(footing[i].end - footing[j].begin, AT_ONCE, LONGEST_SHIFT * wp.sqrt(legs.size))
     if not footing[i].stands_after:
         footing[i].giving = shift
@@ -223,6 +227,7 @@ def lay_agent(contacts: ContactArrays, legs: LegArrays, footing: wp.array(dtype=
         lay_gait(contacts, legs, footing, i, before, wp.min(i + 1, end - 1))
         footing[i].begin = contacts.rows[i].strike
         footing[i].end = contacts.rows[i].liftoff
+        footing[i].change = contacts.rows[i].strike
         footing[i].taking = AT_ONCE
         footing[i].giving = AT_ONCE
         footing[i].frame = print_turn(contacts.rows[i].normal, contacts.rows[i].yaw)

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
+from usdfoot.analysis.timing import HUMAN_LEG
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable
-from usdfoot.physics.biped import HUMAN_LEG, PhysicsBiped
+from usdfoot.physics.biped import PhysicsBiped
 from usdfoot.physics.contact_kernel import (
     AgentRow,
     ContactArrays,

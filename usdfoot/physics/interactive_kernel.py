@@ -107,7 +107,7 @@ def solve_window(
     lay_agent(contacts, legs, footing, 0)
     for i in range(contacts.rows.shape[0]):
         window.headings[i] = footing[i].heading
-    count = lay_agent_knots(contacts, divisions, 0, window.knot_times, 0)
+    count = lay_agent_knots(contacts, footing, divisions, 0, window.knot_times, 0)
     window.knots[0] = count
     if count > window.knot_times.shape[0]:
         return

@@ -1,4 +1,4 @@
-"""Warp functions of knots: at every strike, at the begin of every flight and at the end ([P] Figure 6)."""
+"""Warp functions of knots: where the weight changes feet, where flights begin and at the end ([P] Figure 6)."""
 # mypy: ignore-errors
 # Warp kernels are Python only in their syntax: Warp types and compiles them itself.
 
@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import warp as wp
 
-from usdfoot.physics.contact_kernel import ContactArrays
+from usdfoot.physics.contact_kernel import ContactArrays, ContactFooting
 
 __all__ = ["KnotOptions", "count_knots", "lay_agent_knots", "write_knots"]
 
@@ -43,12 +43,18 @@ def divide(
 
 @wp.func
 def lay_agent_knots(
-    contacts: ContactArrays, options: KnotOptions, agent: int, times: wp.array(dtype=wp.float64), at: int
+    contacts: ContactArrays,
+    footing: wp.array(dtype=ContactFooting),
+    options: KnotOptions,
+    agent: int,
+    times: wp.array(dtype=wp.float64),
+    at: int,
 ) -> int:
     """Writes an agent's knots from index `at` on; gives back the index after its last.
 
-    A flight is the time before a strike in which neither foot stands; it is one segment. Events closer to the one
-    before or to an end of the motion than SHORTEST_SEGMENT have no knot of their own.
+    A flight is the time before a strike in which neither foot stands; it is one segment, and so is what is left of the
+    double stance in which the motion begins. Events closer to the one before or to an end of the motion than
+    SHORTEST_SEGMENT have no knot of their own.
     """
     first = contacts.agents[agent].first
     start = contacts.agents[agent].start
@@ -58,7 +64,7 @@ def lay_agent_knots(
     latest = start
     for i in range(first, contacts.agents[agent].end):
         for kind in range(2):
-            event = contacts.rows[i].strike
+            event = footing[i].change
             wanted = options.parts
             happens = bool(True)
             if kind == 0:  # the takeoff before the strike
@@ -69,6 +75,8 @@ def lay_agent_knots(
                     happens = event < contacts.rows[i].strike
             if happens and event > start + SHORTEST_SEGMENT and event < end - SHORTEST_SEGMENT:
                 if event - latest >= SHORTEST_SEGMENT:
+                    if contacts.rows[i].strike <= start:
+                        least = 1
                     at = divide(times, at, knot, event, least, options.longest)
                     knot = event
                     least = wanted
@@ -82,22 +90,24 @@ def lay_agent_knots(
 @wp.kernel(enable_backward=False)
 def count_knots(
     contacts: ContactArrays,
+    footing: wp.array(dtype=ContactFooting),
     options: KnotOptions,
     nowhere: wp.array(dtype=wp.float64),
     counts: wp.array(dtype=wp.int32),
 ):
     """Number of each agent's knots, one thread an agent; `nowhere` is empty."""
     agent = wp.tid()
-    counts[agent] = lay_agent_knots(contacts, options, agent, nowhere, 0)
+    counts[agent] = lay_agent_knots(contacts, footing, options, agent, nowhere, 0)
 
 
 @wp.kernel(enable_backward=False)
 def write_knots(
     contacts: ContactArrays,
+    footing: wp.array(dtype=ContactFooting),
     options: KnotOptions,
     starts: wp.array(dtype=wp.int32),
     times: wp.array(dtype=wp.float64),
 ):
     """Times of all knots, each agent's from its index `starts` on, one thread an agent."""
     agent = wp.tid()
-    lay_agent_knots(contacts, options, agent, times, starts[agent])
+    lay_agent_knots(contacts, footing, options, agent, times, starts[agent])

@@ -110,7 +110,10 @@ def controls_of(unknowns: FloatArray, begins: IntArray) -> FloatArray:
 def lay_knots(contacts: ContactTable, footing: Footing, *, parts: int = 1, longest_segment: float = 1.0) -> Knots:
     """Knots at every strike, at the begin of every flight and at the end ([P] Figure 6).
 
-    A flight is the time before a strike in which neither foot stands. Events closer than 20 ms share a knot.
+    A flight is the time before a strike in which neither foot stands. Events closer than 20 ms share a knot. Where feet
+    take weight as people's do, a walk's knot is not at the strike but in the middle of the double stance, when half of
+    the weight is on either foot: only at a knot can the acceleration jump, and else the force would change feet at the
+    strike.
 
     Args:
         contacts: Of all agents.
@@ -122,13 +125,14 @@ def lay_knots(contacts: ContactTable, footing: Footing, *, parts: int = 1, longe
     counts = np.empty(count, dtype=np.int32)
     options = shared_record(KnotOptions, {"parts": parts, "longest": longest_segment})
     wp.launch(
-        count_knots, dim=count, inputs=[footing.contacts, options, wp.empty(0, dtype=wp.float64, device="cpu")],
+        count_knots, dim=count,
+        inputs=[footing.contacts, footing.rows, options, wp.empty(0, dtype=wp.float64, device="cpu")],
         outputs=[shared(counts, wp.int32)], device="cpu",
     )  # fmt: skip
     starts = np.cumsum(counts) - counts
     agents, times = np.repeat(np.arange(count), counts), np.empty(counts.sum())
     wp.launch(
-        write_knots, dim=count, inputs=[footing.contacts, options, shared(starts, wp.int32)],
+        write_knots, dim=count, inputs=[footing.contacts, footing.rows, options, shared(starts, wp.int32)],
         outputs=[shared(times, wp.float64)], device="cpu",
     )  # fmt: skip
     return Knots(

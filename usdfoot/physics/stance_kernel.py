@@ -36,6 +36,8 @@ HEEL_OFF = wp.constant(wp.float64(0.6))
 """Part of the contact after which the foot is on its toes."""
 RUN_START = wp.constant(wp.float64(0.5))
 """Where along the foot it presses first after a flight, 0 heel to 1 toe (Cavanagh and Lafortune 1980)."""
+FOREFOOT = wp.constant(wp.float64(0.606))
+"""Part of the contact after which the heel is off and the ball presses (Chiu, Wu and Chang 2013)."""
 AT_ONCE = wp.constant(wp.float64(1.0e-9))
 DEGREE = wp.constant(wp.float64(wp.pi / 180.0))
 
@@ -200,9 +202,9 @@ def rolled_ankle(ankle: wp.vec3d, heel: wp.float64, pitch: wp.float64) -> wp.vec
 def pressing(legs: LegArrays, footing: wp.array(dtype=ContactFooting), i: int, time: wp.float64) -> wp.float64:
     """Where along the foot it presses, 0 heel to 1 toe.
 
-    It goes from heel to toe in the direction of travel: from toe to heel in backward steps, nowhere in side steps. A
-    foot that stands at the begin or end of the motion presses with its middle, and so does one that stands longer than
-    it takes to roll twice.
+    It goes from heel to toe in the direction of travel, in walks sooner to the ball than on to the toe; in backward
+    steps from toe to heel, nowhere in side steps. A foot that stands at the begin or end of the motion presses with its
+    middle, and so does, for a while, one that stands longer than it takes to roll twice.
     """
     one = wp.float64(1.0)
     middle = wp.float64(0.5)
@@ -216,7 +218,15 @@ def pressing(legs: LegArrays, footing: wp.array(dtype=ContactFooting), i: int, t
         off = clamped((footing[i].end - time) / half)
     start = RUN_START * footing[i].lands
     travelled = start + (one - start) * (middle + middle * (on - off))
-    return middle + (travelled - middle) * footing[i].alignment
+    ball = legs.heel / (legs.heel - legs.toe)
+    rolled = ball * travelled / FOREFOOT
+    if travelled > FOREFOOT:
+        rolled = one - (one - ball) * (one - travelled) / (one - FOREFOOT)
+    alignment = footing[i].alignment
+    rolls = wp.max(alignment, wp.float64(0.0)) * (one - footing[i].lands)
+    if footing[i].stands_before or footing[i].stands_after or half < middle * lasting:
+        rolls = wp.float64(0.0)
+    return middle + (travelled + rolls * (rolled - travelled) - middle) * alignment
 
 
 @wp.func

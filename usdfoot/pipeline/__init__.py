@@ -1,1 +1,1 @@
-"""Whole jobs: animate, analyze, validate."""
+"""Whole jobs, one file a verb: animate, analyze, validate, inspect, plan, lint, import, retarget."""

@@ -14,7 +14,8 @@ from usdfoot.errors import PlanError, SceneError, UsdfootError
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.animate import animate
-from usdfoot.pipeline.report import AnimateReport, call_of, options_of
+from usdfoot.pipeline.provenance import call_of, options_of
+from usdfoot.pipeline.report import AnimateReport
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.stage import start_code
 from usdfoot.readers.written import WrittenCrowd, agent_names, read_agent, read_written_crowd
@@ -61,6 +62,7 @@ def remake(crowd: WrittenCrowd, *, options: MotionOptions | None = None) -> Anim
         collect=call.collect,
         levels=call.levels,
         chunk_size=call.chunk_size,
+        limits=call.limits,
     )
 
 
@@ -99,6 +101,7 @@ def make_take(
             options=options,
             collect=call.collect,
             levels=call.levels,
+            limits=call.limits,
         )
     except BaseException:
         shutil.rmtree(folder)

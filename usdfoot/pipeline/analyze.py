@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from usdfoot import __version__
 from usdfoot.analysis.styles import group_styles
@@ -16,10 +16,11 @@ from usdfoot.errors import ClipError
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.coverage import SpaceCoverage
 from usdfoot.model.report import Problem
-from usdfoot.physics.fill import FilledLibrary
+from usdfoot.physics.fill import FilledLibrary, fill_library
+from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.coverage import cover_library, draw_coverage
-from usdfoot.pipeline.fill import fill_holes
 from usdfoot.pipeline.plots import has_matplotlib, plot_spaces, require_matplotlib
+from usdfoot.planning.reach import reach_of_biped
 from usdfoot.readers.libraries import StageClips, read_libraries
 from usdfoot.spaces.holes import HoleOptions
 from usdfoot.writers.clip_prims import MadeClip
@@ -90,7 +91,7 @@ def analyze(
         found = group_styles(own) if styles else {}
         library = _styled(library, found)
         if fill is not None:
-            filled.append(fill_holes(library, fill, first=_synthetic_count(clips.libraries, filled)))
+            filled.append(_fill(library, fill, first=_synthetic_count(clips.libraries, filled)))
             own += summarise(replace(library, clips=filled[-1].clips))
         summaries += [replace(summary, style=found.get(summary.name, summary.style)) for summary in own]
         if plots is not None:
@@ -161,6 +162,24 @@ def _styled(library: ClipLibrary, styles: Mapping[str, str]) -> ClipLibrary:
     return replace(
         library, clips=tuple(replace(clip, style=styles.get(clip.name, clip.style)) for clip in library.clips)
     )
+
+
+def _fill(library: ClipLibrary, holes: HoleOptions, *, first: int) -> FilledLibrary:
+    """A library with steps of physics where its legs reach and no clip steps; none if there is no usable step.
+
+    Args:
+        library: Of one skeleton.
+        holes: What a hole is.
+        first: Number of the first synthetic clip, which is named beside the first of the library.
+    """
+    options = MotionOptions()
+    try:
+        prepared = prepare_library(library, options)
+    except ClipError:
+        return FilledLibrary(source=library, holes=(), clips=(), problems=())
+    outline = reach_of_biped(library.biped).outline
+    name = str(PurePosixPath(library.clips[0].name).with_name("synthetic_"))
+    return fill_library(prepared, outline, name=name, first=first, holes=holes, options=options)
 
 
 def _synthetic_count(libraries: Sequence[ClipLibrary], filled: Sequence[FilledLibrary]) -> int:

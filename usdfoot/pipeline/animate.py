@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from usdfoot.batch.executors import open_scene_early
 from usdfoot.batch.records import ChunkRecord, parse_record
@@ -16,9 +16,11 @@ from usdfoot.model.levels import DetailLevels
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits
 from usdfoot.model.report import Problem
 from usdfoot.physics.motion_options import MotionOptions
-from usdfoot.pipeline.report import CHUNK_SIZE, AnimateReport, CallRecord, provenance_of, report_json
+from usdfoot.pipeline.provenance import CHUNK_SIZE, CallRecord, provenance_of
+from usdfoot.pipeline.report import AnimateReport, report_json
 from usdfoot.pipeline.unchanged import find_unchanged
 from usdfoot.readers.chunks import find_agents, read_record
+from usdfoot.readers.stage import open_stage
 
 if TYPE_CHECKING:  # imported where something is to be made: that takes longer than to find that nothing is
     from usdfoot.batch.tasks import ChunkTask
@@ -77,14 +79,18 @@ def animate(
     """
     progress("read", 0, 0)
     options, target = options or MotionOptions(), Path(os.path.realpath(folder))
-    call = CallRecord(agents=agents, frames=frames, chunk_size=chunk_size, collect=collect, levels=levels)
-    unchanged = find_unchanged(scene_file, target, options=options, call=call)
+    call = CallRecord(
+        agents=agents, frames=frames, chunk_size=chunk_size, collect=collect, levels=levels, limits=limits
+    )
+    stage = open_stage(scene_file)
+    unchanged = find_unchanged(stage, target, options=options, call=call)
     if unchanged:
         return unchanged
+    from usdfoot.batch.analysed import tidy_examples
     from usdfoot.writers.crowd import write_crowd
 
-    shot = _open_shot(scene_file, folder, agents, frames, options, collect, chunk_size, limits, executor, levels)
-    records, kept_agents = _make_chunks(shot, executor, beside, progress)
+    shot = _open_shot(stage, target, call, options=options, executor=executor)
+    records = _make_chunks(shot, executor, beside, progress)
     problems = _distinct((*shot.scene.crowd.problems, *(problem for record in records for problem in record.problems)))
     _require_agents(scene_file, records, problems)
     progress("write", 0, 0)
@@ -97,6 +103,7 @@ def animate(
         provenance=provenance_of(shot.scene, shot.options, shot.folder, call=call),
         report=report_json(shot.scene, records, options=shot.options, problems=problems, folder=shot.folder),
     )
+    tidy_examples(shot.folder, shot.scene.crowd.libraries if shot.keep else (), samples=options.samples)
     return AnimateReport(
         crowd_file=crowd_file,
         report_file=report_file,
@@ -104,7 +111,7 @@ def animate(
         problems=problems,
         chunks=len(records),
         kept=sum(record.is_kept for record in records),
-        kept_agents=kept_agents,
+        kept_agents=sum(record.kept_agents for record in records),
     )
 
 
@@ -142,19 +149,23 @@ def animate_chunk(
     from usdfoot.batch.tasks import with_earlier
     from usdfoot.batch.workshop import Workshop
 
-    options = options or MotionOptions()
-    shot = _open_shot(scene_file, folder, agents, frames, options, collect, chunk_size, limits, levels=levels)
+    options, target = options or MotionOptions(), Path(os.path.realpath(folder))
+    call = CallRecord(
+        agents=agents, frames=frames, chunk_size=chunk_size, collect=collect, levels=levels, limits=limits
+    )
+    shot = _open_shot(open_stage(scene_file), target, call, options=options)
     count = len(range(0, len(shot.reader.names), chunk_size))
     if not 0 <= index < count:
         raise SceneError(scene_file, f"has no chunk {index}", f"give one of 0 to {count - 1}")
     task = next((task for task in shot.tasks if task.index == index), None)
     if task is None:
-        return ChunkRecord(agents=(), problems=(), is_kept=False)
+        return ChunkRecord(agents=(), problems=(), is_kept=False, kept_agents=0)
     kept = read_record(shot.folder, task.files, task.content_hash)
     if kept is not None:
-        return parse_record(kept, is_kept=True)
+        return parse_record(kept)
     task = with_earlier(task, find_agents(shot.folder))
-    return parse_record(Workshop(shot.reader, shot.options).make(task), is_kept=False)
+    made = Workshop(shot.reader, shot.options, keep=shot.keep).make(task)
+    return parse_record(made.record, kept_agents=made.kept_agents)
 
 
 def count_chunks(
@@ -188,81 +199,73 @@ class _Shot:
     characters: Sequence[PlacedCharacter]
     tasks: Sequence[ChunkTask]
 
+    @property
+    def keep(self) -> Path | None:
+        """Folder in which the clips' analysis is kept; None = the crowd is too small for that."""
+        return self.folder if any(task.keeps_examples for task in self.tasks) else None
+
 
 def _open_shot(
-    scene_file: str | os.PathLike[str],
-    folder: str | os.PathLike[str],
-    agents: str | Sequence[str],
-    frames: tuple[int, int] | None,
-    options: MotionOptions,
-    collect: bool,
-    chunk_size: int,
-    limits: Limits,
-    executor: Executor | None = None,
-    levels: DetailLevels | None = None,
+    stage: Any, folder: Path, call: CallRecord, *, options: MotionOptions, executor: Executor | None = None
 ) -> _Shot:
+    """What is asked for of an open stage, read and cut into chunks; folder: of the crowd, a real path."""
     from usdfoot.batch.tasks import cut_chunks
     from usdfoot.readers.scene import SceneReader
     from usdfoot.writers.crowd import check_output, crowd_format
     from usdfoot.writers.placing import place_characters
 
-    target = Path(os.path.realpath(folder))
-
     def open_early(count: int) -> None:
-        if executor and count >= EARLY_CHUNKS * chunk_size:
-            open_scene_early(executor, os.path.realpath(scene_file))
+        if executor and count >= EARLY_CHUNKS * call.chunk_size:
+            open_scene_early(executor, stage.GetRootLayer().realPath)
 
     reader = SceneReader(
-        scene_file,
-        agents=agents,
-        frames=frames,
+        stage,
+        agents=call.agents,
+        frames=call.frames,
         motion=options.motion,
         tuning=options.tuning,
-        crowd=target,
-        limits=limits,
+        crowd=folder,
+        limits=call.limits,
         sampling=options.sampling,
         listed=open_early,
     )
     scene = reader.read()
-    check_output(scene, target)
+    check_output(scene, folder)
     characters = place_characters(
-        scene.characters, target, layer_format=crowd_format(scene), collect=collect, levels=levels
+        scene.characters, folder, layer_format=crowd_format(scene), collect=call.collect, levels=call.levels
     )
     references = [(placed.reference.assetPath, str(placed.reference.primPath)) for placed in characters]
     tasks = cut_chunks(
-        scene, references, names=reader.names, folder=target, options=options, limits=limits, size=chunk_size
+        scene, references, names=reader.names, folder=folder, options=options, limits=call.limits, size=call.chunk_size
     )
-    return _Shot(reader=reader, scene=scene, folder=target, options=options, characters=characters, tasks=tasks)
+    return _Shot(reader=reader, scene=scene, folder=folder, options=options, characters=characters, tasks=tasks)
 
 
 def _make_chunks(
     shot: _Shot, executor: Executor | None, beside: bool, progress: Callable[[str, int, int], None]
-) -> tuple[tuple[ChunkRecord, ...], int]:
-    """Records of all chunks, kept or made, and how many agents of theirs are kept."""
-    from usdfoot.batch.kept import most_kept
+) -> tuple[ChunkRecord, ...]:
+    """Records of all chunks, kept or made."""
     from usdfoot.batch.running import run_chunks
     from usdfoot.batch.tasks import with_earlier
     from usdfoot.batch.workshop import Workshop
 
     tasks = shot.tasks
     kept = [read_record(shot.folder, task.files, task.content_hash) for task in tasks]
-    records = [None if text is None else parse_record(text, is_kept=True) for text in kept]
+    records = [None if text is None else parse_record(text) for text in kept]
     pending = [index for index, record in enumerate(records) if record is None]
     earlier = find_agents(shot.folder) if pending else {}
     tasks = [with_earlier(task, earlier) for task in tasks]
     made = run_chunks(
         [tasks[index] for index in pending],
-        Workshop(shot.reader, shot.options),
+        Workshop(shot.reader, shot.options, keep=shot.keep),
         executor=executor if len(pending) > (FEW_CHUNKS if beside else 1) else None,
         beside=beside,
     )
     progress("animate", 0, len(pending))
-    for done, (index, text) in enumerate(made):
-        records[pending[index]] = parse_record(text, is_kept=False)
+    for done, (index, chunk) in enumerate(made):
+        records[pending[index]] = parse_record(chunk.record, kept_agents=chunk.kept_agents)
         progress("animate", done + 1, len(pending))
-    whole = tuple(record for record in records if record is not None)
-    kept_whole = sum(len(record.agents) for record in whole if record.is_kept)
-    return whole, kept_whole + sum(most_kept(tasks[index])[1] for index in pending)
+    return tuple(record for record in records if record is not None)
 
 
 def _distinct(problems: Iterable[Problem]) -> tuple[Problem, ...]:

@@ -30,7 +30,7 @@ EXTRAS = {
     "crowd": (("jupedsim",), "usdfoot plan crowd"),
     "report": (
         ("matplotlib", "PIL", "jupyter_threejs_sage"),
-        "pictures and pages: usdfoot analyze --plot, usdfoot inspect --html, tools/draw.py",
+        "pictures and pages: usdfoot analyze --plots, usdfoot inspect --html, tools/draw.py",
     ),
     "import": (("pygltflib", "trimesh", "PIL"), "usdfoot import: glTF and terrain"),
     "dask": (("distributed",), "usdfoot animate --scheduler"),

@@ -10,7 +10,7 @@ from pathlib import Path
 from usdfoot import __version__
 from usdfoot.bridge.names import unique_name, valid_name
 from usdfoot.bridge.scene import StageInfo
-from usdfoot.bridge.units import StageUnits
+from usdfoot.bridge.units import CANONICAL
 from usdfoot.errors import PlanError, SceneError, UsdfootError
 from usdfoot.importers.foot_recordings import import_foot_recording
 from usdfoot.importers.plan_table import import_plan_table
@@ -28,8 +28,6 @@ __all__ = ["PLAN_SUFFIXES", "PlanFormat", "export_plans", "import_plans"]
 
 PLAN_SUFFIXES = (".csv", ".stp", ".foot", ".rec")
 """Of files that can be imported as plans."""
-UNITS = StageUnits(meters_per_unit=1.0, up_axis="Y", time_codes_per_second=24.0)
-"""Of a layer that is for no scene."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -150,4 +148,4 @@ def _save(
     if info is not None:
         return save_plans(planned, output, info, made_by=made_by)
     provenance = {"version": __version__, **made_by}
-    return write_plans(output, planned, units=UNITS, frames_per_second=24.0, provenance=provenance)
+    return write_plans(output, planned, units=CANONICAL, frames_per_second=24.0, provenance=provenance)

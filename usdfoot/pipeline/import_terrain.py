@@ -9,7 +9,7 @@ from pathlib import Path
 
 from usdfoot import __version__
 from usdfoot.bridge.names import unique_name
-from usdfoot.bridge.units import StageUnits
+from usdfoot.bridge.units import CANONICAL
 from usdfoot.errors import TerrainError, UsdfootError
 from usdfoot.importers.height_grids import GRID_SUFFIXES
 from usdfoot.importers.terrain_files import MESH_SUFFIXES, TerrainFormat, import_terrain_file
@@ -22,8 +22,6 @@ __all__ = ["TERRAIN_SUFFIXES", "ImportedTerrain", "TerrainFormat", "import_terra
 
 TERRAIN_SUFFIXES = (*MESH_SUFFIXES, *GRID_SUFFIXES)
 """Of files that can be imported as terrain."""
-UNITS = StageUnits(meters_per_unit=1.0, up_axis="Y", time_codes_per_second=24.0)
-"""Of a layer that is for no scene."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,6 +77,6 @@ def import_terrain(
     progress("write", 0, 0)
     provenance = {"version": __version__, "sources": ", ".join(Path(file).name for file in files)}
     sources = (*(info.layers if info else ()), *(os.fspath(file) for file in files))
-    units = info.units if info else UNITS
+    units = info.units if info else CANONICAL
     target = write_terrain(output, terrains, units=units, sources=sources, provenance=provenance)
     return ImportedTerrain(file=target, terrains=terrains, problems=tuple(problems))

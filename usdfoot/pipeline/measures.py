@@ -24,7 +24,7 @@ from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.ground import Ground
 from usdfoot.readers.written import JointTracks, WrittenAgent, read_joint_tracks
 
-__all__ = ["AgentMeasures", "flat_times", "measure_agent", "measure_placement"]
+__all__ = ["AgentMeasures", "measure_agent", "measure_placement", "planted_times"]
 
 SUBFRAMES = (0.25, 0.5, 0.75)
 """Where between two frames the slide is measured too."""
@@ -123,7 +123,7 @@ def measure_placement(agent: WrittenAgent, units: StageUnits, codes: FloatArray)
         units: Of its stage.
         codes: Time codes of the samples to look at, increasing, shape (F,).
     """
-    plan, flats = agent.plan, flat_times(agent)
+    plan, flats = agent.plan, planted_times(agent)
     errors = np.full(len(plan), np.nan)
     if not len(codes):
         return errors
@@ -175,8 +175,8 @@ def _frames(tracks: JointTracks, every: int) -> JointTracks:
     )
 
 
-def flat_times(agent: WrittenAgent) -> FloatArray:
-    """Flat times, never later than design.md section 2 allows."""
+def planted_times(agent: WrittenAgent) -> FloatArray:
+    """Times from which feet count as planted: flat, at the latest as design.md section 2 allows [s], shape (N,)."""
     plan = agent.plan
     latest = plan.strike_times + np.minimum(LONGEST_ROLL, SHARE_OF_ROLL * (plan.liftoff_times - plan.strike_times))
     return np.fmin(agent.flat_times, latest)
@@ -208,7 +208,7 @@ def _stances(agent: WrittenAgent, tracks: JointTracks, side: int, ground: Ground
 
 def _steps(agent: WrittenAgent, whole: JointTracks, fine: JointTracks, heels: FloatArray) -> dict[str, Any]:
     """Columns of `AgentMeasures` that belong to contacts."""
-    plan, flats = agent.plan, flat_times(agent)
+    plan, flats = agent.plan, planted_times(agent)
     names = ("placement_error", "slide", "subframe_slide", "heel_slide", "yaw_error")
     columns: dict[str, Any] = {name: np.full(len(plan), np.nan) for name in names}
     columns["timing_faults"] = np.zeros((len(plan), 3), dtype=bool)

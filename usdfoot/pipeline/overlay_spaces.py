@@ -73,7 +73,17 @@ def mark_spaces(steps: SpaceRows, shapes: Sequence[Shape], times: FloatArray, *,
     rows, hidden = _current(steps, agents, times)
     places, turns = steps.places[rows], quaternion.yaw_quaternion(steps.headings[rows])
     ones = np.ones((*rows.shape, 3))
-    spaces = _marks("Space/Examples", shapes, times, steps.shapes[rows], places, turns, ones, hidden, agents)
+    spaces = _marks(
+        "Space/Examples",
+        shapes,
+        times,
+        kinds=steps.shapes[rows],
+        positions=places,
+        orientations=turns,
+        scales=ones,
+        hidden=hidden,
+        agents=agents,
+    )
     landings = planar.rotate(steps.headings[rows][..., None], steps.landings[rows])  # (T, A, K, 2)
     points = places[:, :, None] + np.insert(landings, 1, 0.0, axis=-1)
     weights = steps.weights[rows]
@@ -82,12 +92,12 @@ def mark_spaces(steps: SpaceRows, shapes: Sequence[Shape], times: FloatArray, *,
         "Space/Weights",
         [column("Weight", WEIGHT_COLOR)],
         times,
-        np.zeros(weights.shape, dtype=int),
-        points,
-        np.broadcast_to([0.0, 0.0, 0.0, 1.0], (*weights.shape, 4)),
-        np.stack([radii, np.maximum(length * weights, 1e-4), radii], axis=-1),
-        hidden[..., None] | (weights <= 0.0),
-        agents,
+        kinds=np.zeros(weights.shape, dtype=int),
+        positions=points,
+        orientations=np.broadcast_to([0.0, 0.0, 0.0, 1.0], (*weights.shape, 4)),
+        scales=np.stack([radii, np.maximum(length * weights, 1e-4), radii], axis=-1),
+        hidden=hidden[..., None] | (weights <= 0.0),
+        agents=agents,
     )
     return spaces, columns, _edges(points[:, :, :CORNERS], hidden, weights[..., :CORNERS], times, agents)
 
@@ -103,12 +113,12 @@ def _edges(corners: FloatArray, hidden: BoolArray, weights: FloatArray, times: F
         "Space/Triangle",
         [bar("Edge", EDGE_COLOR)],
         times,
-        np.zeros(lengths.shape, dtype=int),
-        corners,
-        quaternion.yaw_quaternion(yaws),
-        np.stack([np.maximum(lengths, 1e-4), thick, thick], axis=-1),
-        hidden[..., None] | absent,
-        agents,
+        kinds=np.zeros(lengths.shape, dtype=int),
+        positions=corners,
+        orientations=quaternion.yaw_quaternion(yaws),
+        scales=np.stack([np.maximum(lengths, 1e-4), thick, thick], axis=-1),
+        hidden=hidden[..., None] | absent,
+        agents=agents,
     )
 
 
@@ -116,6 +126,7 @@ def _marks(
     path: str,
     shapes: Sequence[Shape],
     times: FloatArray,
+    *,
     kinds: IntArray,
     positions: FloatArray,
     orientations: FloatArray,

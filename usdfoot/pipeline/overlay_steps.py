@@ -18,7 +18,7 @@ from usdfoot.model.overlay import Shape
 from usdfoot.model.report import Problem
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.overlay_shapes import web
-from usdfoot.pipeline.report import options_of
+from usdfoot.pipeline.provenance import options_of
 from usdfoot.planning.followers import plan_followers
 from usdfoot.readers.scene import SceneReader
 from usdfoot.readers.written import WrittenCrowd

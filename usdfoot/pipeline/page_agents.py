@@ -14,7 +14,7 @@ from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.report import Problem
-from usdfoot.pipeline.measures import AgentMeasures, flat_times, measure_agent
+from usdfoot.pipeline.measures import AgentMeasures, measure_agent, planted_times
 from usdfoot.pipeline.page_figures import frame_values, step_values
 from usdfoot.readers.executed import read_root_positions, read_step_results
 from usdfoot.readers.written import (
@@ -114,7 +114,7 @@ def _picture_agent(agent: WrittenAgent, crowd: WrittenCrowd, measures: AgentMeas
         name=agent.name,
         source="",
         plan=agent.plan,
-        flat_times=flat_times(agent),
+        flat_times=planted_times(agent),
         stick_figure=stick,
         times=tracks.times,
         roots=roots,
@@ -131,7 +131,7 @@ def _picture_agent(agent: WrittenAgent, crowd: WrittenCrowd, measures: AgentMeas
 def _stood(agent: WrittenAgent, tracks: JointTracks) -> FloatArray:
     """Sole under the ball of each footstep's foot, mean over its planted frames [m], NaN without any, shape (N, 3)."""
     plan = agent.plan
-    planted = frames_between(tracks.times, flat_times(agent), plan.liftoff_times)
+    planted = frames_between(tracks.times, planted_times(agent), plan.liftoff_times)
     frames, steps = planted.flattened()
     sums = np.zeros((len(plan), 3))
     np.add.at(sums, steps, tracks.positions[frames, np.array(agent.biped.balls)[plan.sides[steps]]])

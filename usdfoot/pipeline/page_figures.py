@@ -172,7 +172,7 @@ FIGURES = (
 
 ELSEWHERE = (
     "Replay, centre of mass against people, kernel, step set-up, end to end and centre-of-mass solve are figures of"
-    " usdfoot, not of one crowd: tools/replay.py, tools/bench.py and README have them."
+    " usdfoot, not of one crowd: BENCHMARKS.md has them."
 )
 """What the page says of the other rows of section 10."""
 

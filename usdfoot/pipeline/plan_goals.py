@@ -26,7 +26,7 @@ from usdfoot.planning.stones import plan_stones, stance_at
 from usdfoot.planning.wander import WanderOptions, plan_wander
 from usdfoot.planning.world import Obstacle, World
 from usdfoot.readers.agents import AgentSource, list_agents_without_plans, select_agents
-from usdfoot.readers.goals import GoalAgent, read_goal_agents, read_libraries
+from usdfoot.readers.goals import GoalAgent, read_agent_libraries, read_goal_agents
 from usdfoot.readers.obstacles import read_obstacles
 from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
 from usdfoot.readers.stones import read_stones
@@ -45,7 +45,7 @@ class GoalOptions:
     agents: str = "*"
     """Glob on agents' names or paths."""
     speed: float = 1.3
-    """Of agents without usdfoot:agent:speed [m/s]."""
+    """Of agents without usdfoot:agent:speed [m/s]; such wander, and cross stones, as fast as their steps are."""
     radius: float = 0.25
     """Of their bodies seen from above [m]."""
 
@@ -128,7 +128,7 @@ def plan_scene_wander(
                 generator=generator,
                 goals=list(seeker.goals),
                 steps=steps,
-                options=WanderOptions(body=seeker.body, radius=options.radius),
+                options=WanderOptions(body=seeker.body, speed=agent.authored_speed, radius=options.radius),
                 name=seeker.name,
             )
         except PlanError as error:
@@ -168,7 +168,7 @@ def plan_scene_stones(
     options = options or GoalOptions()
     progress("read", 0, 0)
     found = _read(scene, options, with_goals=True)
-    libraries, problems = read_libraries(
+    libraries, problems = read_agent_libraries(
         found.stage, found.prims, found.info.units, [agent.source for agent in found.agents]
     )
     made, faults = {}, list(problems)
@@ -265,7 +265,13 @@ def _cross(found: _Found, agent: GoalAgent, reach: Reach, on: str | None, spacin
     ahead = float(planar.yaw_of((goal - start)[[0, 2]]))
     yaw = ahead if seeker.yaw is None else seeker.yaw
     plan = plan_stones(
-        stones, stance_at(start, yaw, reach), stance_at(goal, ahead, reach), reach, body=seeker.body, name=seeker.name
+        stones,
+        stance_at(start, yaw, reach),
+        stance_at(goal, ahead, reach),
+        reach,
+        body=seeker.body,
+        speed=agent.authored_speed,
+        name=seeker.name,
     )
     return replace(plan, name=seeker.name)
 

@@ -9,9 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from usdfoot import __version__
+from usdfoot.errors import SceneError
 from usdfoot.importers.steersuite import import_steersuite
 from usdfoot.model.report import Problem
 from usdfoot.planning.scenario import Scenario
+from usdfoot.readers.stage import open_stage
 from usdfoot.writers.scenario import write_scenario
 
 __all__ = ["ScenarioReport", "convert_scenario"]
@@ -46,9 +48,12 @@ def convert_scenario(
         clips: USD file with their clips; empty = none.
 
     Raises:
-        SceneError: If the XML is malformed; the line is named.
+        SceneError: If the XML is malformed; the line is named. If the character or the clips cannot be referenced.
         OutputError: If the stage cannot be written.
     """
+    for asset in filter(None, (character, clips)):
+        if not open_stage(asset).HasDefaultPrim():
+            raise SceneError(asset, "has no defaultPrim that agents could reference", "author one")
     scenario, problems = import_steersuite(file, generator=np.random.default_rng(seed))
     provenance = {"version": __version__, "source": Path(file).name, "seed": seed}
     target = write_scenario(output, scenario, character=character, clips=clips, provenance=provenance)

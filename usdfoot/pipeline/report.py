@@ -5,9 +5,9 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, is_dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from usdfoot import __version__
 from usdfoot.batch.records import ChunkRecord, problem_json
@@ -15,29 +15,12 @@ from usdfoot.bridge.file_hashes import file_hashes
 from usdfoot.bridge.scene import Scene, StageInfo
 from usdfoot.bridge.tokens import File
 from usdfoot.bridge.versions import library_versions
-from usdfoot.model.levels import DetailLevels
 from usdfoot.model.motion import StepResults
 from usdfoot.model.report import Outcome, Problem
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.readers.overrides import read_overrides
 
-__all__ = [
-    "CHUNK_SIZE",
-    "AnimateReport",
-    "CallRecord",
-    "call_of",
-    "combined_hash",
-    "input_hashes",
-    "options_of",
-    "provenance_of",
-    "relative_path",
-    "report_json",
-]
-
-CHUNK_SIZE = 100
-"""Agents a chunk unless told otherwise."""
-
-Options = TypeVar("Options", bound=Any)
+__all__ = ["AnimateReport", "combined_hash", "input_hashes", "relative_path", "report_json"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,83 +37,6 @@ class AnimateReport(Outcome):
     """How many of them were there from an earlier run, made from the same."""
     kept_agents: int
     """How many agents were, those of these chunks and of chunks in which others changed."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class CallRecord:
-    """What `animate` was asked for, beside the options of motion."""
-
-    agents: str | Sequence[str] = "*"
-    """Globs on agents' names or paths."""
-    frames: tuple[int, int] | None = None
-    """First and last time code; None = all of the plans."""
-    chunk_size: int = CHUNK_SIZE
-    """Agents a chunk."""
-    collect: bool = False
-    """Whether the characters' files are copied."""
-    levels: DetailLevels | None = None
-    """Of detail."""
-
-
-def provenance_of(scene: Scene, options: MotionOptions, folder: Path, *, call: CallRecord) -> dict[str, Any]:
-    """What crowd.usd says about its making: program, options, scene, and a hash of everything that was read.
-
-    The scene's path is relative to the folder. It is a string, not an asset: the crowd does not depend on the scene,
-    but `usdfoot validate` finds the terrain there.
-    """
-    return {
-        "version": __version__,
-        "scene": relative_path(scene.stage.identifier, folder),
-        "contentHash": combined_hash(input_hashes(scene.stage, folder)),
-        "options": _given(asdict(options)),
-        "call": {
-            "agents": "\n".join([call.agents] if isinstance(call.agents, str) else call.agents),
-            "chunkSize": call.chunk_size,
-            "collect": call.collect,
-            **({"levels": str(call.levels)} if call.levels else {}),
-            **({"firstFrame": call.frames[0], "lastFrame": call.frames[1]} if call.frames else {}),
-        },
-    }
-
-
-def call_of(provenance: Mapping[str, Any]) -> CallRecord:
-    """What a crowd's provenance says `animate` was asked for; the defaults where it says nothing."""
-    said = provenance.get("call", {})
-    usual = CallRecord()
-    given = {"firstFrame", "lastFrame"} <= set(said)
-    return CallRecord(
-        agents=str(said.get("agents", "*")).split("\n"),
-        frames=(int(said["firstFrame"]), int(said["lastFrame"])) if given else None,
-        chunk_size=int(said.get("chunkSize", usual.chunk_size)),
-        collect=bool(said.get("collect", usual.collect)),
-        levels=DetailLevels.parse(said["levels"]) if "levels" in said else None,
-    )
-
-
-def options_of(provenance: Mapping[str, Any]) -> MotionOptions:
-    """The options that a crowd was made with; what its provenance does not say has its default.
-
-    Raises:
-        UsdfootError: If a value is out of its range.
-    """
-    return _filled(MotionOptions(), provenance.get("options", {}))
-
-
-def _filled(options: Options, given: Mapping[str, Any]) -> Options:
-    """Options with the values given by field; fields that are options themselves are filled too."""
-    known = {field.name: getattr(options, field.name) for field in fields(options)}
-    values = {name: value for name, value in given.items() if name in known}
-    inner = {name: _filled(known[name], value) for name, value in values.items() if is_dataclass(known[name])}
-    return replace(options, **{**values, **inner})
-
-
-def _given(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Options without those that are None, which USD's dictionaries cannot say."""
-    return {
-        key: _given(value) if isinstance(value, Mapping) else value
-        for key, value in options.items()
-        if value is not None
-    }
 
 
 def report_json(

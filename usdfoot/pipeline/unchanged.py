@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -16,30 +15,21 @@ from usdfoot.bridge.tokens import File
 from usdfoot.bridge.versions import library_versions
 from usdfoot.errors import UsdfootError
 from usdfoot.physics.motion_options import MotionOptions
-from usdfoot.pipeline.report import (
-    AnimateReport,
-    CallRecord,
-    call_of,
-    combined_hash,
-    input_hashes,
-    options_of,
-    relative_path,
-)
+from usdfoot.pipeline.provenance import CallRecord, call_of, options_of
+from usdfoot.pipeline.report import AnimateReport, combined_hash, input_hashes, relative_path
 from usdfoot.readers.provenance import read_provenance, read_scene_files
 from usdfoot.writers.root import SUBLAYERS
 
 __all__ = ["find_unchanged"]
 
 
-def find_unchanged(
-    scene_file: str | os.PathLike[str], folder: Path, *, options: MotionOptions, call: CallRecord
-) -> AnimateReport | None:
+def find_unchanged(scene: Any, folder: Path, *, options: MotionOptions, call: CallRecord) -> AnimateReport | None:
     """What `animate` said of the crowd in a folder if it would write the same bytes again; None if it might not.
 
     Nothing of the scene is read but which files it consists of. Copied characters have files beyond these.
 
     Args:
-        scene_file: The USD scene.
+        scene: File or open stage.
         folder: Of the crowd, a real path.
         options: Of the sources of motion.
         call: What is asked for.
@@ -47,18 +37,19 @@ def find_unchanged(
     Raises:
         SceneError: If the scene or overrides.usda cannot be opened.
     """
-    report, said = _read_report(folder), read_provenance(folder, sublayers=SUBLAYERS)
-    if report is None or said is None or call.collect or (folder / File.PENDING).exists():
+    said = read_provenance(folder, sublayers=SUBLAYERS)
+    if said is None or call.collect or (folder / File.PENDING).exists():
         return None
     if said.get("version") != __version__ or not _is_asked(said, options, call):
         return None
-    info = read_scene_files(scene_file, folder)
+    info = read_scene_files(scene, folder)
     if info is None:
         return None
     made_from = relative_path(info.identifier, folder), combined_hash(input_hashes(info, folder))
     if made_from != (said.get("scene"), said.get("contentHash")):
         return None
-    return _report_of(report, folder) if _is_whole(report, folder) else None
+    report = _read_report(folder)
+    return _report_of(report, folder) if report and _is_whole(report, folder) else None
 
 
 def _read_report(folder: Path) -> dict[str, Any] | None:
@@ -89,7 +80,8 @@ def _is_whole(report: dict[str, Any], folder: Path) -> bool:
 
 def _report_of(report: dict[str, Any], folder: Path) -> AnimateReport:
     """What a report says, for whom nothing was to be made."""
-    record = ChunkRecord(agents=tuple(report["agents"]), problems=(), is_kept=True)
+    agents = report["agents"]
+    record = ChunkRecord(agents=tuple(agents), problems=(), is_kept=True, kept_agents=len(agents))
     anims = File.ANIMS.split(".")[0]
     chunks = sum(name.startswith(f"{anims}.") and name != File.ANIMS for name in report["files"])
     return AnimateReport(
@@ -99,5 +91,5 @@ def _report_of(report: dict[str, Any], folder: Path) -> AnimateReport:
         problems=tuple(problem_of(problem) for problem in report["problems"]),
         chunks=chunks,
         kept=chunks,
-        kept_agents=len(record.agents),
+        kept_agents=len(agents),
     )

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdfoot.analysis.timing import EARTH_GRAVITY
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import SIDES
@@ -19,8 +20,6 @@ from usdfoot.spaces.library import FootstepSpaces, solve_steps
 
 __all__ = ["Fault", "LintLimits", "lint_clips", "lint_plans"]
 
-GRAVITY = 9.81
-"""[m/s^2]."""
 ERROR, WARNING = "error", "warning"
 
 
@@ -170,8 +169,8 @@ def _steps(
     lengths, rises = np.linalg.norm(strides, axis=1), strides[:, 1]
     flies = flights > 0.0
     speeds = lengths / np.maximum(durations, 1e-6) / np.sqrt(leg / 0.86)
-    launch = np.where(flies, rises / np.maximum(flights, 1e-6) + 0.5 * GRAVITY * flights, 0.0)
-    jumps = np.maximum(launch, 0.0) ** 2 / (2.0 * GRAVITY)
+    launch = np.where(flies, rises / np.maximum(flights, 1e-6) + 0.5 * EARTH_GRAVITY * flights, 0.0)
+    jumps = np.maximum(launch, 0.0) ** 2 / (2.0 * EARTH_GRAVITY)
     found: list[Fault] = []
 
     def note(wrong: BoolArray, kind: str, severity: str, values: FloatArray, message: str) -> None:

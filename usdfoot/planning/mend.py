@@ -8,9 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from usdfoot.maths.types import IntArray
-from usdfoot.model.draft import PlanDraft
 from usdfoot.model.ground import Ground
-from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.plan import FootstepPlan, PlanDraft
 from usdfoot.planning.collisions import feet_of, find_collisions
 from usdfoot.planning.feet_apart import set_feet_apart, uncross
 from usdfoot.planning.prints import lay_prints
@@ -68,6 +67,8 @@ def mend_plans(plans: Sequence[FootstepPlan], ground: Ground, *, bodies: Sequenc
 
     A plan where none of that is needed stays exactly as it is.
     """
+    if not plans:
+        return []
     feet = feet_of(plans, bodies)
     narrowest = np.array([NARROW * body.step_width for body in bodies])[feet.owners]
     start = feet.positions

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 import shapely
@@ -201,20 +202,28 @@ class Gates:
         ways = {index: way for index, way in ways.items() if way.intersects(passage.shape)}
         turn.mouths = {index: _comes_from(passage, way) for index, way in ways.items()}
         turn.going = [one for one in turn.going if one in ways or turn.away.get(one, np.inf) <= self._radii[one]]
+        single = self._is_single(passage, turn)
+        turn.going = _unwedged(turn) if single else turn.going
         coming = [index for index in ways if index not in turn.going]
         self._since[coming] = np.minimum(self._since[coming], now)
-        self._let_in(passage, turn, sorted(coming, key=lambda index: self._since[index]), points)
+        self._let_in(passage, turn, sorted(coming, key=lambda index: self._since[index]), points, single=single)
         turn.places = {index: place for index, place in turn.places.items() if index not in turn.going}
+        meet = len(set(turn.mouths.values())) > 1
         for index in coming:
             if index not in turn.going:
                 self._hold(index, passage, turn, points)
         going = np.array(turn.going, dtype=np.intp)
-        if passage.lanes and len(set(turn.mouths.values())) > 1:
+        if passage.lanes and meet:
             self._keep_right(passage, turn, ways, points)
         else:
             self.thin[going] = np.clip(passage.half_width - ELBOWS, THINNEST, self._radii[going])
 
-    def _let_in(self, passage: Passage, turn: _Turn, waiting: list[int], points: FloatArray) -> None:
+    def _is_single(self, passage: Passage, turn: _Turn) -> bool:
+        """Whether people go in one after the other."""
+        meet = len(set(turn.mouths.values())) > 1
+        return bool(passage.half_width < WEDGE * self._radii.max() or (passage.lanes and meet))
+
+    def _let_in(self, passage: Passage, turn: _Turn, waiting: list[int], points: FloatArray, *, single: bool) -> None:
         """Have those who wait, the longest first, go through whose turn it is, where they have room behind others."""
         meet = len(set(turn.mouths.values())) > 1
         if not turn.going and waiting:
@@ -223,7 +232,6 @@ class Gates:
             turn.mouth = turn.mouths[turn.first]
         if meet and not passage.lanes and turn.going and turn.first not in turn.going:
             return
-        single = passage.half_width < WEDGE * self._radii.max() or (passage.lanes and meet)
         for index in sorted(waiting, key=lambda index: turn.away[index]):
             mouth = turn.mouths[index]
             if mouth == turn.mouth or passage.lanes:
@@ -272,6 +280,18 @@ class Gates:
             if inside.any():
                 moved[inside] = move_inside(passage.middle, points[inside])
         return moved
+
+
+def _unwedged(turn: _Turn) -> list[int]:
+    """Those who go through, without those who are as near to a mouth as the one before them, who would wedge there."""
+    outside = [one for one in turn.going if one in turn.mouths and turn.away[one] > 0.0]
+    outside.sort(key=lambda one: (turn.mouths[one], turn.away[one]))
+    wedged = {
+        other
+        for one, other in pairwise(outside)
+        if turn.mouths[one] == turn.mouths[other] and turn.away[other] - turn.away[one] < 0.5 * SPACE
+    }
+    return [one for one in turn.going if one not in wedged]
 
 
 def _comes_from(passage: Passage, way: shapely.LineString) -> int:

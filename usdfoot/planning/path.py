@@ -23,6 +23,9 @@ from usdfoot.planning.ways import Ways, lay_ways
 
 __all__ = ["PathOptions", "check_length", "plan_path", "plan_paths"]
 
+LONGEST = 1e5
+"""A path longer than that is in another unit than was meant, or broken [m]."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class PathOptions:
@@ -92,7 +95,10 @@ def plan_paths(
 
 
 def check_length(path: WalkingPath, body: Proportions) -> None:
-    """Raise a PlanError if a path is too short to step along."""
+    """Raise a PlanError if a path is too short to step along, or longer than anybody walks."""
+    if not path.length <= LONGEST:
+        what = f"is {path.length:.3g} m long, more than {LONGEST:g} m"
+        raise PlanError(path.name, what, "correct the curve, or the stage's metersPerUnit")
     if path.length < body.toe:
         raise PlanError(path.name, f"is {path.length:.3g} m long, less than a step", "draw a longer curve")
 

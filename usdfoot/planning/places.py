@@ -122,8 +122,11 @@ def _levels_of(places: FloatArray, areas: Sequence[Area]) -> list[_Spot]:
 
 
 def _clear_starts(seekers: Sequence[Seeker], heights: FloatArray) -> list[int | None]:
-    """For each seeker, on the ground at heights (N,), one before it, itself clear, in the same place; None = none."""
-    points = np.column_stack([np.array([seeker.start for seeker in seekers])[:, [0, 2]], heights])
+    """For each seeker, on the ground at heights (N,), one before it, itself clear, in the same place; None = none.
+
+    Heights that are no number are off the ground, all in one plane.
+    """
+    points = np.column_stack([np.array([seeker.start for seeker in seekers])[:, [0, 2]], np.nan_to_num(heights)])
     radii = np.array([seeker.radius for seeker in seekers])
     near = cKDTree(points).query_ball_point(points, 2.0 * radii.max())
     found: list[int | None] = []

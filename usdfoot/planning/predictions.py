@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdfoot.analysis.timing import EARTH_GRAVITY
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import RIGHT
@@ -22,8 +23,6 @@ from usdfoot.spaces.triangulation import merge_points
 
 __all__ = ["Gaits", "PredictedSteps", "build_gaits", "choose_gaits", "limit_landings", "predict_steps"]
 
-GRAVITY = 9.81
-"""[m/s^2]."""
 WALK_TO_RUN = 0.5
 """Froude number v^2 / (g leg) at which people break into a run."""
 HYSTERESIS = 0.1
@@ -108,7 +107,7 @@ def build_gaits(examples: Examples, spaces: FootstepSpaces, *, style: str, leg_l
     switch = np.inf if gaits[-1] is False else 0.0
     if len(gaits) == 2:
         walks, runs = (np.linalg.norm(built[gait, 0].velocities.velocities, axis=1) for gait in gaits)
-        froude = np.sqrt(WALK_TO_RUN * GRAVITY * leg_length)
+        froude = np.sqrt(WALK_TO_RUN * EARTH_GRAVITY * leg_length)
         switch = np.clip(froude, runs.min(), max(walks.max(), runs.min()))
     return Gaits(spaces=built, switch_speed=float(switch), stance_width=stance)
 

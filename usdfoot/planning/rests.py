@@ -6,6 +6,7 @@ import numpy as np
 
 from usdfoot.engine.follow_options import FollowOptions
 from usdfoot.maths import planar
+from usdfoot.maths.planar import GROUND_AXES
 from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.planning.predictions import Gaits
 from usdfoot.planning.root_curves import SPACING, RootCurves
@@ -13,7 +14,6 @@ from usdfoot.planning.strides import Stances, seen_from_left
 
 __all__ = ["find_rests", "leave_times", "wait_times"]
 
-GROUND_AXES = np.array([0, 2])
 UNEVEN_STANCE = 0.1
 """Feet this much farther apart or ahead of each other than in a stand are not left so [m]."""
 

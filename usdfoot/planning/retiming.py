@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 
 from usdfoot.analysis.timing import TimingRule, time_footsteps
 from usdfoot.errors import PlanError
-from usdfoot.model.draft import PlanDraft
-from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.plan import FootstepPlan, PlanDraft
 from usdfoot.planning.proportions import Proportions
 
 __all__ = ["TimingOptions", "plan_times"]

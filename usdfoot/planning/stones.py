@@ -91,6 +91,7 @@ def plan_stones(
     reach: Reach,
     *,
     body: Proportions | None = None,
+    speed: float = 0.0,
     start_time: float = 0.0,
     name: str = "stones",
 ) -> FootstepPlan:
@@ -102,6 +103,7 @@ def plan_stones(
         goal: Where both feet shall be.
         reach: Of the character.
         body: Its legs' length times the steps.
+        speed: Mean of all steps [m/s]; 0 = as fast as such steps are.
         start_time: When it begins [s].
         name: Of the plan.
 
@@ -112,6 +114,7 @@ def plan_stones(
     times = time_footsteps(
         crossing.positions,
         TimingRule(leg_length=(body or Proportions()).leg_length),
+        speed=speed,
         start_time=start_time,
         starts_standing=True,
         ends_standing=True,

@@ -51,6 +51,8 @@ class WanderOptions:
     """How one wanders."""
 
     body: Proportions = field(default_factory=Proportions)
+    speed: float = 0.0
+    """Mean of all steps [m/s]; 0 = as fast as such steps are."""
     radius: float = 0.3
     """Kept free around the middle of the feet [m]."""
     look_ahead: float = 2.0
@@ -140,12 +142,18 @@ def plan_wander(
     """
     way = wander(world, start, yaw, generator=generator, goals=goals, options=options, start_time=start_time)
     footsteps = list(islice(way, steps))
-    body = (options or WanderOptions()).body
-    return join_footsteps(footsteps, name=name, body=body, ends_standing=len(footsteps) < steps)
+    options = options or WanderOptions()
+    ends_standing = len(footsteps) < steps
+    return join_footsteps(footsteps, name=name, body=options.body, speed=options.speed, ends_standing=ends_standing)
 
 
 def join_footsteps(
-    footsteps: Iterable[Footstep], *, name: str, body: Proportions | None = None, ends_standing: bool = False
+    footsteps: Iterable[Footstep],
+    *,
+    name: str,
+    body: Proportions | None = None,
+    speed: float = 0.0,
+    ends_standing: bool = False,
 ) -> FootstepPlan:
     """The plan of footsteps as they came.
 
@@ -153,6 +161,7 @@ def join_footsteps(
         footsteps: From `wander`, the first two of which stand.
         name: Of the plan.
         body: That walks.
+        speed: Mean of all steps [m/s]; 0 = as fast as such steps are.
         ends_standing: Whether it stands at the end, as `wander` does at its last goal.
     """
     body = body or Proportions()
@@ -163,6 +172,7 @@ def join_footsteps(
     times = time_footsteps(
         positions,
         TimingRule(leg_length=body.leg_length),
+        speed=speed,
         start_time=steps[0].strike_time,
         starts_standing=True,
         ends_standing=ends_standing,
@@ -329,7 +339,8 @@ def _lay(
     if before is not None:
         distance = np.linalg.norm(position - before.position)
         timing = time_steps(np.array([distance]), TimingRule(leg_length=options.body.leg_length))
-        time = before.strike_time + float(timing.step_times[0])
+        usual = float(timing.step_times[0])
+        time = before.strike_time + (max(float(distance) / options.speed, 0.5 * usual) if options.speed else usual)
     return Footstep(
         side=side,
         position=position,

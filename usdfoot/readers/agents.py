@@ -193,11 +193,14 @@ def _target(stage: Usd.Stage, prim: Usd.Prim, name: str) -> Usd.Prim | None:
 
 
 def _existing(stage: Usd.Stage, prim: Usd.Prim, name: str) -> list[Sdf.Path]:
-    """Targets of a relationship, all of which must exist."""
+    """Targets of a relationship, all of which must exist and be active, as what is below them must."""
     found = targets(prim, name)
     absent = [path for path in found if not stage.GetPrimAtPath(path)]
     if absent:
         raise SceneError(prim.GetPath(), f"{name} points at what does not exist", "correct the target", absent)
+    muted = [path for path in found if not stage.GetPrimAtPath(path).IsActive()]
+    if muted:
+        raise SceneError(prim.GetPath(), f"{name} points at what is inactive", "activate it, or mute the agent", muted)
     return found
 
 

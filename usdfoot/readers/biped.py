@@ -9,7 +9,7 @@ from pxr import Usd
 
 from usdfoot.analysis.biped import find_biped, make_biped
 from usdfoot.analysis.biped_names import LEG_ROLES
-from usdfoot.analysis.biped_sole import ball_height_of_foot
+from usdfoot.analysis.feet import ball_height_of_foot
 from usdfoot.bridge.similarity import Similarity
 from usdfoot.bridge.tokens import Biped as Token
 from usdfoot.errors import BipedError

@@ -8,6 +8,7 @@ import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
 
 from usdfoot.bridge.scene import SkinBound
+from usdfoot.errors import SkeletonError
 from usdfoot.maths.types import FloatArray
 from usdfoot.readers.joints import parent_indices
 
@@ -24,6 +25,9 @@ def read_bounds(asset: str, asset_prim: str, skeleton_path: str, joints: Sequenc
         asset_prim: Its prim there.
         skeleton_path: Of its Skeleton relative to the prim, "" if it is the prim.
         joints: Of the animation the agent will have.
+
+    Raises:
+        SkeletonError: If its Skeleton does not come along with it.
     """
     stage = Usd.Stage.CreateInMemory()
     root = UsdSkel.Root.Define(stage, "/Agent")
@@ -40,7 +44,11 @@ def read_bounds(asset: str, asset_prim: str, skeleton_path: str, joints: Sequenc
             padding = max((_padding(rest, target) for target in binding.GetSkinningTargets()), default=0.0)
             bound.append(_bound(binding.GetSkeleton(), root, joints, padding))
     if not bound and skeleton_path:
-        bound.append(_bound(UsdSkel.Skeleton(root.GetPrim().GetPrimAtPath(skeleton_path)), root, joints, 0.0))
+        skeleton = UsdSkel.Skeleton(root.GetPrim().GetPrimAtPath(skeleton_path))
+        if not skeleton:
+            what = f"has no Skeleton {skeleton_path} where agents reference it from {asset}"
+            raise SkeletonError(asset_prim, what, "see that its references lead nowhere back to it")
+        bound.append(_bound(skeleton, root, joints, 0.0))
     return tuple(bound)
 
 

@@ -6,7 +6,7 @@ import logging
 from dataclasses import dataclass, replace
 
 import numpy as np
-from pxr import Usd, UsdGeom, UsdSkel
+from pxr import Usd, UsdSkel
 
 from usdfoot.analysis.axes import axis_turns, with_axes
 from usdfoot.bridge.similarity import Similarity, fold_into_joints, similarity_of_matrices
@@ -22,6 +22,7 @@ from usdfoot.readers.clip_attributes import read_clip_attributes
 from usdfoot.readers.joints import leaf_name, match_joints
 from usdfoot.readers.samples import SampledArray, interpolate_linear, interpolate_rotations, read_samples, regular_codes
 from usdfoot.readers.skeleton import RawSkeleton, fold_scales, is_moving, matrices_of, skeleton_in
+from usdfoot.readers.transform_codes import transform_codes
 
 __all__ = ["ClipSource", "missing_leg_joints", "read_clip"]
 
@@ -163,7 +164,7 @@ def _sample_codes(
             source.prim.GetPath(), "has fewer than two time samples", "a clip needs at least two, a pose is no clip"
         )
     codes = np.concatenate(moving)
-    above = _transform_codes(source) if source.is_bound else codes
+    above = transform_codes(source.skeleton_prim) if source.is_bound else codes
     within = above[(above >= codes.min()) & (above <= codes.max())]
     return regular_codes([codes, within], units.time_codes_per_second, where=source.prim.GetPath(), most=most_frames)
 
@@ -186,17 +187,6 @@ def _check_finite(where: object, rotations: SampledArray, translations: SampledA
         if bad.any():
             code = samples.codes[np.flatnonzero(bad)[0]]
             raise ClipError(where, f"{label} at time code {code:g} are not finite, or zero", "repair the sample")
-
-
-def _transform_codes(source: ClipSource) -> FloatArray:
-    """Time codes at which transforms above the clip's skeleton have samples."""
-    codes: set[float] = set()
-    prim = source.skeleton_prim
-    while prim and not prim.IsPseudoRoot():
-        if UsdGeom.Xformable(prim):
-            codes.update(UsdGeom.Xformable(prim).GetTimeSamples())
-        prim = prim.GetParent()
-    return np.array(sorted(codes), dtype=float)
 
 
 def _skeleton_to_world(source: ClipSource, codes: FloatArray, units: StageUnits) -> Similarity:

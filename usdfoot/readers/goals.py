@@ -23,7 +23,7 @@ from usdfoot.readers.casting import Casting, skipped
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.stage import StagePrims, authored, start_code, targets
 
-__all__ = ["GoalAgent", "read_goal_agents", "read_libraries"]
+__all__ = ["GoalAgent", "read_agent_libraries", "read_goal_agents"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,6 +33,8 @@ class GoalAgent:
     source: AgentSource
     seeker: Seeker
     """Named as the agent's prim path."""
+    authored_speed: float
+    """usdfoot:agent:speed [m/s], 0 = none."""
 
 
 def read_goal_agents(
@@ -61,14 +63,15 @@ def read_goal_agents(
     for source in sources:
         try:
             body = casting.body_of(source)
-            seeker = _read_seeker(stage, source.prim, units, speed=speed, radius=radius, body=body)
-            agents.append(GoalAgent(source=source, seeker=seeker))
+            own = _read_speed(source.prim, units)
+            seeker = _read_seeker(stage, source.prim, units, speed=own or speed, radius=radius, body=body)
+            agents.append(GoalAgent(source=source, seeker=seeker, authored_speed=own))
         except UsdfootError as error:
             problems.append(skipped(source, error))
     return tuple(agents), tuple(problems)
 
 
-def read_libraries(
+def read_agent_libraries(
     stage: Usd.Stage, prims: StagePrims, units: StageUnits, sources: Sequence[AgentSource]
 ) -> tuple[dict[str, ClipLibrary], tuple[Problem, ...]]:
     """Clip libraries of agents on their characters by the agents' names, and why some have none."""
@@ -82,18 +85,23 @@ def read_libraries(
     return libraries, tuple(problems)
 
 
+def _read_speed(prim: Usd.Prim, units: StageUnits) -> float:
+    """Authored speed of an agent [m/s], 0 = none; raises SceneError if it is no number of at least 0."""
+    wanted = authored(prim, Token.SPEED) or 0.0
+    if not (math.isfinite(wanted) and wanted >= 0.0):
+        raise SceneError(prim.GetPath(), f"{Token.SPEED} is {wanted:g}", "author a number of at least 0")
+    return float(wanted) * units.meters_per_unit
+
+
 def _read_seeker(
     stage: Usd.Stage, prim: Usd.Prim, units: StageUnits, *, speed: float, radius: float, body: Proportions
 ) -> Seeker:
     """An agent prim as a seeker: it stands at its origin and faces as its character would.
 
     Raises:
-        SceneError: If a goal does not exist or the speed is no number of at least 0.
+        SceneError: If a goal does not exist.
         PlanError: If a place is not finite or the prim faces up or down.
     """
-    wanted = authored(prim, Token.SPEED) or 0.0
-    if not (math.isfinite(wanted) and wanted >= 0.0):
-        raise SceneError(prim.GetPath(), f"{Token.SPEED} is {wanted:g}", "author a number of at least 0")
     paths = targets(prim, Token.GOAL)
     absent = [path for path in paths if not stage.GetPrimAtPath(path)]
     if absent:
@@ -105,7 +113,7 @@ def _read_seeker(
         start=units.points_to_canonical(matrix[3, :3]),
         yaw=_yaw(prim, units, matrix),
         goals=units.points_to_canonical(np.array(places, dtype=float).reshape(-1, 3)),
-        speed=wanted * units.meters_per_unit or speed,
+        speed=speed,
         radius=radius,
         body=body,
     )

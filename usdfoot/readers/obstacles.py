@@ -18,7 +18,7 @@ from usdfoot.model.report import Problem
 from usdfoot.planning.world import Obstacle
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.stage import StagePrims, authored, start_code
-from usdfoot.readers.triangles import triangulate
+from usdfoot.readers.triangles import cut_polygons
 
 __all__ = ["read_obstacles"]
 
@@ -104,7 +104,7 @@ def _mesh(stage: Usd.Stage, mesh: UsdGeom.Mesh) -> tuple[FloatArray, IntArray]:
     indices = np.array(mesh.GetFaceVertexIndicesAttr().Get(time) or (), dtype=int)
     if not len(points) or counts.sum() != len(indices) or indices.max(initial=-1) >= len(points):
         raise SceneError(mesh.GetPath(), "is an obstacle whose faces do not match its points", "repair the mesh")
-    return points, triangulate(points, counts, indices, np.zeros(0, dtype=int))
+    return points, cut_polygons(points, counts, indices, np.zeros(0, dtype=int))
 
 
 def _outlines(prim: Usd.Prim, places: FloatArray, faces: IntArray) -> list[FloatArray]:

@@ -15,8 +15,7 @@ from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import PlanError
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray, IntArray
-from usdfoot.model.draft import PlanDraft
-from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.plan import FootstepPlan, PlanDraft
 from usdfoot.model.report import Problem
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.stage import authored, is_authored, start_code
@@ -179,7 +178,10 @@ def _to_world(prim: Usd.Prim, units: StageUnits, matrix: FloatArray, orientation
         unturned = units.rotations_to_canonical(own)
         if (1.0 - 2.0 * (unturned[:, 0] ** 2 + unturned[:, 2] ** 2)).mean() >= _UPRIGHT:
             return np.where(unturned[:, 3:] < 0.0, -unturned, unturned)
-    if np.linalg.det(matrix[:3, :3]) <= 0.0:
+    volume = np.linalg.det(matrix[:3, :3]) if np.isfinite(matrix).all() else np.nan
+    if not volume or np.isnan(volume):
+        raise PlanError(prim.GetPath(), "has a transform that is not finite or flattens it", "scale by numbers above 0")
+    if volume < 0.0:
         raise PlanError(prim.GetPath(), "is mirrored by its transform", "left would be right; bake the mirror into it")
     other = replace(units, up_axis="Y" if units.up_axis == "Z" else "Z")
     forward, normal = _print_axes(units, matrix, own, units)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pxr import Sdf, Tf
+from pxr import Sdf, Tf, Usd
 
 from usdfoot.bridge.scene import StageInfo
 from usdfoot.bridge.tokens import PROVENANCE, File
@@ -35,14 +35,14 @@ def read_provenance(folder: Path, *, sublayers: Sequence[str]) -> Mapping[str, A
     return dict(layer.customLayerData.get(PROVENANCE, {})) if is_whole else None
 
 
-def read_scene_files(scene: str | os.PathLike[str], folder: Path) -> StageInfo | None:
+def read_scene_files(scene: str | os.PathLike[str] | Usd.Stage, folder: Path) -> StageInfo | None:
     """Metadata of a scene, with its layers; None if their bytes and those of overrides.usda do not say all of it.
 
     They do not where a layer is changed in memory or no file, and where files are named that are opened later: value
     clips, and layers below overrides.usda.
 
     Args:
-        scene: The scene's file.
+        scene: File or open stage.
         folder: Of the crowd made of it.
 
     Raises:

@@ -7,8 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pxr import Usd
+from pxr import Tf, Usd
 
+from usdfoot.bridge.reasons import usd_reason
+from usdfoot.errors import ClipError
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.limits import DEFAULT_LIMITS, check_limit
@@ -37,9 +39,15 @@ def read_samples(attribute: Usd.Attribute, count: int) -> SampledArray | None:
     """All time samples of an array attribute, or its default; None if there is neither.
 
     Samples that are blocked or do not hold `count` elements are left out, the latter with a warning.
+
+    Raises:
+        ClipError: If USD cannot read one, as in a damaged file.
     """
     codes = list(attribute.GetTimeSamples())
-    values = [attribute.Get(code) for code in codes] if codes else [attribute.Get()]
+    try:
+        values = [attribute.Get(code) for code in codes] if codes else [attribute.Get()]
+    except Tf.ErrorException as error:
+        raise ClipError(attribute.GetPath(), "cannot be read", usd_reason(error)) from error
     codes = codes or [0.0]
     kept = [i for i, value in enumerate(values) if value is not None and len(value) == count]
     if not kept:

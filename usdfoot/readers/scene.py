@@ -25,10 +25,10 @@ from usdfoot.model.tuning import BodyTuning
 from usdfoot.readers.agents import AgentSource, list_agents, select_agents
 from usdfoot.readers.casting import Casting, skipped
 from usdfoot.readers.clip_sources import ClipFinder
-from usdfoot.readers.limits import check_skeletons
+from usdfoot.readers.far_agents import SamplingReader
 from usdfoot.readers.overrides import read_overrides
 from usdfoot.readers.plans import read_plan
-from usdfoot.readers.sampling import SamplingReader
+from usdfoot.readers.skeleton import check_skeletons
 from usdfoot.readers.stage import StagePrims, collect_prims, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
 from usdfoot.readers.trajectories import TrajectoryReader

@@ -13,11 +13,13 @@ from usdfoot.bridge.similarity import Similarity, fold_into_joints
 from usdfoot.errors import SkeletonError
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.limits import Limits, check_limit
 from usdfoot.model.skeleton import Skeleton
 from usdfoot.readers.joints import parent_indices
 
 __all__ = [
     "RawSkeleton",
+    "check_skeletons",
     "fold_scales",
     "is_moving",
     "matrices_of",
@@ -223,3 +225,10 @@ def _warn_of_names(prim: Usd.Prim, joints: tuple[str, ...]) -> None:
             wrong[0],
             "/".join(Tf.MakeValidIdentifier(name) for name in wrong[0].split("/")),
         )
+
+
+def check_skeletons(skeletons: Sequence[Usd.Prim], limits: Limits) -> None:
+    """Raises SceneError if a skeleton has too many joints."""
+    for prim in skeletons:
+        joints = UsdSkel.Skeleton(prim).GetJointsAttr().Get() or ()
+        check_limit(prim.GetPath(), "joints", len(joints), limits.joints)

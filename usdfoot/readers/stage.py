@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from pxr import Sdf, Tf, Usd, UsdGeom, UsdSkel
 
+from usdfoot.bridge.reasons import usd_reason
 from usdfoot.bridge.scene import StageInfo
 from usdfoot.bridge.schema import applied_apis, declared_type
 from usdfoot.bridge.units import StageUnits
@@ -58,8 +59,7 @@ def open_stage(scene: str | os.PathLike[str] | Usd.Stage) -> Usd.Stage:
     try:
         stage = Usd.Stage.Open(path)
     except Tf.ErrorException as error:
-        reason = str(getattr(error.args[0], "commentary", error)).strip()  # the last says only that it is so
-        raise SceneError(path, "cannot be opened as USD", reason) from error
+        raise SceneError(path, "cannot be opened as USD", usd_reason(error)) from error
     if not stage:
         raise SceneError(path, "cannot be opened as USD", f"give a {_EXTENSIONS} file")
     return stage

@@ -15,14 +15,13 @@ from usdfoot.bridge.tokens import Terrain as Token
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import TerrainError
 from usdfoot.maths.types import FloatArray, IntArray
-from usdfoot.model.limits import DEFAULT_LIMITS, Limits
+from usdfoot.model.limits import DEFAULT_LIMITS, Limits, check_limit
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
-from usdfoot.readers.limits import check_meshes
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.skins import inherited_target
 from usdfoot.readers.stage import StagePrims, authored, start_code
-from usdfoot.readers.triangles import triangulate
+from usdfoot.readers.triangles import cut_polygons
 
 __all__ = ["no_terrain", "read_terrain"]
 
@@ -57,7 +56,7 @@ def read_terrain(
     chosen = [mesh for mesh in meshes if _is_marked(mesh)] if marked else _named(meshes)
     if not marked and chosen:
         _logger.info("no UsdfootTerrainAPI, terrain by name: %s", ", ".join(str(mesh.GetPath()) for mesh in chosen))
-    check_meshes(chosen, limits)
+    _check_size(chosen, limits)
     parts, problems = [], _without_meshes(marked, meshes)
     if not marked and not chosen:
         problems += _shapes_named(prims.shapes)
@@ -104,7 +103,7 @@ def _read_mesh(stage: Usd.Stage, prim: Usd.Prim, units: StageUnits) -> _MeshTria
         raise TerrainError(where, "has points that are not finite", "repair the mesh")
     matrix = matrices_of(prim, np.array([start_code(stage).GetValue()]))[0]
     world = units.points_to_canonical(points @ matrix[:3, :3] + matrix[3, :3])
-    triangles = triangulate(world, counts, indices, holes)
+    triangles = cut_polygons(world, counts, indices, holes)
     if _is_flipped(mesh) != (np.linalg.det(matrix[:3, :3]) < 0.0):
         triangles = triangles[:, [0, 2, 1]]
     triangles = triangles[_areas(world, triangles) > _THINNEST]
@@ -184,3 +183,14 @@ def _is_skinned(prim: Usd.Prim) -> bool:
 def _value(attribute: Usd.Attribute, stage: Usd.Stage) -> object:
     value = attribute.Get(start_code(stage))
     return () if value is None else value
+
+
+def _check_size(meshes: Sequence[Usd.Prim], limits: Limits) -> None:
+    """Raises SceneError if meshes have too many triangles together; a face of n corners has n - 2 at most."""
+    count = 0
+    for prim in meshes:
+        mesh = UsdGeom.Mesh(prim)
+        corners = mesh.GetFaceVertexIndicesAttr().Get(Usd.TimeCode.EarliestTime()) or ()
+        faces = mesh.GetFaceVertexCountsAttr().Get(Usd.TimeCode.EarliestTime()) or ()
+        count += max(0, len(corners) - 2 * len(faces))
+        check_limit(prim.GetPath(), "triangles", count, limits.triangles)

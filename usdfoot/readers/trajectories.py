@@ -17,6 +17,7 @@ from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.trajectory import RootTrajectory, root_distances
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.stage import targets
+from usdfoot.readers.transform_codes import is_animated, transform_codes
 
 __all__ = ["TrajectoryReader"]
 
@@ -70,7 +71,7 @@ class TrajectoryReader:
         if not prim.IsA(UsdGeom.Xformable):
             kind = prim.GetTypeName() or "an untyped prim"
             raise PlanError(prim.GetPath(), f"is {kind}", "a trajectory is an Xformable with time samples, or Points")
-        codes = _transform_codes(prim)
+        codes = transform_codes(prim)
         if len(codes) < 2:
             raise PlanError(
                 prim.GetPath(),
@@ -162,24 +163,11 @@ class TrajectoryReader:
         return cloud
 
 
-def _transform_codes(prim: Usd.Prim) -> FloatArray:
-    """Time codes at which the prim's place in the world has samples, shape (K,)."""
-    codes: set[float] = set()
-    while prim and not prim.IsPseudoRoot():
-        xformable = UsdGeom.Xformable(prim)
-        if xformable:
-            codes.update(xformable.GetTimeSamples())
-            if xformable.GetResetXformStack():
-                break
-        prim = prim.GetParent()
-    return np.array(sorted(codes), dtype=float)
-
-
 def _rotation_is_sampled(prim: Usd.Prim) -> bool:
-    """Whether a rotation op of the prim, but no matrix, has time samples."""
+    """Whether a rotation op of the prim, but no matrix, is animated."""
     moves = (UsdGeom.XformOp.TypeTranslate, UsdGeom.XformOp.TypeScale, UsdGeom.XformOp.TypeTransform)
     ops = UsdGeom.Xformable(prim).GetOrderedXformOps()
-    return any(op.GetOpType() not in moves and op.GetNumTimeSamples() > 0 for op in ops)
+    return any(op.GetOpType() not in moves and is_animated(op) for op in ops)
 
 
 def _yaws(units: StageUnits, linear: FloatArray) -> FloatArray | None:
@@ -198,7 +186,7 @@ def _read_cloud(prim: Usd.Prim, units: StageUnits) -> _Cloud:
     points, ids = prim.GetAttribute(name), prim.GetAttribute(UsdGeom.Tokens.ids)
     if not (ids and ids.HasAuthoredValue()):
         raise PlanError(prim.GetPath(), "has no ids", "author ids, one a point, so that points can be told apart")
-    codes = np.array(sorted({*points.GetTimeSamples(), *_transform_codes(prim)}), dtype=float)
+    codes = np.array(sorted({*points.GetTimeSamples(), *transform_codes(prim)}), dtype=float)
     if len(codes) < 2:
         raise PlanError(prim.GetPath(), f"has {len(codes)} time sample(s) of {name}", "a trajectory is animated")
     orientations = _orientation_attribute(prim) if is_instancer else None

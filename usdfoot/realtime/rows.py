@@ -13,7 +13,7 @@ import numpy as np
 import warp as wp
 
 from usdfoot.engine.clock_kernel import ClockArrays
-from usdfoot.engine.feet import ContactFeet, device_feet, unplanted_feet
+from usdfoot.engine.feet import ContactFeet, device_feet, foot_table, unplanted_feet
 from usdfoot.engine.kernels import SegmentArrays
 from usdfoot.engine.plant import FootArrays
 from usdfoot.engine.planting import Planting
@@ -128,13 +128,14 @@ class Rows:
         self.strikes[stretch.agents] = np.where(later, np.inf, self.strikes[stretch.agents])
         self.strikes[stretch.places], self.sides[stretch.places] = contacts.strikes, contacts.sides
         self.numbers[stretch.places] = stretch.numbers
-        arrays = device_feet(stretch.setup, planting.feet, planting.detours)
         owners, numbers = stretch.places
         rows = owners * RING + numbers
         if not self._foot_views:
-            self._foot_views = _allocate(self.feet, arrays, self.stand_ends.size, kind=FootArrays)
-        _copy_rows(self._foot_views, arrays, rows, np.arange(len(rows)), but=())
-        self._foot_views["rows"]["following"][rows] = owners * RING + (numbers + 2) % RING
+            like = device_feet(stretch.setup, planting.feet, planting.detours)
+            self._foot_views = _allocate(self.feet, like, self.stand_ends.size, kind=FootArrays)
+        table = foot_table(stretch.setup, planting.feet)
+        table["following"] = owners * RING + (numbers + 2) % RING
+        self._foot_views["rows"][rows], self._foot_views["detours"][rows] = table, planting.detours
 
     def struck(self, agents: IntArray, time: float) -> tuple[IntArray, IntArray, IntArray]:
         """Where agents are at `time` [s].

@@ -9,7 +9,7 @@ import warp as wp
 from usdfoot.spaces.neighbour_kernel import SMALLEST_AREA, best_triple, nearest_examples, square_distance
 from usdfoot.spaces.root_weight_kernel import Corners, areas_at, is_inside, mean_corner, weigh_corners
 
-__all__ = ["FoundCorners", "SpaceArrays", "adjoin_corners", "corners_of", "find_corners"]
+__all__ = ["FoundCorners", "SpaceArrays", "adjoin_corners", "corners_of", "find_corners", "triangle_around"]
 
 SLACK = wp.constant(wp.float64(1e-10))
 """A point this far outside an edge, in barycentric coordinates, still is inside: no gap between two triangles."""
@@ -48,6 +48,15 @@ def corners_of(spaces: SpaceArrays, examples: wp.vec3i) -> Corners:
 
 
 @wp.func
+def triangle_around(spaces: SpaceArrays, space: int, landing: wp.vec2d) -> int:
+    """The first triangle of a space around a landing, -1 outside its hull."""
+    for triangle in range(spaces.triangle_begins[space], spaces.triangle_begins[space + 1]):
+        if is_inside(corners_of(spaces, spaces.triangles[triangle]), landing, SLACK):
+            return triangle
+    return -1
+
+
+@wp.func
 def find_corners(
     spaces: SpaceArrays,
     space: int,
@@ -70,10 +79,10 @@ def find_corners(
             for corner in range(3):
                 found.examples[corner] = spaces.neighbours[triple.examples[corner]]
             return found
-    for triangle in range(spaces.triangle_begins[space], spaces.triangle_begins[space + 1]):
-        if is_inside(corners_of(spaces, spaces.triangles[triangle]), landing, SLACK):
-            found.examples = spaces.triangles[triangle]
-            return found
+    triangle = triangle_around(spaces, space, landing)
+    if triangle >= 0:
+        found.examples = spaces.triangles[triangle]
+        return found
     found.hull_distance = wp.float64(wp.inf)
     for edge in range(spaces.edge_begins[space], spaces.edge_begins[space + 1]):
         corners = corners_of(spaces, spaces.edges[edge])

@@ -8,6 +8,8 @@ import warp as wp
 
 __all__ = [
     "RootMix",
+    "find_beta",
+    "find_given_up",
     "find_largest",
     "find_largest_each",
     "is_inside",
@@ -106,23 +108,42 @@ def replaces_corner(corners: Corners, corner: int, landing: wp.vec2d, query: wp.
 
 
 @wp.func
+def find_beta(corners: Corners, weights: wp.vec3d, root: wp.vec2d) -> wp.float64:
+    """Largest lambda4 that still lands on the footstep whose barycentric coordinates are `weights` ([B] 5)."""
+    areas = areas_at(corners, root)
+    total = areas[0] + areas[1] + areas[2]
+    if wp.abs(total) < SMALLEST_AREA:
+        return ZERO
+    beta = ONE
+    for corner in range(3):
+        share = areas[corner] / total
+        if share > ZERO:
+            beta = wp.min(beta, weights[corner] / share)
+    return beta
+
+
+@wp.func
+def find_given_up(root_weight: wp.float64, beta: wp.float64) -> wp.float64:
+    """Share of the way from the footstep to the root's landing that [B]'s q' goes, 0 up to beta."""
+    if root_weight <= beta:
+        return ZERO
+    return wp.min((root_weight - beta) / (ONE - beta), ONE)
+
+
+@wp.func
 def mix_root(corners: Corners, weights: wp.vec3d, root: wp.vec2d, root_weight: wp.float64, closest: bool) -> RootMix:
     """Weights of the corners when the root's examples, which land on `root`, weigh lambda4 ([B] Eq. 4 and 5).
 
     `weights` are the footstep's barycentric coordinates; `closest` says where to land beyond beta.
     """
     mix = RootMix()
+    mix.beta = find_beta(corners, weights, root)
+    mix.given_up = find_given_up(root_weight, mix.beta)
     areas = areas_at(corners, root)
     total = areas[0] + areas[1] + areas[2]
     coordinates = wp.vec3d()
     if wp.abs(total) >= SMALLEST_AREA:
         coordinates = areas / total
-        mix.beta = ONE
-        for corner in range(3):
-            if coordinates[corner] > ZERO:
-                mix.beta = wp.min(mix.beta, weights[corner] / coordinates[corner])
-    if root_weight > mix.beta:
-        mix.given_up = wp.min((root_weight - mix.beta) / (ONE - mix.beta), ONE)
     footstep = mean_corner(corners, weights)
     if closest and mix.given_up > ZERO:
         # What the root's examples leave of the footstep is brought into the triangle.

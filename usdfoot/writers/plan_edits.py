@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from pxr import Sdf, Tf, Vt
 
+from usdfoot.bridge.reasons import usd_reason
 from usdfoot.bridge.tokens import Plan
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import OutputError
@@ -61,7 +62,7 @@ def _save(layer: Sdf.Layer) -> None:
     try:
         saved = layer.Save()
     except Tf.ErrorException as error:
-        raise OutputError(layer.realPath, "cannot be saved", str(error).strip().splitlines()[-1]) from error
+        raise OutputError(layer.realPath, "cannot be saved", usd_reason(error)) from error
     if not saved:
         raise OutputError(layer.realPath, "cannot be saved", "make it writable")
 

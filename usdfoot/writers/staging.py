@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import logging
 import os
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from pxr import Sdf, Tf, UsdUtils
@@ -20,6 +21,10 @@ _logger = logging.getLogger(__name__)
 
 _EXPECTED_WARNING = "Upgrading crate file"
 """Time codes need a younger .usdc than USD starts with; it says so for every file."""
+
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_MORE = 1 << 20
+"""More than is missing of a layer that nearly fits on a disk [bytes]."""
 
 
 class StagedFiles:
@@ -38,14 +43,17 @@ class StagedFiles:
         """Save a layer; a file named .usd has the layer's own format."""
         arguments = {"format": str(layer.GetFileFormat().formatId)} if name.endswith(".usd") else {}
         delegate = UsdUtils.CoalescingDiagnosticDelegate()
+        path = self._reserve(name)
         try:
-            saved = layer.Export(str(self._reserve(name)), args=arguments)
+            saved = layer.Export(str(path), args=arguments)
         except Tf.ErrorException as error:
+            _check_room(path)
             raise OutputError(self.folder / name, "cannot be written", str(error).strip().splitlines()[-1]) from error
         for diagnostic in delegate.TakeUncoalescedDiagnostics():
             if _EXPECTED_WARNING not in diagnostic.commentary:
                 _logger.warning("%s: %s", name, diagnostic.commentary)
         if not saved:
+            _check_room(path)
             raise OutputError(
                 self.folder / name, "cannot be written", "see that the folder has room and may be written to"
             )
@@ -53,6 +61,10 @@ class StagedFiles:
     def add_text(self, name: str, text: str) -> None:
         """Save a text file."""
         self._reserve(name).write_text(text, encoding="utf-8", newline="\n")
+
+    def add_bytes(self, name: str, content: bytes) -> None:
+        """Save a file of any kind."""
+        self._reserve(name).write_bytes(content)
 
     def add_file(self, name: str, source: Path) -> None:
         """Copy a file."""
@@ -78,9 +90,10 @@ class StagedFiles:
         return tuple(finals)
 
     def discard(self) -> None:
-        """Remove what has not been renamed."""
+        """Remove what has not been renamed, as far as that can be done."""
         for path in self._temporary.values():
-            path.unlink(missing_ok=True)
+            with suppress(OSError):
+                path.unlink()
         self._temporary.clear()
 
     def _reserve(self, name: str) -> Path:
@@ -91,6 +104,19 @@ class StagedFiles:
         path = final.with_name(f".{os.getpid()}.{final.name}")
         self._temporary[name] = path
         return path
+
+
+def _check_room(path: Path) -> None:
+    """Raise the OSError, of a full disk or another, for which USD could not write a file; USD does not tell it.
+
+    Args:
+        path: What USD made of the file, in a folder that may be written to; overwritten.
+    """
+    written = path.stat().st_size if path.exists() else 0
+    with path.open("wb") as stream:
+        stream.write(bytes(written + _MORE))
+        stream.flush()
+        os.fsync(stream.fileno())
 
 
 @contextmanager
@@ -112,8 +138,7 @@ def staged_files(folder: Path) -> Iterator[StagedFiles]:
         yield files
         files.commit()
     except OSError as error:
-        raise OutputError(
-            folder, f"cannot be written to ({error.strerror})", "name a folder you may write to"
-        ) from error
+        remedy = "make room, or name another folder" if error.errno in _NO_ROOM else "name a folder you may write to"
+        raise OutputError(folder, f"cannot be written to ({error.strerror})", remedy) from error
     finally:
         files.discard()

@@ -1,4 +1,4 @@
-"""Sampling of agents: how far each is from the camera, and at which frames it has its samples."""
+"""Far agents: how far each is from the camera, and at which frames it has its samples."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sampling: fine grids of times, and durations counted in their samples."""
+"""Grids of times finer than a clip's samples, and durations counted in samples."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""README is copy and paste: its commands and its Python run, in a folder with the files they name."""
+"""README and GUIDE are copy and paste: their commands and their Python run, in a folder with the files they name."""
 
 import io
 import re
@@ -10,16 +10,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 from PIL import Image
-from pxr import Sdf, Usd
 
-from tests.few_clips import KEPT
+from tests.few_clips import KEPT, copy_stages
 from tests.importers.motion_files import random_bvh
 from tests.importers.test_steersuite import PLACE, SEEK, agent, case
 from tests.pipeline.test_plan import scene_with_path
 from usdfoot.cli.main import build_parser, main
 
-README = Path(__file__).resolve().parents[1] / "README.md"
+REPOSITORY = Path(__file__).resolve().parents[1]
+DOCUMENTS = ("README.md", "GUIDE.md")
 NOT_HERE = {"city.usd"}
 """Files of a reader's own whose commands are parsed only: crowds for farms."""
 PLAN = """foot,x,y,z,yaw,strike,liftoff
@@ -31,12 +32,13 @@ DROPPED = ("--workers", "--scheduler")
 
 
 def blocks(language):
-    """Code blocks of README, in order."""
-    return re.findall(rf"^```{language}\n(.*?)^```", README.read_text(encoding="utf-8"), re.S | re.M)
+    """Code blocks of the documents, in order."""
+    text = "".join((REPOSITORY / name).read_text(encoding="utf-8") for name in DOCUMENTS)
+    return re.findall(rf"^```{language}\n(.*?)^```", text, re.S | re.M)
 
 
 def commands():
-    """Arguments of every usdfoot command in README's shell blocks, those within $( ) too."""
+    """Arguments of every usdfoot command in the documents' shell blocks, those within $( ) too."""
     for line in "\n".join(blocks("sh")).splitlines():
         words = shlex.split(line, comments=True)
         ends = [place for place, word in enumerate(words) if word in (">", "|", "&&")]
@@ -47,14 +49,9 @@ def commands():
 
 @pytest.fixture(scope="module")
 def workplace(stages, tmp_path_factory):
-    """A folder with stages/, of whose clips few are kept, and the files README names."""
+    """A folder with stages/, of whose clips few are kept, and the files the documents name."""
     folder = tmp_path_factory.mktemp("readme")
-    shutil.copytree(stages, folder / "stages", ignore=shutil.ignore_patterns("*.png"))
-    layer = Sdf.Layer.FindOrOpen(str(folder / "stages" / "clips.usdc"))
-    stage = Usd.Stage.Open(layer)
-    for prim in stage.GetPrimAtPath("/HumanClips/Clips").GetChildren():
-        prim.SetActive(prim.GetName() in {*KEPT, "run_250", "run_300"})
-    layer.Save()
+    copy_stages(stages, folder, kept={*KEPT, "run_250", "run_300"})
     shutil.copy(folder / "stages" / "human.usdc", folder / "hero.usdc")
     (folder / "plan.csv").write_text(PLAN)
     Image.fromarray(np.arange(64, dtype=np.uint8).reshape(8, 8)).save(folder / "hills.png")
@@ -98,14 +95,16 @@ def test_every_command_runs(ran):
     assert failed == [] and len(ran) > 12
 
 
-def test_python_runs_and_prints_what_it_says(ran, workplace, capsys, monkeypatch):
+def test_python_runs_and_does_what_it_says(ran, workplace, capsys, monkeypatch):
     monkeypatch.chdir(workplace)
+    scope = {}
     for text in blocks("python"):
-        exec(compile(text, str(README), "exec"), {})
+        exec(compile(text, "document", "exec"), scope)
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("Walker ") and "'ok'" in lines[0]
-
-
-def test_links_of_readme_lead_somewhere():
-    targets = re.findall(r"\]\((?!https?:)([^)#]+)\)", README.read_text(encoding="utf-8"))
-    assert targets and all((README.parent / target).exists() for target in targets)
+    pose = scope["pose"]  # of the example of real time: one agent steered ahead, one on footsteps that end
+    assert pose.root_positions[0, 2] > 1.5
+    assert_allclose(pose.root_positions[1, [0, 2]], [2.0, 0.65], atol=0.01)
+    assert pose.translations.shape == (2, 24, 3)
+    assert_allclose(np.linalg.norm(pose.rotations, axis=-1), 1.0, atol=1e-5)
+    assert pose.halted.tolist() == [False, True]

@@ -1,0 +1,97 @@
+"""Analysed: the examples of clip libraries kept beside a crowd, so that they need not be cut again for a few agents.
+
+A file is named by all it was made from, holds arrays and text only (numpy's npz, never pickled), and is the same bytes
+whoever writes it.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+
+from usdfoot import __version__
+from usdfoot.analysis.examples import build_examples
+from usdfoot.batch.hashing import content_hash
+from usdfoot.bridge.tokens import File
+from usdfoot.bridge.versions import library_versions
+from usdfoot.model.clip import ClipLibrary
+from usdfoot.model.examples import Examples
+from usdfoot.model.report import Problem
+from usdfoot.writers.staging import staged_files
+
+__all__ = ["KeptExamples", "tidy_examples"]
+
+_TEXT = "text"
+"""Entry of a file with what are no arrays, as JSON."""
+
+
+class KeptExamples:
+    """Examples cut from clips, or as an earlier run cut them.
+
+    Args:
+        folder: Of the crowd.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def build(self, library: ClipLibrary, *, samples: int) -> tuple[Examples, list[Problem]]:
+        """What `build_examples` makes of a library, read if it is there, else kept for the next time.
+
+        Raises:
+            OutputError: If the folder cannot be written to.
+        """
+        name = _name_of(library, samples)
+        kept = _read(self._folder / name)
+        if kept is not None:
+            return kept
+        examples, problems = build_examples(library, samples=samples)
+        with staged_files(self._folder) as files:
+            files.add_bytes(name, _bytes_of(examples, problems))
+        return examples, problems
+
+
+def tidy_examples(folder: Path, libraries: Sequence[ClipLibrary], *, samples: int) -> None:
+    """Remove what was kept of other libraries than these; of none, all."""
+    names = {_name_of(library, samples) for library in libraries}
+    place = folder / File.EXAMPLES
+    for path in place.glob("*.npz"):
+        if f"{File.EXAMPLES}/{path.name}" not in names:
+            path.unlink()
+    if place.is_dir() and not any(place.iterdir()):
+        place.rmdir()
+
+
+def _name_of(library: ClipLibrary, samples: int) -> str:
+    versions = {"usdfoot": __version__, **library_versions()}
+    return f"{File.EXAMPLES}/{content_hash(versions, library, samples)}.npz"
+
+
+def _bytes_of(examples: Examples, problems: Sequence[Problem]) -> bytes:
+    """Examples and problems as npz."""
+    values = {field.name: getattr(examples, field.name) for field in fields(Examples)}
+    arrays = {name: value for name, value in values.items() if isinstance(value, np.ndarray)}
+    words = {name: value for name, value in values.items() if name not in arrays}
+    text = json.dumps({"words": words, "problems": [asdict(problem) for problem in problems]}, sort_keys=True)
+    stream = io.BytesIO()
+    np.savez(stream, allow_pickle=False, **arrays, **{_TEXT: np.array(text)})
+    return stream.getvalue()
+
+
+def _read(path: Path) -> tuple[Examples, list[Problem]] | None:
+    """What `_bytes_of` made; None if it is not there, or not whole."""
+    try:
+        with np.load(path, allow_pickle=False) as found:
+            arrays = dict(found)
+        text = json.loads(str(arrays.pop(_TEXT)))
+        words: dict[str, Any] = {name: tuple(value) for name, value in text["words"].items()}
+        return Examples(**arrays, **words), [Problem(**problem) for problem in text["problems"]]
+    except (OSError, ValueError, KeyError, TypeError, BadZipFile):
+        return None
