@@ -7,16 +7,21 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from multiprocessing import get_context
 
 import pytest
 from pxr import Sdf, Usd
 
 from tests.batch.conftest import AGENTS, delay_plan, digests, write_crowd_scene
+from usdfoot.analysis.examples import build_examples
+from usdfoot.batch.analysed import build_once, forget_examples
+from usdfoot.batch.hashing import content_hash
 from usdfoot.bridge.tokens import File
 from usdfoot.errors import OutputError
 from usdfoot.pipeline.animate import animate
 from usdfoot.pipeline.validate import validate
+from usdfoot.readers.scene import SceneReader
 
 
 def command(*arguments):
@@ -185,16 +190,31 @@ def test_the_clips_analysis_is_kept_and_what_comes_of_it_is_the_same(crowd_scene
     (kept,) = (tmp_path / "out" / File.EXAMPLES).iterdir()
     whole = digests(tmp_path / "out")
     (tmp_path / "out" / "anims.0001.usdc").unlink()
+    forget_examples()
     with monkeypatch.context() as patch:
         patch.setattr("usdfoot.batch.analysed.build_examples", None)  # must not be called
         again = animate(crowd_scene, tmp_path / "out", chunk_size=2)
     assert (again.kept, again.kept_agents) == (1, 2) and digests(tmp_path / "out") == whole
     kept.write_bytes(kept.read_bytes()[:-2000])
     (tmp_path / "out" / "anims.0000.usdc").unlink()
+    forget_examples()
     animate(crowd_scene, tmp_path / "out", chunk_size=2)
     assert digests(tmp_path / "out") == whole
     animate(crowd_scene, tmp_path / "out")
     assert not (tmp_path / "out" / File.EXAMPLES).exists()
+
+
+def test_a_process_cuts_the_steps_of_a_library_once_and_those_of_another_anew(crowd_scene):
+    (library,), (same,) = (SceneReader(crowd_scene).read().crowd.libraries for _ in range(2))
+    fewer = replace(library, clips=library.clips[1:])
+    forget_examples()
+    examples, problems = build_once(library, samples=33)
+    problems.clear()  # a caller's own list
+    assert build_once(same, samples=33)[0] is examples
+    for other, samples in ((fewer, 33), (library, 17)):
+        expected, told = build_examples(other, samples=samples)
+        found, problems = build_once(other, samples=samples)
+        assert content_hash(found) == content_hash(expected) != content_hash(examples) and problems == told
 
 
 def test_an_agent_counts_as_kept_only_if_it_could_be_taken(crowd_scene, tmp_path):

@@ -58,6 +58,11 @@ def test_what_begins_with_a_minus_and_a_digit_is_a_value(verb, flag, text, tmp_p
     assert "no such file" in capsys.readouterr().err
 
 
+def test_options_that_a_job_hands_on_are_refused_as_its_own(scene, tmp_path, capsys):
+    assert main(["job", str(scene), "-o", str(tmp_path / "out"), "--with=--chunk-size 0"]) == 2
+    assert "--chunk-size: '0' is no number of things; give 1 or more" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("text", ["10", "a:b", "20:10", "1:2:3"])
 def test_frames_must_be_a_range(text, tmp_path, capsys):
     assert main(["animate", "scene.usda", "-o", str(tmp_path), "--frames", text]) == 2

@@ -84,6 +84,12 @@ def test_longer_flights_rise_higher(animate, walker_library):
     assert rises[0] < rises[1] < rises[2]
 
 
+def test_a_body_does_not_plunge_where_contacts_are_longer_than_the_clips(animate, walker_library):
+    plan = way(12, length=1.15, width=0.12, step_time=0.36, duty=0.46)
+    heights = in_world(walker_library.source, animate([plan], rate=30.0)[0]).pelvis[:, 1]
+    assert np.abs(np.diff(heights, n=2)).max() * 30.0**2 < 3.0 * EARTH_GRAVITY
+
+
 @pytest.mark.parametrize(
     ("plan", "direction"),
     [

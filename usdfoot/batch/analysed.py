@@ -1,4 +1,4 @@
-"""Analysed: the examples of clip libraries kept beside a crowd, so that they need not be cut again for a few agents.
+"""Analysed: the examples of clip libraries kept by a process and beside a crowd, not to be cut again for a few agents.
 
 A file is named by all it was made from, holds arrays and text only (numpy's npz, never pickled), and is the same bytes
 whoever writes it.
@@ -9,7 +9,8 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Sequence
-from dataclasses import asdict, fields
+from dataclasses import asdict, dataclass, field, fields
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
@@ -26,7 +27,10 @@ from usdfoot.model.examples import Examples
 from usdfoot.model.report import Problem
 from usdfoot.writers.staging import staged_files
 
-__all__ = ["KeptExamples", "tidy_examples"]
+__all__ = ["KeptExamples", "build_once", "forget_examples", "tidy_examples"]
+
+_LIBRARIES = 4
+"""How many libraries' examples a process has at hand."""
 
 _TEXT = "text"
 """Entry of a file with what are no arrays, as JSON."""
@@ -52,10 +56,35 @@ class KeptExamples:
         kept = _read(self._folder / name)
         if kept is not None:
             return kept
-        examples, problems = build_examples(library, samples=samples)
+        examples, problems = build_once(library, samples=samples)
         with staged_files(self._folder) as files:
             files.add_bytes(name, _bytes_of(examples, problems))
         return examples, problems
+
+
+def build_once(library: ClipLibrary, *, samples: int) -> tuple[Examples, list[Problem]]:
+    """What `build_examples` makes of a library. A process that lives on has the last few libraries' at hand."""
+    examples, problems = _examples_of(_HashedLibrary(content=content_hash(library), library=library), samples)
+    return examples, list(problems)
+
+
+def forget_examples() -> None:
+    """Have the process cut the steps of every library anew."""
+    _examples_of.cache_clear()
+
+
+@dataclass(frozen=True, kw_only=True)
+class _HashedLibrary:
+    """A library that equals those with the same content."""
+
+    content: str
+    library: ClipLibrary = field(compare=False)
+
+
+@lru_cache(maxsize=_LIBRARIES)
+def _examples_of(hashed: _HashedLibrary, samples: int) -> tuple[Examples, tuple[Problem, ...]]:
+    examples, problems = build_examples(hashed.library, samples=samples)
+    return examples, tuple(problems)
 
 
 def tidy_examples(folder: Path, libraries: Sequence[ClipLibrary], *, samples: int) -> None:
@@ -76,7 +105,7 @@ def _name_of(library: ClipLibrary, samples: int) -> str:
 
 def _bytes_of(examples: Examples, problems: Sequence[Problem]) -> bytes:
     """Examples and problems as npz."""
-    values = {field.name: getattr(examples, field.name) for field in fields(Examples)}
+    values = {each.name: getattr(examples, each.name) for each in fields(Examples)}
     arrays = {name: value for name, value in values.items() if isinstance(value, np.ndarray)}
     words = {name: value for name, value in values.items() if name not in arrays}
     text = json.dumps({"words": words, "problems": [asdict(problem) for problem in problems]}, sort_keys=True)

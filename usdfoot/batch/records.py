@@ -146,7 +146,9 @@ def _forces_json(forces: ForceResults | None) -> dict[str, list[float | None]]:
 
 def _numbers(values: FloatArray) -> list[float | None]:
     """Seven significant digits; None for what is not finite, which JSON does not know."""
-    return [float(f"{value:.7g}") if isfinite(value) else None for value in np.asarray(values).tolist()]
+    numbers = np.asarray(values).tolist()
+    rounded = map(float, (len(numbers) * "%.7g " % tuple(numbers)).split())
+    return [number if isfinite(number) else None for number in rounded]
 
 
 def _step_results(steps: Mapping[str, Any]) -> StepResults:

@@ -8,8 +8,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from usdfoot.analysis.examples import build_examples
-from usdfoot.batch.analysed import KeptExamples
+from usdfoot.batch.analysed import KeptExamples, build_once
 from usdfoot.batch.kept import keep_agents
 from usdfoot.batch.records import record_of
 from usdfoot.batch.sources import SourceFigures
@@ -53,7 +52,7 @@ class Workshop:
     def __init__(self, reader: SceneReader, options: MotionOptions, *, keep: Path | None = None) -> None:
         self._reader = reader
         self._options = options
-        self._libraries = PreparedLibraries(options, build=KeptExamples(keep).build if keep else build_examples)
+        self._libraries = PreparedLibraries(options, build=KeptExamples(keep).build if keep else build_once)
         self._sources = SourceFigures()
 
     def make(self, task: ChunkTask) -> MadeChunk:

@@ -64,6 +64,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         with logging_on_stderr(quiet=arguments.quiet, verbose=arguments.verbose):
             return arguments.run(arguments)
+    except SystemExit as stop:  # of a parser that a verb uses itself
+        return int(stop.code or 0)
     except UsdfootError as error:
         if arguments.verbose:
             traceback.print_exc()

@@ -28,6 +28,7 @@ def device_clocks(
     *,
     twists: FloatArray,
     natural: FloatArray,
+    warps: FloatArray,
     levels: FloatArray,
     options: EngineOptions,
 ) -> ClockArrays:
@@ -39,11 +40,12 @@ def device_clocks(
         path: Their root path.
         twists: Turn about the support ball by the end of each [rad], shape (M,).
         natural: Duration of the blended examples' flights [s], shape (M,).
+        warps: Planned durations of the steps over those of their examples, shape (M,).
         levels: Height of the agents' origins [m], shape (A,).
         options: Kind and times of the seams.
     """
     clock = contacts.starts[segments.agents]
-    flights = flight_falls(contacts, segments, natural)
+    flights = flight_falls(contacts, segments, natural, warps=warps)
     flights[:, 0] -= clock
     landed = np.where(segments.joined[:-1, None], np.roll(flights, 1, axis=0), 0.0)
     level = levels[segments.agents]

@@ -36,6 +36,9 @@ FLAT_TIME = 0.12
 FLAT_SHARE = 0.25
 """Flat comes at most this long [s], and at most this part of the contact, after the strike (design.md section 2)."""
 
+BENT = 0.98
+"""Part of the longest leg that is left to one for which the pelvis comes down: its knee is bent by 20 degrees."""
+
 FACINGS = 3
 """How often the yaw and the heel of a foot that leans with the ground are corrected."""
 
@@ -61,7 +64,9 @@ class ContactFeet:
     land_rotations: FloatArray
     """Planted times inverse blended ankle rotation, likewise, shape (C, 4)."""
     drops: FloatArray
-    """How far the pelvis has to come down for the leg to reach its print at the strike [m], shape (C,)."""
+    leave_drops: FloatArray
+    """How far the pelvis has to come down for the leg to reach its print, at its strike and at a liftoff into a
+    flight [m], shape (C,)."""
     on_ground: BoolArray
     """Whether there is walkable ground under the ball, shape (C,)."""
 
@@ -81,6 +86,7 @@ def unplanted_feet(count: int) -> ContactFeet:
         leave_rotations=still,
         land_rotations=still,
         drops=zero,
+        leave_drops=zero,
         on_ground=np.zeros(count, dtype=bool),
     )
 
@@ -210,7 +216,8 @@ def foot_table(layout: Layout, feet: ContactFeet) -> Any:
     table["following"] = np.minimum(np.arange(len(clock)) + 2, len(clock) - 1)
     table["strike"], table["flat"] = contacts.strikes - clock, feet.flats - clock
     table["liftoff"] = np.where(contacts.has_swing, contacts.liftoffs, np.inf) - clock
-    table["flat_pitch"], table["roll_time"], table["drop"] = feet.flat_pitches, feet.roll_times, feet.drops
+    table["flat_pitch"], table["roll_time"] = feet.flat_pitches, feet.roll_times
+    table["drop"], table["leave_drop"] = feet.drops, feet.leave_drops
     table["position"] = contacts.positions - layout.origins[contacts.agents]
     table["pitch_axis"] = np.cross(contacts.normals, _forward(contacts))
     table["leave_offset"], table["land_offset"] = feet.leave_offsets, feet.land_offsets
@@ -338,21 +345,31 @@ def lead_swings(layout: Layout, feet: ContactFeet, rows: IntArray, leaves: HeldF
     return with_values(feet, rows, led)
 
 
-def lower_pelvis(layout: Layout, feet: ContactFeet, rows: IntArray, lands: HeldFeet) -> ContactFeet:
-    """The feet with how far the pelvis has to come down for the legs to reach some prints at their strikes.
-
-    Before the strike that ends a flight it does not: the body falls freely until then.
+def lower_pelvis(
+    layout: Layout, feet: ContactFeet, rows: IntArray, lands: HeldFeet, left: IntArray, leaves: HeldFeet
+) -> ContactFeet:
+    """The feet with how far the pelvis has to come down for the legs to reach some prints at strikes and liftoffs.
 
     Args:
         layout: Contacts as executed.
         feet: Prints and rolls.
-        rows: Contacts, shape (N,).
-        lands: Their feet at their strikes.
+        rows: Contacts that are struck, shape (N,).
+        lands: The feet at their strikes.
+        left: Contacts that are left for a flight, shape (M,).
+        leaves: The feet at their liftoffs.
     """
-    contacts = layout.contacts
-    ball_offsets = layout.rig.arrays.ball_offsets.numpy()[contacts.sides[rows]]
-    apart = lands.hips - (lands.balls - quaternion.rotate(lands.rotations, ball_offsets))
-    heights = np.sqrt(np.maximum(lands.longest**2 - np.sum(apart[:, [0, 2]] ** 2, axis=1), 0.0))
-    lowered = np.clip(apart[:, 1] - heights, 0.0, MOST_DROP * lands.longest)
-    flown = contacts.has_previous[rows] & (contacts.liftoffs[rows - 1] < contacts.strikes[rows])
-    return with_values(feet, rows, {"drops": np.where(flown, 0.0, lowered)})
+    feet = with_values(feet, rows, {"drops": _missing_reach(layout, rows, lands)})
+    return with_values(feet, left, {"leave_drops": _missing_reach(layout, left, leaves)})
+
+
+def _missing_reach(layout: Layout, rows: IntArray, held: HeldFeet) -> FloatArray:
+    """How far the pelvis has to come down for held feet of contacts `rows` (N,), as far as it may [m], shape (N,).
+
+    As much again, but no more than bends the knee: a leg that is straight for an instant only would snap.
+    """
+    ball_offsets = layout.rig.arrays.ball_offsets.numpy()[layout.contacts.sides[rows]]
+    apart = held.hips - (held.balls - quaternion.rotate(held.rotations, ball_offsets))
+    lengths = np.stack([held.longest, BENT * held.longest])
+    heights = np.sqrt(np.maximum(lengths**2 - np.sum(apart[:, [0, 2]] ** 2, axis=1), 0.0))
+    straight, bent = np.clip(apart[:, 1] - heights, 0.0, MOST_DROP * held.longest)
+    return np.minimum(2.0 * straight, bent)

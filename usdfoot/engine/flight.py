@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from usdfoot.analysis.timing import EARTH_GRAVITY
 from usdfoot.engine.segments import Segments
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable
-from usdfoot.model.examples import Examples
+from usdfoot.model.examples import Examples, event_knots
 
-__all__ = ["flight_falls", "flight_times", "natural_flights"]
+__all__ = ["centre_flights", "flight_falls", "flight_times", "natural_flights"]
+
+MOST_SHIFT = 0.25
+"""How far the body may be behind or ahead of a strike, over the shorter of the steps before and after it."""
 
 
 def flight_times(examples: Examples) -> FloatArray:
@@ -23,23 +28,55 @@ def natural_flights(examples: Examples, chosen: IntArray, weights: FloatArray) -
     return np.sum(weights * flight_times(examples)[chosen], axis=1)
 
 
-def flight_falls(contacts: ContactTable, segments: Segments, natural: FloatArray) -> FloatArray:
-    """Liftoff [s], duration [s] and missing downward acceleration [m/s^2] of the flight that ends each segment.
+def flight_falls(contacts: ContactTable, segments: Segments, natural: FloatArray, *, warps: FloatArray) -> FloatArray:
+    """Takeoff [s], duration [s] and missing downward acceleration [m/s^2] of the flight that ends each segment.
 
-    A flight of the clips that lasts `natural` falls with about gravity g; warped to the planned time T it falls with
-    g (natural / T)^2. The rest is missing. Without a flight duration and acceleration are 0.
+    The body flies about the middle of the planned flight, for T: as long as that, or as the clips as warped if that is
+    longer. A flight of the clips that lasts `natural` falls with about gravity g; in T it falls with
+    g (natural / T)^2. The rest is missing. Without a planned flight duration and acceleration are 0.
 
     Args:
         contacts: Contacts as planned.
         segments: M segments.
         natural: Duration of the blended examples' flights [s], shape (M,).
+        warps: Planned durations of the steps over those of their examples, shape (M,).
 
     Returns:
         Shape (M, 3).
     """
     takeoffs = contacts.liftoffs[segments.supports]
-    durations = segments.ends - takeoffs
-    flies: BoolArray = ~segments.stands & (durations > 0.02)
+    lands = contacts.strikes[np.minimum(segments.supports + 1, len(contacts.strikes) - 1)]
+    flies: BoolArray = ~segments.stands & (lands - takeoffs > 0.02)
+    durations = np.where(flies, np.maximum(lands - takeoffs, natural * warps), 0.0)
     ratio = np.where(flies, natural / np.where(flies, durations, 1.0), 1.0)
     missing = np.where(flies, EARTH_GRAVITY * (1.0 - np.minimum(ratio**2, 2.0)), 0.0)
-    return np.stack([takeoffs, np.where(flies, durations, 0.0), missing], axis=1)
+    return np.stack([0.5 * (takeoffs + lands - durations), durations, missing], axis=1)
+
+
+def centre_flights(contacts: ContactTable, segments: Segments, natural: FloatArray) -> Segments:
+    """The segments from strike to strike as the body takes them: its flights about the middle of the planned ones.
+
+    People may run the same way with longer or shorter contacts than the clips show. So a foot that is planted for
+    longer comes down before the blended one does and leaves after it by as much, and the body is never far from over
+    it. Where a stand begins the body keeps the plan's times.
+
+    Args:
+        contacts: As planned.
+        segments: M segments from strike to strike.
+        natural: Duration of the blended examples' flights [s], shape (M,).
+    """
+    durations = segments.ends - segments.begins
+    planned = np.maximum(segments.ends - contacts.liftoffs[segments.supports], 0.0)
+    between, following = segments.joined[1:], np.append(segments.stands[1:], False)
+    moves = ~segments.stands & ~(between & following)
+    most = MOST_SHIFT * np.where(between, np.minimum(durations, np.append(durations[1:], np.inf)), durations)
+    shifts = np.where(moves, np.clip(0.5 * (natural - planned), -most, most), 0.0)
+    ends = segments.ends + shifts
+    begins = segments.begins + np.where(segments.joined[:-1], np.roll(shifts, 1), 0.0)
+    liftoffs = (contacts.liftoffs[rows] - begins for rows in (segments.supports - 1, segments.supports))
+    events, _ = event_knots(ends - begins, *liftoffs)
+    moved = (begins != segments.begins) | (ends != segments.ends)
+    whole = moved & (segments.knot_times[:, 0] == segments.begins)
+    knot_times = np.where(whole[:, None], begins[:, None] + events, segments.knot_times)
+    knot_times[moved, 3] = ends[moved]
+    return replace(segments, begins=begins, ends=ends, knot_times=knot_times)

@@ -55,7 +55,7 @@ class EngineOptions:
     stand_seam_time: float = 0.45
     """Time to settle into, and out of, a stand [s]."""
     event_shift: float = 0.06
-    """How far a liftoff may pull the clips' liftoff along, as a part of the step's duration."""
+    """How far the swinging foot's liftoff may pull the clips' along, as a part of the step's duration."""
     step_height_share: float = 0.2
     """Where the pelvis's ground lies between the lower and the higher of two feet at a strike, 0..1."""
     clearance: float = 0.015

@@ -19,7 +19,7 @@ SHORT_OF_UPRIGHT = wp.constant(0.05)
 SLACK = wp.constant(0.12)
 """From how much before its reach a swinging leg takes its foot along, over the leg's reach."""
 EASE_TIME = wp.constant(0.25)
-"""The pelvis begins to sink at most so long before a strike that needs it low, and rises as long after [s]."""
+"""The pelvis sinks at most so long before a strike or liftoff that needs it low, and rises as long after [s]."""
 
 
 @wp.struct
@@ -33,6 +33,7 @@ class FootRow:
     flat_pitch: wp.float32  # left in the blended foot when it has to be flat [rad]
     roll_time: wp.float32  # from flat until the clip's pitch counts again [s]
     drop: wp.float32  # how far the pelvis has to come down at the strike [m]
+    leave_drop: wp.float32  # the same at the liftoff
     position: wp.vec3f  # ground under the ball, from the agent's origin
     pitch_axis: wp.vec3f  # heels rise about it: the yaw, seen along the plan's normal, stays
     leave_offset: wp.vec3f  # planted minus blended ball at the liftoff
@@ -178,17 +179,29 @@ def foot_pose(rig: LegRig, feet: FootArrays, contact: int, side: int, time: floa
 
 
 @wp.func
-def landing_drop(feet: FootArrays, contact: int, time: float) -> float:
-    """How far the pelvis is lowered for the strike that is nearest, before it and after it."""
+def eased_drop(feet: FootArrays, contact: int, time: float) -> float:
+    """How far the pelvis is lowered about a foot's strikes and liftoffs for what it needs there [m]."""
     own = feet.rows[contact]
     row = contact
     room = own.liftoff - own.strike
-    away = time - own.strike
+    from_strike = time - own.strike
+    from_liftoff = wp.abs(time - own.liftoff)
     if time > own.liftoff:
         row = own.following
         room = feet.rows[row].strike - own.liftoff
-        away = feet.rows[row].strike - time
-    return feet.rows[row].drop * (1.0 - smootherstep(wp.abs(away) / wp.min(room, EASE_TIME)))
+        from_strike = feet.rows[row].strike - time
+    longest = wp.max(wp.min(room, EASE_TIME), 1.0e-3)
+    struck = feet.rows[row].drop * (1.0 - smootherstep(from_strike / longest))
+    return struck + own.leave_drop * (1.0 - smootherstep(from_liftoff / longest))
+
+
+@wp.func
+def together(first: float, second: float) -> float:
+    """Smooth maximum of two lengths that are not below zero, zero only where both are."""
+    most = wp.max(wp.max(first, second), 1.0e-6)
+    one = first / most
+    two = second / most
+    return most * wp.sqrt(wp.sqrt(one * one * one * one + two * two * two * two))
 
 
 @wp.func
@@ -280,7 +293,7 @@ def plant_feet(
     if shifts.shape[0] > 0:
         left_pose = nudged_foot(rig, 0, left_pose, shifts[frame, 0], turns[frame, 0])
         right_pose = nudged_foot(rig, 1, right_pose, shifts[frame, 1], turns[frame, 1])
-    eased = landing_drop(feet, contacts[frame, 0], time) + landing_drop(feet, contacts[frame, 1], time)
+    eased = together(eased_drop(feet, contacts[frame, 0], time), eased_drop(feet, contacts[frame, 1], time))
     left_hold = hold(feet, contacts[frame, 0], time)
     right_hold = hold(feet, contacts[frame, 1], time)
     offset = pelvis_offset(rig, left, right, left_pose.ankle, right_pose.ankle, left_hold, right_hold, eased)

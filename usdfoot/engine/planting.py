@@ -96,17 +96,20 @@ def prepare_planting(
 def prepare_feet(layout: Layout, source: PoseSource, ground: Ground, feet: ContactFeet, due: Due) -> ContactFeet:
     """Feet with prints, rolls and leads, from the source's feet at strikes and liftoffs."""
     contacts = layout.contacts
-    count, rows = len(due.strikes), np.concatenate([due.strikes, due.swings])
-    times = np.concatenate([contacts.strikes[due.strikes], contacts.liftoffs[due.swings]])
+    left = due.strikes[contacts.flown[due.strikes]] - 1
+    rows = np.concatenate([due.strikes, due.swings, left])
+    struck, moved = len(due.strikes), len(due.strikes) + len(due.swings)
+    times = np.where(np.arange(len(rows)) < struck, contacts.strikes[rows], contacts.liftoffs[rows])
     blended = _feet_at(layout, source, rows, times)
-    raises = blended.raises[np.arange(count), contacts.sides[due.strikes]]
+    raises = blended.raises[np.arange(struck), contacts.sides[due.strikes]]
     feet = roll_contacts(layout, feet, due.strikes, raises, ground)
     flat = _feet_at(layout, source, due.flats, feet.flats[due.flats])
     raises = flat.raises[np.arange(len(due.flats)), contacts.sides[due.flats]]
     feet = with_values(feet, due.flats, {"flat_pitches": raises})
     held = hold_feet(layout, feet, rows, times, blended)
-    feet = lead_swings(layout, feet, due.swings, held[count:], held[np.searchsorted(due.strikes, due.swings + 2)])
-    return lower_pelvis(layout, feet, due.strikes, held[:count])
+    leaves, lands = held[struck:moved], held[np.searchsorted(due.strikes, due.swings + 2)]
+    feet = lead_swings(layout, feet, due.swings, leaves, lands)
+    return lower_pelvis(layout, feet, due.strikes, held[:struck], left, held[moved:])
 
 
 def _feet_at(layout: Layout, source: PoseSource, rows: IntArray, times: FloatArray) -> Feet:

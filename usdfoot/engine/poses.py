@@ -16,6 +16,7 @@ from usdfoot.engine.plant import measure_legs
 from usdfoot.engine.rig import Rig
 from usdfoot.engine.root import RootPath
 from usdfoot.engine.segments import Segments
+from usdfoot.engine.time_warps import blended_durations
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray, StyleArray
 from usdfoot.model.contact_table import ContactTable
 from usdfoot.model.examples import LIFTOFF_PHASES, Examples
@@ -199,6 +200,7 @@ def device_segments(setup: Setup, blend: StepBlend) -> SegmentArrays:
     chosen, weights = blend.examples.astype(np.int32), blend.weights.astype(np.float32)
     wide = weights.shape[1] > 4
     natural = natural_flights(setup.examples, blend.examples, blend.weights)
+    planned = setup.segments.knot_times[:, -1] - setup.segments.knot_times[:, 0]
     last = setup.examples.rotations.shape[1] - 1
     anchors = np.where(natural > 0.0, LIFTOFF_PHASES[1], 1.0).astype(np.float32) * last
     for name, values, kind in (
@@ -221,6 +223,7 @@ def device_segments(setup: Setup, blend: StepBlend) -> SegmentArrays:
         setup.path,
         twists=blend.twists,
         natural=natural,
+        warps=planned / blended_durations(setup.examples, blend.examples, blend.weights),
         levels=setup.origins[:, 1],
         options=setup.options,
     )

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
@@ -81,6 +80,8 @@ def measure_steps(
     """Results of each agent's footsteps blended from clips, in the order of its plan."""
     values = _by_landing(setup, blend, landings, figures.rows)
     statuses = _statuses(figures, values)
+    counts, clips, clip_weights = _clips(setup, blend, values["segment"].astype(int))
+    ranges, listed = step_ranges(agents), np.concatenate([[0], np.cumsum(counts)])
     return [
         StepResults(
             blend_error=values["blend_error"][a:b],
@@ -93,9 +94,11 @@ def measure_steps(
             beta=values["betas"][a:b],
             root_velocity_error=values["velocity_error"][a:b],
             status=tuple(statuses[a:b]),
-            **_clips(setup, blend, values["segment"][a:b].astype(int)),
+            clip_counts=counts[a:b],
+            clips=tuple(clips[c:d]),
+            clip_weights=clip_weights[c:d],
         )
-        for a, b in pairwise(step_ranges(agents))
+        for (a, b), (c, d) in zip(pairwise(ranges), pairwise(listed[ranges].tolist()), strict=True)
     ]
 
 
@@ -143,23 +146,20 @@ def _statuses(figures: ContactFigures, values: dict[str, FloatArray]) -> list[st
     return [str(status) for status in statuses]
 
 
-def _clips(setup: Setup, blend: StepBlend, rows: IntArray) -> dict[str, Any]:
-    """Clips of each step with their weights; a footstep that no segment leads to has none."""
-    examples, names = setup.examples, setup.examples.clip_names
-    weights = np.where(rows[:, None] >= 0, blend.weights[rows], 0.0)
-    clips = examples.clip_indices[blend.examples[rows]]
-    counts: list[int] = []
-    listed: list[str] = []
-    kept: list[float] = []
-    for step_clips, step_weights in zip(clips, weights, strict=True):
-        totals: dict[int, float] = {}
-        for clip, weight in zip(step_clips, step_weights, strict=True):
-            if weight > 0.0:
-                totals[int(clip)] = totals.get(int(clip), 0.0) + float(weight)
-        counts.append(len(totals))
-        listed.extend(names[clip] for clip in totals)
-        kept.extend(totals.values())
-    return {"clip_counts": np.array(counts), "clips": tuple(listed), "clip_weights": np.array(kept)}
+def _clips(setup: Setup, blend: StepBlend, rows: IntArray) -> tuple[IntArray, list[str], FloatArray]:
+    """Number of clips of each step (N,), then their names and weights (sum of the numbers,), each clip once a step.
+
+    A footstep that no segment leads to (row -1) has none.
+    """
+    weights = np.where(rows[:, None] >= 0, blend.weights[rows], 0.0)  # (N, E)
+    clips = np.where(weights > 0.0, setup.examples.clip_indices[blend.examples[rows]], -1)
+    steps, places = np.indices(clips.shape)
+    earliest = np.argmax(clips[:, :, None] == clips[:, None, :], axis=2)  # where the same clip comes first
+    totals = np.zeros(clips.shape)
+    np.add.at(totals, (steps, earliest), weights)
+    listed = (clips >= 0) & (earliest == places)
+    names = [setup.examples.clip_names[clip] for clip in clips[listed].tolist()]
+    return listed.sum(axis=1), names, totals[listed]
 
 
 def achieved_contacts(layout: Layout, feet: ContactFeet, agent: int, *, times: FloatArray) -> Contacts:

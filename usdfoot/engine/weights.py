@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdfoot.engine.corrections import correct_steps
+from usdfoot.engine.flight import centre_flights, natural_flights
 from usdfoot.engine.landings import blend_twists, stand_blend, with_steps
 from usdfoot.engine.poses import Setup, StepBlend
 from usdfoot.engine.queries import step_queries
@@ -157,10 +158,11 @@ def _velocity_errors(setup: Setup, spaces: FootstepSpaces, goals: RootGoals, ble
 def align_events(setup: Setup, blend: StepBlend) -> Setup:
     """Setup whose events are aligned with the blended examples' as far as that does not hurry the body.
 
-    Where the plan lifts a foot much earlier or later than the examples do, the body keeps its pace and the foot alone
-    follows the plan.
+    Where the plan lifts the swinging foot much earlier or later than the examples do, the body keeps its pace and the
+    foot alone follows the plan. Flights are centred on the plan's and keep their pace whatever the plan's last.
     """
-    segments, examples = setup.segments, setup.examples
+    natural = natural_flights(setup.examples, blend.examples, blend.weights)
+    segments, examples = centre_flights(setup.contacts, setup.segments, natural), setup.examples
     own, _ = event_knots(
         np.ones(len(examples)),
         examples.swing_liftoffs / examples.durations,
@@ -170,7 +172,7 @@ def align_events(setup: Setup, blend: StepBlend) -> Setup:
     begins = segments.knot_times[:, :1]
     durations = segments.knot_times[:, -1:] - begins
     shares = (segments.knot_times - begins) / durations
-    limit = setup.options.event_shift
+    limit = setup.options.event_shift * np.array([0.0, 1.0, 0.0, 0.0])
     limited = blended + np.clip(shares - blended, -limit, limit)
     whole = ~segments.stands & (segments.begins == segments.knot_times[:, 0])
     times = np.where(whole[:, None], begins + durations * limited, segments.knot_times)

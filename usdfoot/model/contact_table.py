@@ -98,6 +98,12 @@ class ContactTable:
         return flags
 
     @property
+    def flown(self) -> BoolArray:
+        """Whether a flight within the motion ends with the strike, shape (C,)."""
+        liftoffs = np.roll(self.liftoffs, 1)
+        return self.has_previous & (liftoffs < self.strikes) & (liftoffs >= self.starts[self.agents])
+
+    @property
     def has_swing(self) -> BoolArray:
         """Whether the same foot has another contact after this one, shape (C,)."""
         flags = self.has_next

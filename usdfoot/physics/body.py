@@ -19,6 +19,7 @@ from usdfoot.physics.kernels import GaitArrays, pose_legs, pose_upper_body
 from usdfoot.physics.optimise import ComMotion, ComSample
 from usdfoot.physics.pelvis import pelvis_sways
 from usdfoot.physics.rhythm import SIGNALS, Rhythm, rhythm_at
+from usdfoot.physics.stance_kernel import BACKWARD
 from usdfoot.physics.style import BodyStyle
 from usdfoot.physics.upper_body import UpperBody
 
@@ -34,8 +35,6 @@ BALL_FIRST = 0.25
 """A foot that comes down ball first has its heel down after this part of the contact."""
 FLIGHT_STRIKE = 0.25
 """After a flight the foot comes down flatter: this part of the strike's pitch."""
-BACKWARD = 0.3
-"""Feet roll less in backward steps: this part of the pitches, ball first."""
 
 
 @dataclass(frozen=True, kw_only=True)

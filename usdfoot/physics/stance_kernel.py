@@ -8,7 +8,7 @@ import warp as wp
 
 from usdfoot.physics.contact_kernel import ContactArrays, ContactFooting, LegArrays, clamped
 
-__all__ = ["StanceArrays", "body_yaw", "find_body_yaws", "find_instant", "find_instants", "yaw_turn"]
+__all__ = ["BACKWARD", "StanceArrays", "body_yaw", "find_body_yaws", "find_instant", "find_instants", "yaw_turn"]
 
 Flexions = wp.types.vector(length=11, dtype=wp.float64)
 Pitches = wp.types.vector(length=6, dtype=wp.float64)
@@ -29,6 +29,9 @@ LEAST_LENGTH = wp.constant(wp.float64(0.3))
 """The shortest comfortable leg, as a part of its nominal length."""
 LONG_STEP = wp.constant(wp.float64(0.8))
 """Such a step, as a part of the leg's length."""
+BACKWARD = 0.3
+"""Feet roll less in backward steps: this part of the pitches, ball first."""
+BACKWARD_ROLL = wp.constant(wp.float64(BACKWARD))
 ROLL_TIME = wp.constant(wp.float64(0.4))
 """Longest time from heel to flat and from flat to toe on a leg of 0.86 m; a foot that stands longer is flat in between
 [s]."""
@@ -166,13 +169,14 @@ def comfortable_length(
 def foot_pitch(footing: wp.array(dtype=ContactFooting), i: int, progress: wp.float64) -> wp.float64:
     """Pitch of the foot about heel or ball over contact i, positive with the toes up [rad].
 
-    Short steps roll less; backward steps roll the other way round, and side steps not at all.
+    Short steps roll less; backward steps little and the other way round, and side steps not at all.
     """
     zero = wp.float64(0.0)
     alignment = footing[i].alignment
     phase = progress
     if alignment < zero:
         phase = wp.float64(1.0) - progress
+        alignment = BACKWARD_ROLL * alignment
     k = wp.int32(0)
     while k < 4 and phase >= PITCH_PHASES[k + 1]:
         k += 1

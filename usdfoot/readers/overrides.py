@@ -37,12 +37,17 @@ class OverriddenPlan:
 class Overrides:
     """The artists' layer of a crowd."""
 
-    layer: Sdf.Layer | None
-    """overrides.usda; None = there is none yet."""
+    stage: Usd.Stage | None
+    """overrides.usda and the layers below it alone; None = there is none yet, or nothing in it."""
     footsteps: Path | None
     """The crowd's layer of executed plans; None = there is none yet."""
     units: StageUnits
     """Of the scene, which are the crowd's."""
+
+    @property
+    def layer(self) -> Sdf.Layer | None:
+        """overrides.usda; None = there is none yet, or nothing in it."""
+        return self.stage.GetRootLayer() if self.stage else None
 
     def is_muted(self, name: str) -> bool:
         """Whether an agent is inactive, and so not to be made."""
@@ -60,22 +65,22 @@ class Overrides:
         Raises:
             PlanError: If what they made of it is no plan, or no plan is where they point.
         """
-        if self.layer is None:
+        if self.stage is None:
             return None
-        own = f"{Prim.PLANS}/{name}"
-        path = _target(self.layer, name) or own
-        if path == own and not self.layer.GetPrimAtPath(own):
+        own, layer = f"{Prim.PLANS}/{name}", self.stage.GetRootLayer()
+        path = _target(self.stage, name) or own
+        if path == own and not layer.GetPrimAtPath(own):
             return None
         base = plan_of(Sdf.Path(path).name) if path.startswith(f"{Prim.PLANS}/") else None
         scene = _new_layer(self.units)
         if base is not None:
-            _author_plan(scene, path, base, self.units, over=self.layer)
+            _author_plan(scene, path, base, self.units, over=layer)
         whole = _new_layer(self.units)
-        whole.subLayerPaths = [self.layer.identifier, scene.identifier]
+        whole.subLayerPaths = [layer.identifier, scene.identifier]
         stage = Usd.Stage.Open(whole, sessionLayer=None)
         prim = stage.GetPrimAtPath(path)
         if not prim or not prim.IsDefined():
-            where = f"{self.layer.GetDisplayName()} {Prim.AGENTS}/{name}"
+            where = f"{layer.GetDisplayName()} {Prim.AGENTS}/{name}"
             raise PlanError(where, f"{Agent.PLAN} points at no plan", "point it at a PointInstancer", [path])
         plan, problems = read_plan(prim, self.units)
         frame = matrices_of(prim, np.array([start_code(stage).GetValue()]))[0] if path == own else np.eye(4)
@@ -104,23 +109,19 @@ def read_overrides(folder: Path | None, units: StageUnits) -> Overrides:
     """
     path = folder / File.OVERRIDES if folder else None
     if path is None or not path.is_file():
-        return Overrides(layer=None, footsteps=None, units=units)
+        return Overrides(stage=None, footsteps=None, units=units)
     try:
         layer = Sdf.Layer.FindOrOpen(str(path))
         layer.Reload()
+        stage = Usd.Stage.Open(layer, sessionLayer=None) if layer.rootPrims or layer.subLayerPaths else None
     except Tf.ErrorException as error:
         raise SceneError(path, "cannot be read", "correct it, or move it away") from error
     footsteps = path.with_name(File.FOOTSTEPS)
-    return Overrides(
-        layer=layer if layer.rootPrims or layer.subLayerPaths else None,
-        footsteps=footsteps if footsteps.is_file() else None,
-        units=units,
-    )
+    return Overrides(stage=stage, footsteps=footsteps if footsteps.is_file() else None, units=units)
 
 
-def _target(layer: Sdf.Layer, name: str) -> str | None:
-    """The plan that a layer gives an agent."""
-    stage = Usd.Stage.Open(layer, sessionLayer=None)
+def _target(stage: Usd.Stage, name: str) -> str | None:
+    """The plan that the overrides give an agent."""
     prim = stage.GetPrimAtPath(f"{Prim.AGENTS}/{name}")
     found = targets(prim, Agent.PLAN) if prim else []
     return str(found[0]) if found else None

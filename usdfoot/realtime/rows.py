@@ -19,7 +19,7 @@ from usdfoot.engine.plant import FootArrays
 from usdfoot.engine.planting import Planting
 from usdfoot.engine.poses import Poses, Seams, Setup, blend_frames
 from usdfoot.engine.root import RootPath
-from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.realtime.tables import Stretch
 from usdfoot.realtime.windows import RING
 
@@ -63,6 +63,8 @@ class Rows:
         self.stand_ends = np.full((agents, RING), -np.inf)
         """Until when the body stands on each contact [s]."""
         self.strikes = np.full((agents, RING), np.inf)
+        self.begins = np.full((agents, RING), np.inf)
+        """When the body steps onto each contact [s]: not at its strike where a flight is centred on the planned one."""
         self.sides = np.zeros((agents, RING), dtype=np.intp)
         self.numbers = np.full((agents, RING), -1)
         """Of the contacts, -1 where there is none."""
@@ -93,7 +95,7 @@ class Rows:
         rows = 2 * places + ~segments.stands
         if not self._paths:
             self._allocate(arrays, setup)
-        valid = np.flatnonzero(segments.joined[:-1] | (stretch.numbers[segments.supports] == 1))
+        valid = np.flatnonzero(self._prepared(stretch))
         _copy_rows(self._segment_views, arrays, rows[valid], valid, but=(*SEAMS, "seams_after"))
         _copy_rows(self._clock_views, arrays.clocks, rows[valid], valid, but=())
         none = 2 * self.stand_ends.size
@@ -107,6 +109,11 @@ class Rows:
         stands = segments.stands
         self.stand_ends.ravel()[places[stands]] = segments.ends[stands]
         return RowPoses(setup=setup, segments=self.segments, rows=rows)
+
+    def _prepared(self, stretch: Stretch) -> BoolArray:
+        """Segments of a stretch (M,) whose begin is known: not the first of an agent that has others before it."""
+        segments = stretch.setup.segments
+        return np.asarray(segments.joined[:-1] | (stretch.numbers[segments.supports] == 1))
 
     def put_blends(self, stretch: Stretch) -> None:
         """Keeps the blends of a stretch's steps."""
@@ -125,8 +132,10 @@ class Rows:
         self._detours[stretch.places] = planting.detours
         contacts = stretch.setup.contacts
         later = self.numbers[stretch.agents] > stretch.numbers[contacts.first[1:] - 1][:, None]
-        self.strikes[stretch.agents] = np.where(later, np.inf, self.strikes[stretch.agents])
+        for times in (self.strikes, self.begins):
+            times[stretch.agents] = np.where(later, np.inf, times[stretch.agents])
         self.strikes[stretch.places], self.sides[stretch.places] = contacts.strikes, contacts.sides
+        self.begins[stretch.places] = self._body_begins(stretch)
         self.numbers[stretch.places] = stretch.numbers
         owners, numbers = stretch.places
         rows = owners * RING + numbers
@@ -137,6 +146,16 @@ class Rows:
         table["following"] = owners * RING + (numbers + 2) % RING
         self._foot_views["rows"][rows], self._foot_views["detours"][rows] = table, planting.detours
 
+    def _body_begins(self, stretch: Stretch) -> FloatArray:
+        """When bodies step onto the contacts of a stretch [s], shape (C,); as it was where that is not told."""
+        segments, strikes = stretch.setup.segments, stretch.setup.contacts.strikes
+        supports, first = np.unique(segments.supports, return_index=True)  # a stand comes before the step from it
+        told = self._prepared(stretch)[first]
+        same = self.numbers[stretch.places] == stretch.numbers
+        begins = np.where(same, self.begins[stretch.places], strikes)
+        begins[supports[told]] = segments.begins[first[told]]
+        return begins
+
     def struck(self, agents: IntArray, time: float) -> tuple[IntArray, IntArray, IntArray]:
         """Where agents are at `time` [s].
 
@@ -144,12 +163,15 @@ class Rows:
             Row of the segment, shape (N,), rows of the latest contacts of both feet, shape (N, 2), and number of the
             later one, shape (N,).
         """
-        latest = np.max(np.where(self.strikes[agents] <= time, self.numbers[agents], 1), axis=1)
+        latest, stepped = (
+            np.max(np.where(times[agents] <= time, self.numbers[agents], 1), axis=1)
+            for times in (self.strikes, self.begins)
+        )
         places = latest % RING, (latest - 1) % RING
-        steps = time >= self.stand_ends[agents, places[0]]
+        steps = time >= self.stand_ends[agents, stepped % RING]
         left = self.sides[agents, places[0]] == 0
         feet = np.stack([np.where(left, *places), np.where(left, *places[::-1])], axis=1)
-        return 2 * (agents * RING + places[0]) + steps, agents[:, None] * RING + feet, latest
+        return 2 * (agents * RING + stepped % RING) + steps, agents[:, None] * RING + feet, latest
 
     def path(self, rows: IntArray) -> RootPath:
         """Root path of the segments in `rows` (F,)."""

@@ -15,7 +15,7 @@ from usdfoot.writers.layers import (
     author_samples,
     author_targets,
     define_prim,
-    rounded_codes,
+    frame_arrays,
 )
 from usdfoot.writers.poses import PosedAgent
 
@@ -42,17 +42,15 @@ def write_agent(layer: Sdf.Layer, agent: PosedAgent, *, reference: Sdf.Reference
     apply_schemas(prim, ["SkelBindingAPI", tokens.Schema.AGENT])
     author_targets(prim, "skel:animationSource", [f"{tokens.Prim.ANIMS}/{motion.name}"])
     author_targets(prim, tokens.Agent.PLAN, [f"{tokens.Prim.PLANS}/{motion.name}"])
-    codes = rounded_codes(units.times_to_codes(motion.times)).tolist()
-    order = _write_root_path(prim, motion, codes, units) + author_stance(prim, agent.resting.character)
+    order = _write_root_path(prim, motion, agent.codes, units) + author_stance(prim, agent.resting.character)
     author(prim, "xformOpOrder", ValueTypes.TokenArray, Vt.TokenArray(order), uniform=True)
-    corners = Vt.Vec3fArray.FromNumpy(agent.extents.reshape(-1, 3))
-    extents = [corners[2 * frame : 2 * frame + 2] for frame in range(len(codes))]
-    author_samples(author(prim, "extent", ValueTypes.Float3Array), codes, extents)
+    extents = frame_arrays(Vt.Vec3fArray.FromNumpy(agent.extents.reshape(-1, 3)), 2)
+    author_samples(author(prim, "extent", ValueTypes.Float3Array), agent.codes, extents)
 
 
 def _write_root_path(prim: Sdf.PrimSpec, motion: Motion, codes: list[float], units: StageUnits) -> list[str]:
     """Position on the ground and yaw, time-sampled; gives back the names of the ops."""
-    positions = list(Vt.Vec3dArray.FromNumpy(np.ascontiguousarray(units.points_to_stage(motion.root_positions))))
+    positions = Vt.Vec3dArray.FromNumpy(np.ascontiguousarray(units.points_to_stage(motion.root_positions)))
     yaws = np.degrees(motion.root_yaws).tolist()
     turn = f"xformOp:rotate{units.up_axis}"
     author_samples(author(prim, "xformOp:translate", ValueTypes.Double3), codes, positions)

@@ -11,7 +11,14 @@ from usdfoot.bridge import tokens
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.contacts import FootContacts
-from usdfoot.writers.layers import apply_schemas, author, author_samples, define_prim, quaternion_array, rounded_codes
+from usdfoot.writers.layers import (
+    apply_schemas,
+    author,
+    author_samples,
+    define_prim,
+    frame_arrays,
+    quaternion_array,
+)
 from usdfoot.writers.layers_over import author_times
 from usdfoot.writers.poses import PosedAgent
 
@@ -32,14 +39,12 @@ def write_animation(layer: Sdf.Layer, agent: PosedAgent, *, units: StageUnits) -
     prim = define_prim(layer, f"{tokens.Prim.ANIMS}/{motion.name}", "SkelAnimation")
     apply_schemas(prim, tokens.Schema.CONTACT_INSTANCES)
     author(prim, "joints", ValueTypes.TokenArray, Vt.TokenArray(character.skeleton.joints), uniform=True)
-    codes = rounded_codes(units.times_to_codes(motion.times)).tolist()
-    frames, joints = agent.rotations.shape[:2]
-    slices = [slice(frame * joints, (frame + 1) * joints) for frame in range(frames)]
-    translations = Vt.Vec3fArray.FromNumpy(agent.translations.reshape(-1, 3))
-    rotations = quaternion_array(agent.rotations.reshape(-1, 4))
+    codes, joints = agent.codes, len(character.skeleton.joints)
+    translations = frame_arrays(Vt.Vec3fArray.FromNumpy(agent.translations.reshape(-1, 3)), joints)
+    rotations = frame_arrays(quaternion_array(agent.rotations.reshape(-1, 4)), joints)
     scales = Vt.Vec3hArray.FromNumpy(np.ascontiguousarray(character.rest_scales, dtype=np.float16))
-    author_samples(author(prim, "translations", ValueTypes.Float3Array), codes, [translations[s] for s in slices])
-    author_samples(author(prim, "rotations", ValueTypes.QuatfArray), codes, [rotations[s] for s in slices])
+    author_samples(author(prim, "translations", ValueTypes.Float3Array), codes, translations)
+    author_samples(author(prim, "rotations", ValueTypes.QuatfArray), codes, rotations)
     author(prim, "scales", ValueTypes.Half3Array, scales)
     if motion.shapes is not None:
         _write_blend_shapes(prim, motion.shapes.names, codes, motion.shapes.weights)

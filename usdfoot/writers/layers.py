@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,6 +20,7 @@ __all__ = [
     "author_samples",
     "author_targets",
     "define_prim",
+    "frame_arrays",
     "new_layer",
     "quaternion_array",
     "rounded_codes",
@@ -97,12 +98,17 @@ def author(
     return attribute
 
 
-def author_samples(attribute: Sdf.AttributeSpec, codes: Sequence[float], values: Sequence[Any]) -> None:
+def author_samples(attribute: Sdf.AttributeSpec, codes: Sequence[float], values: Iterable[Any]) -> None:
     """Time samples of an attribute."""
     layer, path = attribute.layer, attribute.path
     set_sample = layer.SetTimeSample
     for code, value in zip(codes, values, strict=True):
         set_sample(path, code, value)
+
+
+def frame_arrays(values: Any, size: int) -> list[Any]:
+    """A `Vt` array cut into those of its frames, each `size` long."""
+    return [values[start : start + size] for start in range(0, len(values), size)]
 
 
 def author_targets(prim: Sdf.PrimSpec, name: str, targets: Sequence[str]) -> None:
@@ -118,4 +124,4 @@ def quaternion_array(quaternions: FloatArray) -> Vt.QuatfArray:
 
 def rounded_codes(codes: FloatArray) -> FloatArray:
     """Time codes without the last bits that seconds and back leave behind."""
-    return np.round(np.asarray(codes, dtype=float), 9) + 0.0
+    return np.asarray(codes, dtype=float).round(9) + 0.0

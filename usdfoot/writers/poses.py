@@ -18,6 +18,7 @@ from usdfoot.model.device import start_warp
 from usdfoot.model.motion import Motion
 from usdfoot.model.skeleton import forward_kinematics
 from usdfoot.writers.extents import prim_extents
+from usdfoot.writers.layers import rounded_codes
 from usdfoot.writers.pose_kernels import keep_signs
 
 __all__ = ["PosedAgent", "RestingCharacter", "pose_agents", "rest_character"]
@@ -35,6 +36,8 @@ class PosedAgent:
     """Joint-local unit xyzw, continuous in sign, shape (F, J, 4)."""
     extents: FloatArray
     """Box around the character in the space of the agent prim, shape (F, 2, 3)."""
+    codes: list[float]
+    """Time codes of the F frames."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,6 +78,7 @@ def pose_agents(motions: Sequence[tuple[Motion, RestingCharacter]], units: Stage
         poses = _stacked([motion for motion, _ in own])
         translations, rotations = _skeleton_poses(poses, own[0][1])
         extents = prim_extents(own[0][1].character, translations, rotations, units)
+        codes = rounded_codes(units.times_to_codes(np.concatenate([motion.times for motion, _ in own]))).tolist()
         for (motion, resting), frames in zip(own, pairwise(poses.first.tolist()), strict=True):
             part = slice(*frames)
             yield PosedAgent(
@@ -83,6 +87,7 @@ def pose_agents(motions: Sequence[tuple[Motion, RestingCharacter]], units: Stage
                 translations=translations[part],
                 rotations=rotations[part],
                 extents=extents[part],
+                codes=codes[part],
             )
 
 
