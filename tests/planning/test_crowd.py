@@ -162,6 +162,48 @@ def test_where_it_is_tight_they_go_one_after_the_other_and_sideways_where_a_body
         )
 
 
+def corridor(width: float, length: float) -> list[Obstacle]:
+    """Walls on either side of a corridor along z."""
+    half = 0.5 * length
+    return [
+        Obstacle(name="/Left", outline=box_outline((-9.0, -half), (-0.5 * width, half))),
+        Obstacle(name="/Right", outline=box_outline((0.5 * width, -half), (9.0, half))),
+    ]
+
+
+def both_ways(count: int, length: float) -> list[Seeker]:
+    """So many people before either end of a corridor along z who go to the other."""
+    rows = [(-1.8 + 1.2 * (i % 4), 0.5 * length + 1.0 + i // 4) for i in range(count)]
+    there = [seeker(f"/There_{i}", (x, -z), (x, z + 0.5)) for i, (x, z) in enumerate(rows)]
+    return there + [seeker(f"/Back_{i}", (x + 0.1, z), (x + 0.1, -z - 0.5)) for i, (x, z) in enumerate(rows)]
+
+
+@pytest.mark.parametrize("width", [0.7, 1.0, 1.1, 1.5])
+def test_crowds_from_both_ends_of_a_corridor_all_get_through(width):
+    pytest.importorskip("jupedsim")
+    people = both_ways(8, 5.0)
+    task = scenario(*people, obstacles=corridor(width, 5.0))
+    plans, problems = plan_crowd(task, FLAT, options=CrowdOptions(duration=120.0))
+    assert problems == () and len(plans) == len(people)
+    assert len(find_collisions(feet_of(plans, [Proportions()] * len(plans))).times) == 0
+
+
+def test_two_who_meet_where_it_is_tight_turn_their_shoulders_and_pass_without_waiting():
+    pytest.importorskip("jupedsim")
+    there, back = seeker("/There", (0.0, -4.5), (0.0, 4.5)), seeker("/Back", (0.0, 4.5), (0.0, -4.5))
+    (one, other), problems = plan_crowd(scenario(there, back, obstacles=corridor(1.0, 5.0)), FLAT)
+    (alone,), _ = plan_crowd(scenario(there, obstacles=corridor(1.0, 5.0)), FLAT)
+    assert problems == ()
+    assert max(plan.liftoff_times[-1] for plan in (one, other)) < alone.liftoff_times[-1] + 4.0, "nobody waits"
+    near = np.abs(one.positions[:, 2]) < 1.0
+    assert (
+        np.abs(one.yaws[near]).max() > 0.5
+        and one.positions[near, 0].mean() < other.positions[np.abs(other.positions[:, 2]) < 1.0, 0].mean()
+    ), "shoulders turned, each on its right"
+    far = np.abs(np.abs(one.positions[:, 2]) - 3.5) < 0.5
+    assert np.abs(one.yaws[far]).max() < 0.4, "and only there"
+
+
 def from_to(name: str, start, goal) -> Seeker:
     return Seeker(name=name, start=np.array(start, dtype=float), goals=np.array([goal], dtype=float))
 

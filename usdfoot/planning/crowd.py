@@ -94,7 +94,7 @@ def _plans(party: Party, tracks: Tracks, terrain: Terrain, faults: list[Problem]
         time_step=float(tracks.times[1]),
         yaws=np.array([np.nan if seeker.yaw is None else seeker.yaw for seeker in seekers]),
         heights=_on_ground(tracks, starts[:, 1], ground),
-        side_on=tracks.side_on,
+        turned=tracks.turned,
         names=[seeker.name for seeker in seekers],
     )
     curves = keep_apart(build_root_curves(trajectories, smoothing_time=SMOOTHING), distance=ELBOW_ROOM)

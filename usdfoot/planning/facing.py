@@ -6,7 +6,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from usdfoot.maths import planar
-from usdfoot.maths.types import BoolArray, FloatArray
+from usdfoot.maths.types import FloatArray
 from usdfoot.model.trajectory import RootTrajectory
 
 __all__ = ["face_tracks"]
@@ -29,7 +29,7 @@ def face_tracks(
     time_step: float,
     yaws: FloatArray,
     heights: FloatArray,
-    side_on: BoolArray,
+    turned: FloatArray,
     names: list[str],
 ) -> list[RootTrajectory]:
     """Trajectories of N people along tracks, who first turn from where they look to where they go.
@@ -39,11 +39,11 @@ def face_tracks(
         time_step: Between their samples [s].
         yaws: Where people look at first, NaN = where they go [rad], shape (N,).
         heights: Of the ground where they are [m], shape (T, N).
-        side_on: Where they can only go sideways, the left shoulder first, shape (T, N).
+        turned: How far they turn the left shoulder first: 0 = not, 1 = sideways, shape (T, N).
         names: Of the trajectories, N of them.
     """
     stand, turn, tail = (round(time / time_step) for time in (STAND, TURN, TAIL))
-    sideways = gaussian_filter1d(side_on.astype(float), SHOULDERS / time_step, axis=0, mode="nearest")
+    sideways = gaussian_filter1d(turned, SHOULDERS / time_step, axis=0, mode="nearest")
     headings = _headings(points, time_step) - 0.5 * np.pi * np.minimum(1.2 * sideways, 1.0)
     turns = np.where(np.isnan(yaws), 0.0, planar.wrap_angle(yaws - headings[0]))
     shares = np.concatenate([np.zeros(stand), np.linspace(0.0, 1.0, turn, endpoint=False)])[:, None]

@@ -23,7 +23,7 @@ SAMPLE_STEP = 0.1
 ARRIVAL = 0.2
 """A goal is reached at this distance [m]."""
 PATIENCE, STUCK = 25.0, 0.5
-"""It ends when nobody on the way has moved so far [m] for so long [s]."""
+"""It ends when nobody has moved so far [m] for so long [s]."""
 LOOK_AHEAD = 2.0
 """Between the instants at which everybody looks for its way [s]."""
 BLOCKED, ASIDE = 2.0, 1.0
@@ -49,8 +49,8 @@ class Tracks:
     """(x, z) [m], shape (T, N, 2)."""
     heights: FloatArray
     """Of the ground where they were, to a cell's width; not a number without terrain [m], shape (T, N)."""
-    side_on: BoolArray
-    """Where they could only go sideways, shape (T, N)."""
+    turned: FloatArray
+    """How far they had to turn their shoulders: 0 = not, 1 = sideways, shape (T, N)."""
     arrived: BoolArray
     """Whether they reached their last goal, shape (N,)."""
 
@@ -69,21 +69,21 @@ def simulate(party: Party, *, duration: float) -> Tracks:
     everyone = list(range(len(party.seekers)))
     gates = _gates(party, floors)
     floors.steer(everyone, legs.targets)
-    side_on = [gates.side_on.copy()]
+    turned = [gates.turned.copy()]
     samples = [np.array([seeker.start[[0, 2]] for seeker in party.seekers])]
     heights = [party.area.height_at(party.starts, samples[0])]
     every = round(SAMPLE_STEP / TIME_STEP)
-    while len(samples) * SAMPLE_STEP < duration and not legs.arrived.all() and not _is_stuck(samples, legs.arrived):
+    while len(samples) * SAMPLE_STEP < duration and not legs.arrived.all() and not _is_stuck(samples):
         points = floors.iterate(every)
         samples.append(gates.centred(points, floors.levels))
         changed = legs.advance(points, floors.go_over(legs.next_levels))
         changed += gates.advance(points, floors, legs.targets, legs.arrived, len(samples) * SAMPLE_STEP)
         floors.slim(gates.thin)
-        side_on.append(gates.side_on.copy())
+        turned.append(gates.turned.copy())
         changed += detours.advance(samples, legs.arrived | gates.held, floors)
         if len(samples) % round(LOOK_AHEAD / SAMPLE_STEP) == 0:
             changed = everyone
-        targets = np.where(gates.held[:, None], gates.places, legs.targets)
+        targets = np.where((gates.held | gates.led)[:, None], gates.places, legs.targets)
         floors.steer(changed, np.where(detours.active[:, None], detours.targets, targets))
         heights.append(party.area.height_at(floors.levels, points))
         floors.pace(_paces(samples, heights) * gates.paces)
@@ -92,7 +92,7 @@ def simulate(party: Party, *, duration: float) -> Tracks:
         times=times,
         points=np.array(samples),
         heights=np.array(heights),
-        side_on=np.array(side_on),
+        turned=np.array(turned),
         arrived=legs.arrived,
     )
 
@@ -115,13 +115,13 @@ def _paces(samples: list[FloatArray], heights: list[FloatArray]) -> FloatArray:
     return np.exp(-1.75 * np.maximum(np.abs(grade + 0.05) - 0.05, 0.0))
 
 
-def _is_stuck(samples: list[FloatArray], arrived: BoolArray) -> bool:
-    """Whether nobody who has not arrived got anywhere lately."""
+def _is_stuck(samples: list[FloatArray]) -> bool:
+    """Whether nobody got anywhere lately."""
     before = round(PATIENCE / SAMPLE_STEP)
     if len(samples) <= before:
         return False
     moved = np.linalg.norm(samples[-1] - samples[-1 - before], axis=1)
-    return bool(np.all(moved[~arrived] < STUCK))
+    return bool(np.all(moved < STUCK))
 
 
 class _Legs:
@@ -175,20 +175,21 @@ class _Detours:
         self.active = np.zeros(count, dtype=bool)
         self.targets = np.zeros((count, 2))
 
-    def advance(self, samples: list[FloatArray], arrived: BoolArray, floors: Floors) -> list[int]:
-        """Those who go on from now on, or step aside on the levels they are on."""
+    def advance(self, samples: list[FloatArray], waits: BoolArray, floors: Floors) -> list[int]:
+        """Those who go on from now on, or step aside on the levels they are on; none who waits, or did just now."""
         now, points, before = len(samples) * SAMPLE_STEP, samples[-1], round(BLOCKED / SAMPLE_STEP)
-        over = self.active & (now > self._until)
+        over = self.active & ((now > self._until) | waits)
+        self._until[waits] = now
         self.active &= ~over
         if len(samples) <= before:
             return []
         moved = np.linalg.norm(points - samples[-1 - before], axis=1)
-        blocked = (moved < ASIDE * 0.2) & ~arrived & (now > self._until + BLOCKED)
-        blocked &= ~self._queues(points, arrived, floors) if blocked.any() else False
+        blocked = (moved < ASIDE * 0.2) & (now > self._until + BLOCKED)
+        blocked &= ~self._queues(points, waits, floors) if blocked.any() else False
         aside = [index for index in np.flatnonzero(blocked).tolist() if self._step_aside(index, points, floors, now)]
         return [*np.flatnonzero(over).tolist(), *aside]
 
-    def _queues(self, points: FloatArray, arrived: BoolArray, floors: Floors) -> BoolArray:
+    def _queues(self, points: FloatArray, waits: BoolArray, floors: Floors) -> BoolArray:
         """Whether somebody close before each of N people goes the same way, and all near by do, shape (N,)."""
         ways = floors.aims - points
         ways /= np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-9)
@@ -197,7 +198,7 @@ class _Detours:
         one, other = np.concatenate([pairs, pairs[:, ::-1]]).T
         gaps = points[other] - points[one]
         before = (np.sum(gaps * ways[one], axis=1) > 0.0) & (np.linalg.norm(gaps, axis=1) <= self._width + QUEUE)
-        same = (np.sum(ways[one] * ways[other], axis=1) > SAME_WAY) & ~arrived[other]
+        same = (np.sum(ways[one] * ways[other], axis=1) > SAME_WAY) & ~waits[other]
         held_up = np.bincount(one, weights=before & same, minlength=len(points)) > 0.0
         return np.asarray(held_up & (np.bincount(one, weights=~same, minlength=len(points)) == 0.0))
 
