@@ -86,7 +86,7 @@ def _impossible(plan: FootstepPlan, body: Proportions) -> list[Problem]:
         return []
     first, count = min(faults, key=lambda fault: fault.footstep), len({fault.footstep for fault in faults})
     message = (
-        f"{plan.name}: {count} of its {len(plan)} footsteps cannot be walked; footstep {first.footstep} {first.message}. "
-        "check the places, the stage's metersPerUnit and the speed asked for"
+        f"{plan.name}: {count} of its {len(plan)} footsteps cannot be walked; footstep {first.footstep} "
+        f"{first.message}. check the places, the stage's metersPerUnit and the speed asked for"
     )
     return [Problem(severity="warning", where=plan.name, message=message)]
