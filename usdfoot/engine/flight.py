@@ -14,8 +14,6 @@ from usdfoot.model.examples import Examples, event_knots
 
 __all__ = ["centre_flights", "flight_falls", "flight_times", "natural_flights"]
 
-LEAST_FLIGHT = 0.02
-"""A planned flight that is not longer is none [s]."""
 MOST_SHIFT = 0.25
 """How far the body may be behind or ahead of a strike, over the shorter of the steps before and after it."""
 
@@ -46,12 +44,13 @@ def flight_falls(contacts: ContactTable, segments: Segments, natural: FloatArray
     Returns:
         Shape (M, 3).
     """
-    planned, flies = _planned_flights(contacts, segments)
-    middles = contacts.liftoffs[segments.supports] + 0.5 * planned
-    durations = np.where(flies, np.maximum(planned, natural * warps), 0.0)
+    takeoffs = contacts.liftoffs[segments.supports]
+    lands = contacts.strikes[np.minimum(segments.supports + 1, len(contacts.strikes) - 1)]
+    flies: BoolArray = ~segments.stands & (lands - takeoffs > 0.02)
+    durations = np.where(flies, np.maximum(lands - takeoffs, natural * warps), 0.0)
     ratio = np.where(flies, natural / np.where(flies, durations, 1.0), 1.0)
     missing = np.where(flies, EARTH_GRAVITY * (1.0 - np.minimum(ratio**2, 2.0)), 0.0)
-    return np.stack([middles - 0.5 * durations, durations, missing], axis=1)
+    return np.stack([0.5 * (takeoffs + lands - durations), durations, missing], axis=1)
 
 
 def centre_flights(contacts: ContactTable, segments: Segments, natural: FloatArray) -> Segments:
@@ -59,8 +58,8 @@ def centre_flights(contacts: ContactTable, segments: Segments, natural: FloatArr
 
     People may run the same way with longer or shorter contacts than the clips show. So a foot that is planted for
     longer comes down before the blended one does and leaves after it by as much, and the body is never far from over
-    it. Where a stand begins, and where the plan does not fly (a walk, whatever the clips show), the body keeps the
-    plan's times.
+    it. Where a stand begins the body keeps the plan's times, and where both feet are on the ground for longer than the
+    blended examples fly: a walk may be blended with runs.
 
     Args:
         contacts: As planned.
@@ -68,11 +67,12 @@ def centre_flights(contacts: ContactTable, segments: Segments, natural: FloatArr
         natural: Duration of the blended examples' flights [s], shape (M,).
     """
     durations = segments.ends - segments.begins
-    planned, flies = _planned_flights(contacts, segments)
+    planned = segments.ends - contacts.liftoffs[segments.supports]
+    longer = np.where(planned > 0.0, natural - planned, np.maximum(natural + planned, 0.0))
     between, following = segments.joined[1:], np.append(segments.stands[1:], False)
-    moves = flies & ~(between & following)
+    moves = ~segments.stands & ~(between & following)
     most = MOST_SHIFT * np.where(between, np.minimum(durations, np.append(durations[1:], np.inf)), durations)
-    shifts = np.where(moves, np.clip(0.5 * (natural - planned), -most, most), 0.0)
+    shifts = np.where(moves, np.clip(0.5 * longer, -most, most), 0.0)
     ends = segments.ends + shifts
     begins = segments.begins + np.where(segments.joined[:-1], np.roll(shifts, 1), 0.0)
     liftoffs = (contacts.liftoffs[rows] - begins for rows in (segments.supports - 1, segments.supports))
@@ -82,10 +82,3 @@ def centre_flights(contacts: ContactTable, segments: Segments, natural: FloatArr
     knot_times = np.where(whole[:, None], begins[:, None] + events, segments.knot_times)
     knot_times[moved, 3] = ends[moved]
     return replace(segments, begins=begins, ends=ends, knot_times=knot_times)
-
-
-def _planned_flights(contacts: ContactTable, segments: Segments) -> tuple[FloatArray, BoolArray]:
-    """Time from the support's liftoff to the next strike [s] and whether the body flies then, shape (M,) each."""
-    strikes = contacts.strikes[np.minimum(segments.supports + 1, len(contacts.strikes) - 1)]
-    durations = strikes - contacts.liftoffs[segments.supports]
-    return durations, ~segments.stands & (durations > LEAST_FLIGHT)
