@@ -40,7 +40,7 @@ BENT = 0.98
 """Part of the longest leg that is left to one for which the pelvis comes down: its knee is bent by 20 degrees."""
 
 MOST_HEEL_RISE = 0.15
-"""The heel of a foot on ground that is less steep is raised at most this much over its ball for what lies behind [m]."""
+"""On ground that is less steep a heel is raised at most this much over its ball for what lies behind [m]."""
 MOST_TOES_UP = np.radians(40.0)
 """Feet stand no steeper uphill: as far as ankles bend under load; on steeper ground the heels stay in the air [rad]."""
 
