@@ -173,9 +173,34 @@ def test_a_bad_mesh_becomes_a_problem_and_the_rest_goes_on(points, faces, messag
 
 def test_the_schema_without_a_mesh_is_a_problem():
     stage = new_stage()
-    UsdGeom.Cube.Define(stage, "/World/Box").GetPrim().AddAppliedSchema(Schema.TERRAIN)
+    UsdGeom.Sphere.Define(stage, "/World/Box").GetPrim().AddAppliedSchema(Schema.TERRAIN)
     _, problems = read(stage)
-    assert "/World/Box: has UsdfootTerrainAPI but no mesh at or below it" in problems[0].message
+    assert "/World/Box: has UsdfootTerrainAPI but no mesh, cube or plane at or below it" in problems[0].message
+
+
+@pytest.mark.parametrize("units", [Units(), Units(0.01, "Z"), Units(0.0254, "Y")])
+def test_a_marked_cube_and_plane_are_their_faces_seen_from_outside(units):
+    stage = new_stage(None, units)
+    cube = UsdGeom.Cube.Define(stage, "/World/Set/Box")
+    cube.CreateSizeAttr(2.0 / units.meters)
+    UsdGeom.Xformable(cube).AddTranslateOp().Set(Gf.Vec3d(*map(float, units.points([5.0, 1.0, 0.0]))))
+    plane = UsdGeom.Plane.Define(stage, "/World/Set/Lawn")
+    plane.CreateAxisAttr(units.up)
+    plane.CreateWidthAttr(4.0 / units.meters)
+    plane.CreateLengthAttr(6.0 / units.meters)
+    stage.GetPrimAtPath("/World/Set").AddAppliedSchema(Schema.TERRAIN)
+    terrain, problems = read(stage)
+    assert terrain.meshes == ("/World/Set/Box", "/World/Set/Lawn") and problems == () and len(terrain.triangles) == 14
+    assert area(terrain) == pytest.approx(24.0 + 24.0, rel=1e-6)
+    box, lawn = (terrain.points[terrain.triangles[terrain.mesh_indices == i]] for i in range(2))
+    outward = np.cross(box[:, 1] - box[:, 0], box[:, 2] - box[:, 0])
+    assert np.all(np.sum(outward * (box.mean(axis=1) - [5.0, 1.0, 0.0]), axis=1) > 0.0)
+    assert np.all(normals(terrain)[terrain.mesh_indices == 1][:, 1] > 0.0)
+    assert_allclose(np.ptp(box.reshape(-1, 3), axis=0), 2.0, rtol=1e-6)
+    expected = stage.GetPrimAtPath("/World/Set/Lawn")
+    extent = np.array(UsdGeom.Plane(expected).ComputeExtentFromPlugins(UsdGeom.Boundable(expected), Usd.TimeCode(0)))
+    reach = np.ptp(read_stage_info(stage).units.points_to_canonical(extent), axis=0)
+    assert_allclose(np.ptp(lawn.reshape(-1, 3), axis=0), np.abs(reach), atol=1e-6)
 
 
 def polygon_area(points):

@@ -28,6 +28,8 @@ __all__ = ["no_terrain", "read_terrain"]
 _logger = logging.getLogger(__name__)
 
 _NAMES = ("ground", "terrain")
+_SOLIDS = ("Cube", "Plane")
+"""Types of shapes that are read as meshes where they have UsdfootTerrainAPI."""
 _THINNEST = 1e-12
 """Triangles of a smaller area [m2] are dropped."""
 
@@ -45,19 +47,21 @@ def read_terrain(
 ) -> tuple[Terrain, tuple[Problem, ...]]:
     """Triangles of the terrain at the stage's start, and what could not be used.
 
-    Terrain are the meshes with UsdfootTerrainAPI on them or on a prim above; without any, those whose own or parent's
-    name contains ground or terrain. Skinned meshes are characters. Subdivision is ignored: the control cage counts.
+    Terrain are the meshes, cubes and planes with UsdfootTerrainAPI on them or on a prim above; without any, the meshes
+    whose own or parent's name contains ground or terrain. Skinned meshes are characters. Subdivision is ignored: the
+    control cage counts.
 
     Raises:
         SceneError: If it has more triangles than the limits allow.
     """
     marked = prims.with_apis.get(Schema.TERRAIN, ())
     meshes = [mesh for mesh in prims.meshes if not _is_skinned(mesh)]
-    chosen = [mesh for mesh in meshes if _is_marked(mesh)] if marked else _named(meshes)
+    solids = [shape for shape in prims.shapes if marked and shape.GetTypeName() in _SOLIDS and _is_marked(shape)]
+    chosen = [*(mesh for mesh in meshes if _is_marked(mesh)), *solids] if marked else _named(meshes)
     if not marked and chosen:
         _logger.info("no UsdfootTerrainAPI, terrain by name: %s", ", ".join(str(mesh.GetPath()) for mesh in chosen))
     _check_size(chosen, limits)
-    parts, problems = [], _without_meshes(marked, meshes)
+    parts, problems = [], _without_meshes(marked, [*meshes, *solids])
     if not marked and not chosen:
         problems += _shapes_named(prims.shapes)
     for mesh in chosen:
@@ -89,11 +93,8 @@ def _joined(parts: Sequence[_MeshTriangles]) -> Terrain:
 
 def _read_mesh(stage: Usd.Stage, prim: Usd.Prim, units: StageUnits) -> _MeshTriangles:
     """Raises TerrainError if the mesh is empty, inconsistent or not finite."""
-    mesh, where = UsdGeom.Mesh(prim), prim.GetPath()
-    points = np.array(_value(mesh.GetPointsAttr(), stage), dtype=float).reshape(-1, 3)
-    counts = np.array(_value(mesh.GetFaceVertexCountsAttr(), stage), dtype=int)
-    indices = np.array(_value(mesh.GetFaceVertexIndicesAttr(), stage), dtype=int)
-    holes = np.array(_value(mesh.GetHoleIndicesAttr(), stage), dtype=int)
+    where = prim.GetPath()
+    points, counts, indices, holes = _polygons(stage, prim)
     remedy = "give the mesh points and faces, or remove UsdfootTerrainAPI from it"
     if not len(points) or not len(counts):
         raise TerrainError(where, f"is an empty mesh ({len(points)} points, {len(counts)} faces)", remedy)
@@ -104,7 +105,7 @@ def _read_mesh(stage: Usd.Stage, prim: Usd.Prim, units: StageUnits) -> _MeshTria
     matrix = matrices_of(prim, np.array([start_code(stage).GetValue()]))[0]
     world = units.points_to_canonical(points @ matrix[:3, :3] + matrix[3, :3])
     triangles = cut_polygons(world, counts, indices, holes)
-    if _is_flipped(mesh) != (np.linalg.det(matrix[:3, :3]) < 0.0):
+    if _is_flipped(UsdGeom.Gprim(prim)) != (np.linalg.det(matrix[:3, :3]) < 0.0):
         triangles = triangles[:, [0, 2, 1]]
     triangles = triangles[_areas(world, triangles) > _THINNEST]
     if not len(triangles):
@@ -112,7 +113,32 @@ def _read_mesh(stage: Usd.Stage, prim: Usd.Prim, units: StageUnits) -> _MeshTria
     return _MeshTriangles(path=str(where), points=world, triangles=triangles, walkable=_is_walkable(prim))
 
 
-def _is_flipped(mesh: UsdGeom.Mesh) -> bool:
+def _polygons(stage: Usd.Stage, prim: Usd.Prim) -> tuple[FloatArray, IntArray, IntArray, IntArray]:
+    """Points (P, 3) in the prim's space, corners of each face, points of the corners, and the faces that are holes."""
+    if prim.IsA(UsdGeom.Mesh):
+        mesh = UsdGeom.Mesh(prim)
+        points = np.array(_value(mesh.GetPointsAttr(), stage), dtype=float).reshape(-1, 3)
+        attributes = mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr(), mesh.GetHoleIndicesAttr()
+        counts, indices, holes = (np.array(_value(attribute, stage), dtype=int) for attribute in attributes)
+        return points, counts, indices, holes
+    axes = np.eye(3)
+    if prim.IsA(UsdGeom.Cube):
+        half = np.full(3, 0.5 * float(UsdGeom.Cube(prim).GetSizeAttr().Get(start_code(stage))))
+        normals = np.concatenate([axes, -axes])
+    else:
+        plane = UsdGeom.Plane(prim)
+        normal = "XYZ".index(str(plane.GetAxisAttr().Get()))
+        width, length = (float(a.Get(start_code(stage))) for a in (plane.GetWidthAttr(), plane.GetLengthAttr()))
+        half = 0.5 * np.array([(0.0, length, width), (width, 0.0, length), (width, length, 0.0)][normal])
+        normals = axes[[normal]]
+    across = np.roll(normals, 1, axis=1)
+    along = np.cross(normals, across)
+    corners = [normals - across - along, normals + across - along, normals + across + along, normals - across + along]
+    points = np.stack(corners, axis=1).reshape(-1, 3) * half
+    return points, np.full(len(normals), 4), np.arange(len(points)), np.zeros(0, dtype=int)
+
+
+def _is_flipped(mesh: UsdGeom.Gprim) -> bool:
     return mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded
 
 
@@ -170,7 +196,9 @@ def _without_meshes(marked: Sequence[Usd.Prim], meshes: Sequence[Usd.Prim]) -> l
     for prim in marked:
         if not any(mesh.GetPath().HasPrefix(prim.GetPath()) for mesh in meshes):
             error = TerrainError(
-                prim.GetPath(), "has UsdfootTerrainAPI but no mesh at or below it", "convert the terrain to a Mesh"
+                prim.GetPath(),
+                "has UsdfootTerrainAPI but no mesh, cube or plane at or below it",
+                "convert it to a Mesh",
             )
             problems.append(Problem(severity="error", where=error.where, message=str(error)))
     return problems
@@ -190,6 +218,8 @@ def _check_size(meshes: Sequence[Usd.Prim], limits: Limits) -> None:
     count = 0
     for prim in meshes:
         mesh = UsdGeom.Mesh(prim)
+        if not mesh:
+            continue
         corners = mesh.GetFaceVertexIndicesAttr().Get(Usd.TimeCode.EarliestTime()) or ()
         faces = mesh.GetFaceVertexCountsAttr().Get(Usd.TimeCode.EarliestTime()) or ()
         count += max(0, len(corners) - 2 * len(faces))
