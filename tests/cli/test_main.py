@@ -4,6 +4,8 @@ import json
 import logging
 import runpy
 import shutil
+import subprocess
+import sys
 
 import pytest
 from pxr import Sdf, Usd
@@ -164,3 +166,11 @@ def test_root_weights_reach_the_results(scene, tmp_path, capsys):
 def test_root_weights_out_of_range_are_refused(flag, value, message, tmp_path, capsys):
     assert main(["animate", "scene.usda", "-o", str(tmp_path), f"{flag}={value}"]) == 2
     assert message in capsys.readouterr().err
+
+
+def test_it_runs_with_stderr_closed(stages, tmp_path):
+    """As `2>&-` of a shell leaves it: what would be said there is no result and no failure."""
+    for code, file in ((0, stages / "clips.usdc"), (2, stages / "none.usda")):
+        command = f'exec "{sys.executable}" -m usdfoot analyze "{file}" 2>&-'
+        done = subprocess.run(["sh", "-c", command], stdout=subprocess.PIPE, text=True, check=False)
+        assert done.returncode == code and ("walk" in done.stdout) == (code == 0) and "none" not in done.stdout

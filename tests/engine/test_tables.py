@@ -13,6 +13,7 @@ from tests.engine.walkers import WALKS, library_of
 from tests.strategies import footstep_plans
 from usdfoot.engine.animate import animate_crowd, prepare_library
 from usdfoot.engine.clock_kernel import ClockArrays, phase_at
+from usdfoot.engine.flight import centre_flights
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.segments import cut_segments
 from usdfoot.errors import ClipError, UsdfootError
@@ -112,6 +113,21 @@ def test_a_long_double_support_is_a_stand():
     assert segments.stands[-1]
     assert not segments.stands[1:-1].any()
     assert segments.ends[0] == plan.liftoff_times[0]
+
+
+def test_flights_are_centred_but_walks_keep_their_times():
+    """Of a plan in the middle, away from its stands; blends of a walk may have runs in them."""
+    for duty, natural, shift in (
+        (0.62, 0.1, 0.0),
+        (0.55, 0.05, 0.0),
+        (0.5, 0.04, 0.02),
+        (0.45, 0.09, 0.02),
+        (0.4, 0.06, -0.02),
+    ):
+        contacts = lay_contacts([way(8, step_time=0.5, duty=duty)])
+        segments = cut_segments(contacts, EngineOptions())
+        centred = centre_flights(contacts, segments, np.full(len(segments), natural))
+        assert_allclose((centred.ends - segments.ends)[2:-2], shift, atol=1e-9)
 
 
 def test_locate_finds_the_last_row_begun():

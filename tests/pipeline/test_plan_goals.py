@@ -2,13 +2,15 @@
 
 import numpy as np
 import pytest
-from pxr import Sdf, Usd, UsdValidation
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, UsdValidation
 
+from tests.scenes import OFFSETS, Units, add_character, new_stage
 from usdfoot.cli.main import main
 from usdfoot.pipeline.plan_goals import GoalOptions, plan_scene_crowd, plan_scene_stones, plan_scene_wander
 from usdfoot.pipeline.plan_scenario import convert_scenario
 from usdfoot.planning.collisions import feet_of, find_collisions
 from usdfoot.planning.proportions import Proportions
+from usdfoot.readers.characters import read_character
 from usdfoot.readers.plans import read_plan
 from usdfoot.readers.stage import read_stage_info, targets
 
@@ -112,3 +114,27 @@ def test_bounds_that_are_none_are_refused(bounds, stages, capsys):
 def test_a_scene_without_goals_says_what_to_do(stages, tmp_path, capsys):
     assert main(["plan", "stones", str(stages / "crowd.usda"), "-o", str(tmp_path / "plans.usda")]) == 2
     assert "has no agent with a goal" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("units", [Units(0.01, "Y"), Units(0.01, "Z"), Units(1.0, "Y")])
+@pytest.mark.parametrize("root_type", ["SkelRoot", "Scope"])
+def test_a_scenario_takes_characters_in_other_units(units, root_type, tmp_path):
+    """Whatever unit and axis its file has, the character is as tall, as wide and as upright in the scenario."""
+    file, scene, asset = tmp_path / "case.xml", tmp_path / "scene.usda", tmp_path / "hero.usda"
+    file.write_text(CASE)
+    hero = new_stage(asset, units)
+    root = UsdGeom.Xformable(add_character(hero, "/Hero", units, root_type=root_type).GetPrim().GetParent())
+    if root:
+        root.AddTranslateOp().Set(Gf.Vec3d(*map(float, units.points([1.0, 2.0, 3.0]))))
+    hero.SetDefaultPrim(hero.GetPrimAtPath("/Hero"))
+    hero.Save()
+    convert_scenario(file, scene, character=str(asset))
+    stage = Usd.Stage.Open(str(scene))
+    prim = stage.GetPrimAtPath("/World/Library/Character")
+    skeleton = UsdSkel.Skeleton(prim.GetChild("Skeleton"))
+    to_world = UsdGeom.XformCache().GetLocalToWorldTransform(skeleton.GetPrim())
+    joints = [(matrix * to_world).ExtractTranslation() for matrix in skeleton.GetBindTransformsAttr().Get()]
+    rest = [Gf.Vec3d(*map(float, OFFSETS[0])) + (Gf.Vec3d(1, 2, 3) if root else Gf.Vec3d(0))]
+    np.testing.assert_allclose(joints[0], rest[0], atol=1e-5)
+    legs = read_character(prim, read_stage_info(stage).units, np.zeros(1)).biped
+    assert 0.3 < legs.maximal_leg_length < 1.5

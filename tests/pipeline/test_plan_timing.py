@@ -104,3 +104,19 @@ def test_what_cannot_be_timed_is_named(tmp_path):
     layer.Save()
     with pytest.raises(SceneError, match="footsteps 0 and 1 are both left"):
         time_scene_plans(one_place, tmp_path / "x.usda")
+
+
+@pytest.mark.parametrize(
+    ("lengths", "speed", "message"),
+    [
+        ([0.6, 1e7, 0.6], 0.0, "1 of its 4 footsteps cannot be walked; footstep 2 needs "),
+        (LENGTHS, 100.0, "5 of its 8 footsteps cannot be walked; footstep 2 needs "),
+    ],
+)
+def test_times_that_nobody_can_keep_are_warned_of(lengths, speed, message, tmp_path):
+    scene = scene_with_prints(tmp_path / "scene.usda", lengths=lengths)
+    report = time_scene_plans(scene, tmp_path / "timed.usda", options=TimingOptions(speed=speed))
+    warnings = [problem.message for problem in report.problems if "cannot be walked" in problem.message]
+    assert len(warnings) == 1 and message in warnings[0] and warnings[0].startswith("/World/Prints: ")
+    possible = time_scene_plans(scene_with_prints(tmp_path / "walk.usda"), tmp_path / "good.usda")
+    assert not any("cannot be walked" in problem.message for problem in possible.problems)

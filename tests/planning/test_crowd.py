@@ -178,14 +178,29 @@ def both_ways(count: int, length: float) -> list[Seeker]:
     return there + [seeker(f"/Back_{i}", (x + 0.1, z), (x + 0.1, -z - 0.5)) for i, (x, z) in enumerate(rows)]
 
 
-@pytest.mark.parametrize("width", [0.7, 1.0, 1.1, 1.5])
-def test_crowds_from_both_ends_of_a_corridor_all_get_through(width):
+@pytest.mark.parametrize(("width", "length"), [(0.7, 5.0), (0.7, 1.0), (1.0, 5.0), (1.1, 5.0), (1.5, 5.0)])
+def test_crowds_from_both_ends_of_a_corridor_all_get_through(width, length):
     pytest.importorskip("jupedsim")
-    people = both_ways(8, 5.0)
-    task = scenario(*people, obstacles=corridor(width, 5.0))
+    people = both_ways(8, length)
+    task = scenario(*people, obstacles=corridor(width, length))
     plans, problems = plan_crowd(task, FLAT, options=CrowdOptions(duration=120.0))
     assert problems == () and len(plans) == len(people)
     assert len(find_collisions(feet_of(plans, [Proportions()] * len(plans))).times) == 0
+
+
+def test_who_queues_before_a_gap_stands_aside_only_if_somebody_comes_the_other_way():
+    pytest.importorskip("jupedsim")
+    queue = [seeker(f"/There_{i}", (0.0, -1.2 - 0.6 * i), (-2.0 + i, 3.0)) for i in range(5)]
+    back = seeker("/Back", (0.0, 1.5), (3.0, -4.0))
+
+    def widest(*people: Seeker) -> float:
+        """Farthest to the side that anybody of the queue stands before the gap [m]."""
+        plans, problems = plan_crowd(scenario(*people, obstacles=corridor(0.7, 1.0)), FLAT)
+        assert problems == ()
+        positions = np.concatenate([plan.positions for plan in plans if plan.name.startswith("/There")])
+        return float(np.abs(positions[positions[:, 2] < -0.5, 0]).max())
+
+    assert widest(*queue) < 0.5 < 0.8 < widest(*queue, back)
 
 
 def test_two_who_meet_where_it_is_tight_turn_their_shoulders_and_pass_without_waiting():

@@ -5,6 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from tests.planning.terrains import bridge, slab, terrain_of
+from usdfoot.errors import PlanError
 from usdfoot.importers.pedestrians import import_pedestrians
 from usdfoot.maths import planar
 from usdfoot.model.ground import Ground
@@ -12,6 +13,7 @@ from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.planning.collisions import feet_of, find_collisions
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.trajectories import TrajectoryOptions, plan_trajectories
+from usdfoot.readers.terrain import no_terrain
 
 LEVEL = Ground(terrain_of([slab((-60.0, 60.0), (-60.0, 60.0), (0.0, 0.0))]))
 
@@ -95,3 +97,13 @@ def test_the_first_minute_of_a_square_full_of_students_walks_without_stepping_on
     plans = plan_trajectories(early, LEVEL)
     assert len(plans) > 40
     assert not len(find_collisions(feet_of(plans, [Proportions()] * len(plans))).depths)
+
+
+def test_someone_who_goes_on_for_millions_of_seconds_is_named_before_any_memory_is_taken():
+    places = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    people = [
+        RootTrajectory(name=name, times=np.array([0.0, end]), positions=places)
+        for name, end in (("a", 9.0), ("b", 5e6))
+    ]
+    with pytest.raises(PlanError, match=r"^b: goes on from 0 to 5e\+06 s.*2 at once may each take 333333 s"):
+        plan_trajectories(people, Ground(no_terrain(), fallback_height=0.0))

@@ -258,3 +258,29 @@ def test_the_real_plans_are_read(shared_data):
     assert_allclose(plan.positions[1], (-0.0020981771, 0.0, -2.6640482), atol=1e-6)
     assert_allclose(plan.strike_times[:2], np.array([7.75, 24.125]) / 30.0)
     assert_allclose(plan.yaws[0], 2 * np.arctan2(-0.0215454, 1.0), atol=1e-4)
+
+
+def test_hidden_prints_stay_footsteps_with_a_warning():
+    stage = new_stage()
+    instancer = add_plan(stage, "/World/Plan", Units(), yaws=np.zeros(6))
+    instancer.CreateInvisibleIdsAttr([2, 3])
+    plan, problems = read(stage)
+    assert len(plan) == 6
+    assert [problem.message for problem in problems] == [
+        "/World/Plan: 2 of its prints are invisible, but stay footsteps. delete their entries from every array"
+    ]
+
+
+@pytest.mark.parametrize("path", ["/World", "/World/Plan"])
+def test_a_plan_that_moves_is_read_at_the_start_with_a_warning(path):
+    stage = new_stage()
+    add_plan(stage, "/World/Plan", Units(), yaws=np.zeros(6))
+    translation = UsdGeom.Xformable(stage.GetPrimAtPath(path)).AddTranslateOp()
+    for code in (0.0, 24.0):
+        translation.Set(Gf.Vec3d(1.0, 0.0, 0.0), code)
+    assert read(stage)[1] == (), "sampled, but it stays where it is"
+    translation.Set(Gf.Vec3d(5.0, 0.0, 0.0), 24.0)
+    plan, problems = read(stage)
+    assert_allclose(plan.positions[:, 0], straight_steps()[1][:, 0] + 1.0, atol=1e-6)
+    assert [problem.severity for problem in problems] == ["warning"]
+    assert "/World/Plan: its transform is animated, its prints are read at the stage's start" in problems[0].message

@@ -435,3 +435,14 @@ def test_a_real_scene_brought_into_another_stage_is_the_same_scene(shared_data, 
         assert (clip.range_start, clip.range_end) == pytest.approx((other.range_start, other.range_end))
         assert_allclose(clip.translations, other.translations, atol=1e-5)
         assert_allclose(clip.rotations, other.rotations, atol=1e-5)
+
+
+def test_a_second_plan_of_an_agent_is_named():
+    stage = simple_scene()
+    add_plan(stage, "/World/Plans/Other", Units(), yaws=np.zeros(6))
+    stage.GetPrimAtPath("/World/Hero").GetRelationship(Token.PLAN).AddTarget("/World/Plans/Other")
+    scene = read_scene(stage)
+    assert [agent.plan.name for agent in scene.crowd.agents] == ["/World/Plans/Walk"]
+    (problem,) = scene.crowd.problems
+    assert problem.severity == "warning" and problem.where == "/World/Hero"
+    assert "has several targets, /World/Plans/Walk is used. remove /World/Plans/Other" in problem.message

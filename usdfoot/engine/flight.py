@@ -58,7 +58,8 @@ def centre_flights(contacts: ContactTable, segments: Segments, natural: FloatArr
 
     People may run the same way with longer or shorter contacts than the clips show. So a foot that is planted for
     longer comes down before the blended one does and leaves after it by as much, and the body is never far from over
-    it. Where a stand begins the body keeps the plan's times.
+    it. Where a stand begins the body keeps the plan's times, and where both feet are on the ground for longer than the
+    blended examples fly: a walk may be blended with runs.
 
     Args:
         contacts: As planned.
@@ -66,11 +67,12 @@ def centre_flights(contacts: ContactTable, segments: Segments, natural: FloatArr
         natural: Duration of the blended examples' flights [s], shape (M,).
     """
     durations = segments.ends - segments.begins
-    planned = np.maximum(segments.ends - contacts.liftoffs[segments.supports], 0.0)
+    planned = segments.ends - contacts.liftoffs[segments.supports]
+    longer = np.where(planned > 0.0, natural - planned, np.maximum(natural + planned, 0.0))
     between, following = segments.joined[1:], np.append(segments.stands[1:], False)
     moves = ~segments.stands & ~(between & following)
     most = MOST_SHIFT * np.where(between, np.minimum(durations, np.append(durations[1:], np.inf)), durations)
-    shifts = np.where(moves, np.clip(0.5 * (natural - planned), -most, most), 0.0)
+    shifts = np.where(moves, np.clip(0.5 * longer, -most, most), 0.0)
     ends = segments.ends + shifts
     begins = segments.begins + np.where(segments.joined[:-1], np.roll(shifts, 1), 0.0)
     liftoffs = (contacts.liftoffs[rows] - begins for rows in (segments.supports - 1, segments.supports))

@@ -10,6 +10,8 @@ from usdfoot.errors import PlanError, SceneError
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.pipeline.plan import PlanReport
+from usdfoot.planning.lint import lint_steps
+from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.retiming import TimingOptions, plan_times
 from usdfoot.readers.agents import list_agents
 from usdfoot.readers.casting import Casting
@@ -66,7 +68,7 @@ def time_scene_plans(
             walker = walkers.get(prim.GetPath())
             body = casting.body_of(walker) if walker else nobody
             timed[path] = plan_times(prints, body, options)
-            problems += warnings
+            problems += (*warnings, *_impossible(timed[path], body))
         except PlanError as error:
             problems.append(Problem(severity="error", where=path, message=str(error)))
     if not timed:
@@ -75,3 +77,16 @@ def time_scene_plans(
     default = stage.GetDefaultPrim()
     file = write_plan_times(output, timed, info=info, default_prim=default.GetName() if default else "")
     return PlanReport(file=file, plans=timed, problems=tuple(problems))
+
+
+def _impossible(plan: FootstepPlan, body: Proportions) -> list[Problem]:
+    """A warning that names the first footstep nobody can take in the time it has, and how many there are."""
+    faults = [fault for fault in lint_steps(plan, body) if fault.severity == "error"]
+    if not faults:
+        return []
+    first, count = min(faults, key=lambda fault: fault.footstep), len({fault.footstep for fault in faults})
+    message = (
+        f"{plan.name}: {count} of its {len(plan)} footsteps cannot be walked; footstep {first.footstep} "
+        f"{first.message}. check the places, the stage's metersPerUnit and the speed asked for"
+    )
+    return [Problem(severity="warning", where=plan.name, message=message)]

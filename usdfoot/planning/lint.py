@@ -18,7 +18,7 @@ from usdfoot.planning.proportions import Proportions
 from usdfoot.spaces.gaits import has_flight
 from usdfoot.spaces.library import FootstepSpaces, solve_steps
 
-__all__ = ["Fault", "LintLimits", "lint_clips", "lint_plans"]
+__all__ = ["Fault", "LintLimits", "lint_clips", "lint_plans", "lint_steps"]
 
 ERROR, WARNING = "error", "warning"
 
@@ -102,6 +102,19 @@ def lint_plans(
     ]
     order = {name: i for i, name in enumerate(names)}
     return sorted(found, key=lambda fault: (order[fault.plan], fault.footstep))
+
+
+def lint_steps(plan: FootstepPlan, body: Proportions, *, limits: LintLimits | None = None) -> list[Fault]:
+    """Faults between the footsteps of one plan, whatever they lie on.
+
+    Args:
+        plan: To check.
+        body: Who walks it.
+        limits: What is still right.
+    """
+    feet = feet_of([plan], [body])
+    legs, sizes = (np.full(len(plan), size) for size in (body.leg_length, body.foot_length))
+    return _steps([plan.name], feet, legs, sizes, limits or LintLimits())
 
 
 def lint_clips(plan: FootstepPlan, spaces: FootstepSpaces, *, style: str, reach: float) -> list[Fault]:

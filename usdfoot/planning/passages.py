@@ -144,6 +144,7 @@ class Gates:
 
     Where two get past each other, those who meet others go one after the other along the right side. Elsewhere people
     come through from one mouth until the first of them is out. Then it is the other's turn, if anybody waits there.
+    Who waits does so beside the way out, or where it is while nobody comes the other way.
 
     Args:
         passages: Of all levels.
@@ -211,7 +212,7 @@ class Gates:
         meet = len(set(turn.mouths.values())) > 1
         for index in coming:
             if index not in turn.going:
-                self._hold(index, passage, turn, points)
+                self._hold(index, passage, turn, points, aside=meet)
         going = np.array(turn.going, dtype=np.intp)
         if passage.lanes and meet:
             self._keep_right(passage, turn, ways, points)
@@ -226,11 +227,12 @@ class Gates:
     def _let_in(self, passage: Passage, turn: _Turn, waiting: list[int], points: FloatArray, *, single: bool) -> None:
         """Have those who wait, the longest first, go through whose turn it is, where they have room behind others."""
         meet = len(set(turn.mouths.values())) > 1
-        if not turn.going and waiting:
+        begins = not turn.going
+        if begins and waiting:
             inside = [index for index in waiting if turn.away[index] <= 0.0]
-            turn.first = (inside or waiting)[0]
-            turn.mouth = turn.mouths[turn.first]
+            turn.mouth = turn.mouths[(inside or waiting)[0]]
         if meet and not passage.lanes and turn.going and turn.first not in turn.going:
+            turn.going = [one for one in turn.going if turn.away.get(one, 0.0) <= SPACE]
             return
         for index in sorted(waiting, key=lambda index: turn.away[index]):
             mouth = turn.mouths[index]
@@ -238,14 +240,19 @@ class Gates:
                 before = [one for one in turn.going if turn.mouths.get(one, turn.mouth) == mouth]
                 gaps = np.linalg.norm(points[before] - points[index], axis=1)
                 ahead = np.array([turn.away.get(one, 0.0) for one in before])
-                if not single or np.all((gaps >= SPACE) & ((ahead <= 0.0) | (turn.away[index] - ahead >= SPACE))):
+                room = (gaps >= SPACE) & ((ahead <= 0.0) | (turn.away[index] - ahead >= SPACE))
+                if not single or np.all(room | (ahead > turn.away[index])):
                     turn.going.append(index)
+        if begins:
+            turn.first = next((one for one in waiting if one in turn.going), -1)
 
-    def _hold(self, index: int, passage: Passage, turn: _Turn, points: FloatArray) -> None:
-        """Let one wait at the nearest of the places of its mouth that nobody has, or else where it is."""
+    def _hold(self, index: int, passage: Passage, turn: _Turn, points: FloatArray, *, aside: bool) -> None:
+        """Let one wait aside, at the nearest of the places of its mouth that nobody has, or else where it is."""
         mouth = turn.mouths[index]
         places = passage.places[mouth]
-        if index not in turn.places:
+        if not aside:
+            turn.places[index] = -1
+        elif turn.places.get(index, -1) < 0:
             taken = {place for one, place in turn.places.items() if turn.mouths.get(one) == mouth}
             free = [place for place in range(len(places)) if place not in taken]
             gaps = np.linalg.norm(places[free] - points[index], axis=1)

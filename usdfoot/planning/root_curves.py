@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import correlate1d
 
+from usdfoot.errors import PlanError
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.trajectory import RootTrajectory, sample_trajectories
@@ -22,6 +23,8 @@ __all__ = ["RootCurves", "build_root_curves"]
 
 SPACING = 1.0 / 30.0
 """Distance of the curves' own samples [s]."""
+LARGEST = 20_000_000
+"""Samples of all curves together: about half a gigabyte an array."""
 TRAVEL = 0.15
 """A root that moves less than this across a window does not say where it goes [m]."""
 WINDOWS = (0.3, 0.8, 1.6)
@@ -76,9 +79,13 @@ def build_root_curves(trajectories: Sequence[RootTrajectory], *, smoothing_time:
     Args:
         trajectories: One an agent.
         smoothing_time: Standard deviation of the window [s].
+
+    Raises:
+        PlanError: If all of them, as long as the longest, are more than `LARGEST` samples.
     """
     starts = np.array([trajectory.start for trajectory in trajectories])
     ends = np.array([trajectory.end for trajectory in trajectories])
+    _check_size(trajectories, starts, ends)
     grid = np.arange(int(np.ceil((ends - starts).max() / SPACING)) + 2) * SPACING
     clock = np.minimum(grid, (ends - starts)[:, None])  # (A, F)
     inside = grid <= (ends - starts)[:, None] + 0.5 * SPACING
@@ -100,6 +107,18 @@ def build_root_curves(trajectories: Sequence[RootTrajectory], *, smoothing_time:
         end_velocities=(smoothed[agents, last] - smoothed[agents, back]) / elapsed,
         deviations=np.stack([distances.sum(axis=1) / counts, distances.max(axis=1)], axis=1),
     )
+
+
+def _check_size(trajectories: Sequence[RootTrajectory], starts: FloatArray, ends: FloatArray) -> None:
+    """Raises PlanError, which names the longest trajectory, if all as long as it have too many samples."""
+    longest = int(np.argmax(ends - starts))
+    if len(trajectories) * (ends - starts)[longest] / SPACING > LARGEST:
+        most = LARGEST * SPACING / len(trajectories)
+        raise PlanError(
+            trajectories[longest].name,
+            f"goes on from {starts[longest]:.6g} to {ends[longest]:.6g} s, {ends[longest] - starts[longest]:.6g} s",
+            f"cut it: {len(trajectories)} at once may each take {most:.0f} s; or correct its times",
+        )
 
 
 def _fitted(values: FloatArray, inside: BoolArray, sigma: float) -> FloatArray:

@@ -93,6 +93,7 @@ def list_agents(stage: Usd.Stage, prims: StagePrims) -> tuple[tuple[AgentSource,
             sources.append(_source(stage, prim, name, default))
         except (PlanError, SceneError) as error:
             problems.append(Problem(severity="error", where=str(prim.GetPath()), message=str(error)))
+        problems += _unused_targets(prim)
     if default is None:
         problems += [_nobody_walks(plan) for plan in unclaimed]
     return tuple(sources), tuple(problems)
@@ -173,6 +174,18 @@ def _source(stage: Usd.Stage, prim: Usd.Prim, name: str, default_plan: Usd.Prim 
         trajectory=trajectory,
         number=None if number is None else int(number),
     )
+
+
+def _unused_targets(prim: Usd.Prim) -> list[Problem]:
+    """A warning for each relationship of an agent with several targets of which one can count."""
+    problems = []
+    for name in (Token.PLAN, Token.PATH, Token.TRAJECTORY, Token.CHARACTER):
+        first, *others = targets(prim, name) or [None]
+        if others:
+            unused = ", ".join(map(str, others))
+            message = f"{prim.GetPath()}: {name} has several targets, {first} is used. remove {unused}"
+            problems.append(Problem(severity="warning", where=str(prim.GetPath()), message=message))
+    return problems
 
 
 def _default_plan(prim: Usd.Prim, default: Usd.Prim | None) -> Usd.Prim:

@@ -17,8 +17,9 @@ from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.plan import FootstepPlan, PlanDraft
 from usdfoot.model.report import Problem
-from usdfoot.readers.skeleton import matrices_of
+from usdfoot.readers.skeleton import is_moving, matrices_of
 from usdfoot.readers.stage import authored, is_authored, start_code
+from usdfoot.readers.transform_codes import transform_codes
 
 __all__ = ["is_plan", "path_orientations", "read_draft", "read_plan", "read_prints"]
 
@@ -93,7 +94,7 @@ def read_prints(prim: Usd.Prim, units: StageUnits) -> tuple[PlanDraft, tuple[Pro
         root_weights=np.zeros(len(sides)) if weights is None else np.array(weights, dtype=float),
         styles=tuple(str(style) for style in authored(prim, Token.STYLES) or ()),
     )
-    return draft, problems + _inactive(prim)
+    return draft, (*problems, *_ignored(prim))
 
 
 def path_orientations(sides: IntArray, positions: FloatArray) -> FloatArray:
@@ -148,15 +149,21 @@ def _orientations(
     return path_orientations(sides, positions), (problem,)
 
 
-def _inactive(prim: Usd.Prim) -> tuple[Problem, ...]:
-    """A warning where instances are deactivated, which hides them in viewers: arrays beside theirs still count them."""
-    edits = prim.GetMetadata(UsdGeom.Tokens.inactiveIds)
-    count = len(edits.ApplyOperations([])) if edits else 0
-    if not count:
-        return ()
-    where = str(prim.GetPath())
-    message = f"{where}: {count} of its prints are inactive, but stay footsteps. delete their entries from every array"
-    return (Problem(severity="warning", where=where, message=message),)
+def _ignored(prim: Usd.Prim) -> tuple[Problem, ...]:
+    """Warnings of what viewers show otherwise: hidden prints stay, arrays beside theirs count them, and none moves."""
+    where, found = str(prim.GetPath()), []
+    edits, hidden = prim.GetMetadata(UsdGeom.Tokens.inactiveIds), authored(prim, UsdGeom.Tokens.invisibleIds)
+    for state, count in (
+        ("inactive", len(edits.ApplyOperations([])) if edits else 0),
+        ("invisible", len(hidden) if hidden else 0),
+    ):
+        if count:
+            found.append(
+                f"{count} of its prints are {state}, but stay footsteps. delete their entries from every array"
+            )
+    if is_moving(prim) and np.ptp(matrices_of(prim, transform_codes(prim)), axis=0).any():
+        found.append("its transform is animated, its prints are read at the stage's start. remove the animation")
+    return tuple(Problem(severity="warning", where=where, message=f"{where}: {text}") for text in found)
 
 
 def _to_world(prim: Usd.Prim, units: StageUnits, matrix: FloatArray, orientations: FloatArray) -> FloatArray:

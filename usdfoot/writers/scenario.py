@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pxr import Gf, Sdf, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
 from usdfoot.bridge import tokens
 from usdfoot.bridge.names import valid_name
@@ -62,16 +62,14 @@ def write_scenario(
             _write_obstacle(
                 layer, f"{WORLD}/Obstacles/{_name(obstacle.name, index)}", obstacle.outline, obstacle.margin
             )
-        for kind, asset in (("Character", character), ("Motion", clips)):
-            if asset:
-                relative = os.path.relpath(os.path.realpath(asset), target.parent).replace(os.sep, "/")
-                library = define_prim(layer, f"{WORLD}/Library", "Scope")
-                prim = Sdf.PrimSpec(library, kind, Sdf.SpecifierDef)  # of the type of what it references
-                prim.referenceList.prependedItems = [Sdf.Reference(f"./{relative}")]
         if character or clips:
+            define_prim(layer, f"{WORLD}/Library", "Scope")
             author(layer.GetPrimAtPath(f"{WORLD}/Library"), "visibility", ValueTypes.Token, "invisible")
         for index, seeker in enumerate(scenario.seekers):
             _write_seeker(layer, index, seeker, has_character=bool(character), has_clips=bool(clips))
+    for kind, asset in (("Character", character), ("Motion", clips)):
+        if asset:
+            _write_asset(layer.GetPrimAtPath(f"{WORLD}/Library"), kind, asset, target.parent)
     with staged_files(target.parent) as files:
         files.add_layer(target.name, layer)
     return target
@@ -122,6 +120,32 @@ def _write_mesh(
     display = author(prim, "primvars:displayColor", ValueTypes.Color3fArray, Vt.Vec3fArray([Gf.Vec3f(*color)]))
     display.SetInfo("interpolation", "constant")
     return prim
+
+
+def _write_asset(library: Sdf.PrimSpec, name: str, asset: str, folder: Path) -> None:
+    """A reference to a file's default prim, of that prim's type, scaled and turned to metres, +Y up.
+
+    What places the prim in its own file stays, below the scale.
+    """
+    prim = Sdf.PrimSpec(library, name, Sdf.SpecifierDef)
+    relative = os.path.relpath(os.path.realpath(asset), folder).replace(os.sep, "/")
+    prim.referenceList.prependedItems = [Sdf.Reference(f"./{relative}")]
+    stage = Usd.Stage.Open(os.fspath(asset))
+    scale = UsdGeom.GetStageMetersPerUnit(stage) / UNITS.meters_per_unit
+    operations = []
+    if not np.isclose(scale, 1.0):
+        operations.append("xformOp:scale:toMetres")
+        author(prim, operations[-1], ValueTypes.Double3, Gf.Vec3d(scale))
+    if UsdGeom.GetStageUpAxis(stage) != UNITS.up_axis:
+        operations.append("xformOp:rotateX:toYUp")
+        author(prim, operations[-1], ValueTypes.Double, -90.0)
+    if operations:
+        own = UsdGeom.Xformable(stage.GetDefaultPrim())
+        if not own:
+            prim.typeName = "Xform"  # a Scope cannot be scaled
+        operations += (own.GetXformOpOrderAttr().Get() or ()) if own else ()
+        order = [operation for operation in operations if operation != "!resetXformStack!"]
+        author(prim, "xformOpOrder", ValueTypes.TokenArray, Vt.TokenArray(order), uniform=True)
 
 
 def _write_seeker(layer: Sdf.Layer, index: int, seeker: Seeker, *, has_character: bool, has_clips: bool) -> None:
