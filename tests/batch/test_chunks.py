@@ -1,5 +1,6 @@
 """A crowd in chunks: the same bytes whoever makes them, and only what changed is made again."""
 
+import io
 import json
 import os
 import signal
@@ -10,12 +11,13 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
 
+import numpy as np
 import pytest
 from pxr import Sdf, Usd
 
 from tests.batch.conftest import AGENTS, delay_plan, digests, write_crowd_scene
 from usdfoot.analysis.examples import build_examples
-from usdfoot.batch.analysed import build_once, forget_examples
+from usdfoot.batch.analysed import KeptExamples, build_once, forget_examples
 from usdfoot.batch.hashing import content_hash
 from usdfoot.bridge.tokens import File
 from usdfoot.errors import OutputError
@@ -215,6 +217,37 @@ def test_a_process_cuts_the_steps_of_a_library_once_and_those_of_another_anew(cr
         expected, told = build_examples(other, samples=samples)
         found, problems = build_once(other, samples=samples)
         assert content_hash(found) == content_hash(expected) != content_hash(examples) and problems == told
+
+
+def test_a_kept_analysis_that_is_damaged_is_made_again(crowd_scene, tmp_path, monkeypatch):
+    (library,) = SceneReader(crowd_scene).read().crowd.libraries
+    expected = content_hash(KeptExamples(tmp_path).build(library, samples=17)[0])
+    (kept,) = (tmp_path / File.EXAMPLES).iterdir()
+    whole = kept.read_bytes()
+    with np.load(kept, allow_pickle=False) as found:
+        arrays = dict(found)
+
+    def packed(**changed):
+        stream = io.BytesIO()
+        np.savez_compressed(stream, **(arrays | changed))
+        return stream.getvalue()
+
+    compressed = bytearray(packed())
+    compressed[2000:2100] = b"\xff" * 100
+    for damaged in (
+        b"",
+        whole[:-2000],
+        bytes(compressed),
+        packed(text=np.array('{"words": [], "problems": []}')),
+        packed(landings=np.array([{"pickled": 1}], dtype=object)),
+        packed(landings=arrays["landings"][1:]),
+        packed(rotations=arrays["rotations"][:, :, 1:]),
+    ):
+        kept.write_bytes(damaged)
+        assert content_hash(KeptExamples(tmp_path).build(library, samples=17)[0]) == expected
+        assert kept.read_bytes() == whole
+    monkeypatch.setattr("usdfoot.batch.analysed.build_once", None)  # must not be called
+    assert content_hash(KeptExamples(tmp_path).build(library, samples=17)[0]) == expected
 
 
 def test_an_agent_counts_as_kept_only_if_it_could_be_taken(crowd_scene, tmp_path):

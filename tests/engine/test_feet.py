@@ -14,6 +14,7 @@ from tests.engine.walkers import between, in_world
 from usdfoot.engine.options import EngineOptions
 from usdfoot.maths import planar, quaternion
 from usdfoot.model.ground import Ground
+from usdfoot.planning.prints import print_orientations
 
 RATE = 240.0
 
@@ -270,6 +271,35 @@ def test_feet_stand_on_round_hills_and_point_where_level_prints_do(animate, walk
                 continue
             heels = feet.heels[between(feet.times, strike, liftoff), side]
             assert (heels[:, 1] - ground.heights(heels[:, [0, 2]], 1.0).heights).min() > -2e-3
+
+
+@pytest.mark.parametrize("ahead", [(0.0, 1.0), (0.0, -1.0), (1.0, 0.0), (0.7, 0.7), (0.7, -0.7)])
+@pytest.mark.parametrize("degrees", [30, 40, 50, 60])
+def test_feet_stand_on_planes_of_any_steepness(animate, walker_library, degrees, ahead):
+    """Uphill, downhill, along the slope and askew: no foot turns round, sinks in or snaps."""
+    tilt_x, tilt_z = np.tan(np.radians(degrees)) * np.array(ahead)
+    normal = np.array([-tilt_x, 1.0, -tilt_z]) / np.sqrt(1.0 + tilt_x**2 + tilt_z**2)
+    level = way(length=0.45 * np.cos(np.radians(degrees)))
+    rises = level.positions[:, 0] * tilt_x + level.positions[:, 2] * tilt_z
+    plan = replace(
+        level,
+        positions=level.positions + np.array([0.0, 1.0, 0.0]) * rises[:, None],
+        orientations=print_orientations(level.yaws, np.tile(normal, (len(rises), 1))),
+    )
+    motion = animate([plan], terrain=slope(tilt_x, tilt_z), rate=60.0)[0]
+    feet = in_world(walker_library.source, motion)
+    assert motion.results.placement_error.max() < 1e-3
+    assert np.abs(motion.results.yaw_error).max() < np.radians(0.5)
+    for points, height in ((feet.balls, BALL_HEIGHT), (feet.heels, 0.0)):
+        assert (points @ np.array([-tilt_x, 1.0, -tilt_z])).min() > height - 2e-3
+    turned = np.abs(np.sum(motion.rotations[1:] * motion.rotations[:-1], axis=-1))
+    assert np.all(2.0 * np.arccos(np.minimum(turned, 1.0)) < np.radians(20.0))
+    planted_frames = [
+        between(feet.times, flat, liftoff)
+        for flat, liftoff in zip(motion.contacts[0].flat_times, motion.contacts[0].liftoff_times, strict=True)
+    ]
+    soles = (feet.balls - feet.heels - [0.0, BALL_HEIGHT, 0.0])[np.any(planted_frames, axis=0), 0]
+    assert soles[:, 1].max() < np.sin(np.radians(42.0)) * np.linalg.norm(soles, axis=1).max()
 
 
 @pytest.mark.parametrize("offset", [-0.03, -0.01, 0.01, 0.03])

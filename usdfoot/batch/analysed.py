@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import json
+import zlib
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, fields
 from functools import lru_cache
@@ -35,6 +36,19 @@ _LIBRARIES = 4
 _TEXT = "text"
 """Entry of a file with what are no arrays, as JSON."""
 
+_DAMAGED = (
+    ValueError,
+    KeyError,
+    TypeError,
+    AttributeError,
+    EOFError,
+    MemoryError,
+    RuntimeError,
+    BadZipFile,
+    zlib.error,
+)
+"""What numpy, zip and JSON raise where a file's bytes are not those that were written; it is made again then."""
+
 
 class KeptExamples:
     """Examples cut from clips, or as an earlier run cut them.
@@ -53,7 +67,7 @@ class KeptExamples:
             OutputError: If the folder cannot be written to.
         """
         name = _name_of(library, samples)
-        kept = _read(self._folder / name)
+        kept = _read(self._folder / name, joints=len(library.skeleton.joints), samples=samples)
         if kept is not None:
             return kept
         examples, problems = build_once(library, samples=samples)
@@ -110,17 +124,22 @@ def _bytes_of(examples: Examples, problems: Sequence[Problem]) -> bytes:
     words = {name: value for name, value in values.items() if name not in arrays}
     text = json.dumps({"words": words, "problems": [asdict(problem) for problem in problems]}, sort_keys=True)
     stream = io.BytesIO()
-    np.savez(stream, allow_pickle=False, **arrays, **{_TEXT: np.array(text)})
+    arrays[_TEXT] = np.array(text)
+    np.savez(stream, **arrays)  # type: ignore[arg-type]  # allow_pickle=False would be an array of numpy 1.26's
     return stream.getvalue()
 
 
-def _read(path: Path) -> tuple[Examples, list[Problem]] | None:
+def _read(path: Path, *, joints: int, samples: int) -> tuple[Examples, list[Problem]] | None:
     """What `_bytes_of` made; None if it is not there, or not whole."""
     try:
         with np.load(path, allow_pickle=False) as found:
             arrays = dict(found)
         text = json.loads(str(arrays.pop(_TEXT)))
         words: dict[str, Any] = {name: tuple(value) for name, value in text["words"].items()}
-        return Examples(**arrays, **words), [Problem(**problem) for problem in text["problems"]]
-    except (OSError, ValueError, KeyError, TypeError, BadZipFile):
+        examples = Examples(**arrays, **words)
+        count = len(examples.styles)
+        fits = examples.rotations.shape == (count, samples, joints, 4)
+        fits = fits and all(array.shape[:1] == (count,) for array in arrays.values())
+        return (examples, [Problem(**problem) for problem in text["problems"]]) if fits else None
+    except (OSError, *_DAMAGED):
         return None

@@ -39,6 +39,11 @@ FLAT_SHARE = 0.25
 BENT = 0.98
 """Part of the longest leg that is left to one for which the pelvis comes down: its knee is bent by 20 degrees."""
 
+MOST_HEEL_RISE = 0.15
+"""On ground that is less steep a heel is raised at most this much over its ball for what lies behind [m]."""
+MOST_TOES_UP = np.radians(40.0)
+"""Feet stand no steeper uphill: as far as ankles bend under load; on steeper ground the heels stay in the air [rad]."""
+
 FACINGS = 3
 """How often the yaw and the heel of a foot that leans with the ground are corrected."""
 
@@ -160,9 +165,9 @@ def _frames_on_ground(
     plane_drop = np.sum(normals[:, [0, 2]] * forward, axis=1) / normals[:, 1] * lengths
     heel_rise = behind.heights - contacts.positions[:, 1] + raises
     follow = behind.hit & ((np.abs(heel_rise - plane_drop) < EDGE_HEIGHT) | (heel_rise > plane_drop))
-    slope = (
-        np.where(follow & ground.has_terrain, np.clip(heel_rise, -0.15, 0.15), plane_drop) / lengths
-    )  # rise towards the heel
+    heel_rise = np.minimum(heel_rise, np.maximum(MOST_HEEL_RISE, plane_drop + raises))
+    slope = np.where(follow & ground.has_terrain, heel_rise, plane_drop) / lengths  # rise towards the heel
+    slope = np.maximum(slope, -np.tan(MOST_TOES_UP))
     sideways = np.stack([forward[:, 1], -forward[:, 0]], axis=1)  # +X of the print
     lateral = -np.sum(normals[:, [0, 2]] * sideways, axis=1) / normals[:, 1]
     ahead = np.stack([forward[:, 0], -slope, forward[:, 1]], axis=1)
@@ -219,6 +224,7 @@ def foot_table(layout: Layout, feet: ContactFeet) -> Any:
     table["flat_pitch"], table["roll_time"] = feet.flat_pitches, feet.roll_times
     table["drop"], table["leave_drop"] = feet.drops, feet.leave_drops
     table["position"] = contacts.positions - layout.origins[contacts.agents]
+    table["normal"] = contacts.normals
     table["pitch_axis"] = np.cross(contacts.normals, _forward(contacts))
     table["leave_offset"], table["land_offset"] = feet.leave_offsets, feet.land_offsets
     table["frame"], table["flat_rotation"] = feet.frames, feet.flat_rotations

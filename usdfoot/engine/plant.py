@@ -35,6 +35,7 @@ class FootRow:
     drop: wp.float32  # how far the pelvis has to come down at the strike [m]
     leave_drop: wp.float32  # the same at the liftoff
     position: wp.vec3f  # ground under the ball, from the agent's origin
+    normal: wp.vec3f  # of the print as planned
     pitch_axis: wp.vec3f  # heels rise about it: the yaw, seen along the plan's normal, stays
     leave_offset: wp.vec3f  # planted minus blended ball at the liftoff
     land_offset: wp.vec3f  # the same at the next strike of this foot
@@ -80,10 +81,20 @@ def heel_raise(rig: LegRig, side: int, leg: Leg) -> float:
 
 
 @wp.func
-def reaching_raise(ankle: wp.vec3f, ball: wp.vec3f, hip: wp.vec3f, lateral: wp.vec3f, longest: float) -> float:
+def raise_onto(foot: wp.vec3f, direction: wp.vec3f, lateral: wp.vec3f) -> float:
+    """Pitch about `lateral` that brings a foot, from ball to ankle, into a direction [rad]."""
+    across = direction - wp.dot(direction, lateral) * lateral
+    return wp.atan2(wp.dot(wp.cross(foot, across), lateral), wp.dot(foot, across))
+
+
+@wp.func
+def reaching_raise(
+    ankle: wp.vec3f, ball: wp.vec3f, hip: wp.vec3f, normal: wp.vec3f, lateral: wp.vec3f, longest: float
+) -> float:
     """Pitch about the ball that brings the ankle of a flat foot within `longest` of the hip, as far as feet go.
 
     The ankle moves on a circle about the ball in the plane across `lateral`; the nearest pitch on it that reaches.
+    It stays behind the ball as seen from above and along the print's `normal`, where else it would point backwards.
     """
     foot = ankle - ball
     leg = hip - ball
@@ -94,9 +105,8 @@ def reaching_raise(ankle: wp.vec3f, ball: wp.vec3f, hip: wp.vec3f, lateral: wp.v
     lengths = wp.max(wp.length(foot) * wp.length(leg), 1.0e-6)
     short = soft_positive(1.0 - square / (2.0 * lengths), 0.004)  # acos is infinitely steep where nothing is short
     apart = wp.acos(wp.max(1.0 - short, -1.0))
-    now = wp.atan2(wp.dot(wp.cross(foot, leg), lateral), wp.dot(foot, leg))
-    up = wp.vec3f(0.0, 1.0, 0.0) - lateral[1] * lateral
-    upright = wp.atan2(wp.dot(wp.cross(foot, up), lateral), wp.dot(foot, up))
+    now = raise_onto(foot, leg, lateral)
+    upright = wp.min(raise_onto(foot, wp.vec3f(0.0, 1.0, 0.0), lateral), raise_onto(foot, normal, lateral))
     return wp.min(now - apart, wp.min(MOST_RAISE, upright - SHORT_OF_UPRIGHT))
 
 
@@ -129,7 +139,7 @@ def standing_foot(
         gain = smootherstep((time - own.flat) / own.roll_time)
     level = ball - wp.quat_rotate(flat, rig.ball_offsets[side])
     raised = soft_positive(pitch, 0.02)
-    needed = reaching_raise(level, ball, hip, lateral, longest)
+    needed = reaching_raise(level, ball, hip, own.normal, lateral, longest)
     turn = wp.quat_from_axis_angle(lateral, gain * (raised + soft_positive(needed - raised, 0.02)))
     pose.rotation = turn * flat
     pose.ankle = ball - wp.quat_rotate(pose.rotation, rig.ball_offsets[side])

@@ -16,7 +16,7 @@ from usdfoot.model.plan import FootstepPlan
 __all__ = ["EDGE_HEIGHT", "ContactTable", "lay_contacts", "lay_on_ground", "with_headings"]
 
 NEAR_GROUND = 0.3
-"""Ground farther than this above or below a contact is not its own [m]."""
+"""Ground farther than this above or below a contact, along its normal, is not its own [m]."""
 
 NEAR_FOOTSTEP = 0.05
 """Ground farther than this above or below a planned footstep is not meant by it [m]."""
@@ -235,7 +235,7 @@ def lay_on_ground(
         return contacts
     moved = (contacts.steps < 0) | (contacts.positions != planned).any(axis=1)
     places = contacts.positions
-    reach = np.where(moved, NEAR_GROUND, NEAR_FOOTSTEP)
+    reach = np.where(moved, NEAR_GROUND / contacts.normals[:, 1], NEAR_FOOTSTEP)
     found = ground.heights(places[:, [0, 2]], places[:, 1] + reach, step_up=0.0)
     carries = ~moved | (found.heights > places[:, 1]) | (found.walkable & (found.normals[:, 1] > STEEPEST))
     near = found.hit & (np.abs(found.heights - places[:, 1]) < reach) & carries
