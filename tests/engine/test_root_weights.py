@@ -246,6 +246,15 @@ def test_the_space_of_landing_and_root_speed_weighs_roots_too(animate, walker_li
     assert "rootWeighted" not in results[1].status and "rootWeighted" in results[-1].status
 
 
+def test_in_the_space_of_landing_and_root_speed_agents_are_weighed_alike_alone_and_together(walker_library):
+    options, plans = EngineOptions(space="3d"), [weighted(uneven(), 0.6), weighted(way(8, length=0.6), 0.3)]
+    together = synthesise(walker_library, plans, options=options)
+    for agent, plan in enumerate(plans):
+        alone, rows = synthesise(walker_library, [plan], options=options), together.setup.segments.agents == agent
+        assert_array_equal(together.blend.weights[rows], alone.blend.weights)
+        assert_array_equal(together.landings.blend_error[rows], alone.landings.blend_error)
+
+
 def test_in_the_space_of_landing_and_root_speed_the_largest_root_weight_keeps_the_tolerance(animate):
     options = EngineOptions(space="3d", root_weight_within=0.02)
     results = animate([uneven()], options=options, rate=60.0)[0].results

@@ -138,3 +138,17 @@ def test_a_biped_with_impossible_legs_becomes_a_problem():
     motions, problems = animate_all(replace(scene, agents=(replace(scene.agents[0], motion="physics"),)))
     assert motions == []
     assert [problem.severity for problem in problems] == ["error"] and "legLength" in problems[0].message
+
+
+def test_the_heel_of_a_run_rises_from_before_the_middle_of_the_contact_on():
+    source = library_of(WALKS)
+    scene = crowd(source, [way(8, length=0.9, step_time=0.4, duty=0.35)])
+    (motion,), _ = animate_all(replace(scene, agents=(replace(scene.agents[0], motion="physics"),)))
+    translations = np.repeat(source.skeleton.rest_translations[None], len(motion.times), axis=0)
+    _, turns = forward_kinematics(source.skeleton.parents, translations, motion.rotations)
+    leans = quaternion.rotate(turns[:, source.biped.ankles[0]], np.array([0.0, 1.0, 0.0]))[:, 2]
+    contacts = motion.contacts[0]
+    for strike, liftoff in zip(contacts.strike_times[1:-1], contacts.liftoff_times[1:-1], strict=True):
+        shares = (motion.times - strike) / (liftoff - strike)
+        assert np.abs(leans[(shares > 0.2) & (shares < 0.44)]).max() < 0.02
+        assert leans[(shares > 0.55) & (shares < 0.62)].min() > 0.08

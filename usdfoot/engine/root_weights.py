@@ -27,7 +27,7 @@ from usdfoot.spaces.features import step_coordinates
 from usdfoot.spaces.library import FootstepSpaces, left_landings
 from usdfoot.spaces.roots import RootSteps, find_roots
 
-__all__ = ["RootedSteps", "root_steps", "weigh_rooted"]
+__all__ = ["MIX_CORRECTIONS", "RootedSteps", "root_steps", "weigh_rooted"]
 
 
 MIX_CORRECTIONS = 2

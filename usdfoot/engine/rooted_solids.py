@@ -16,7 +16,7 @@ from usdfoot.engine.poses import Setup, StepBlend
 from usdfoot.engine.queries import StepQueries, ask_tetrahedra, step_queries
 from usdfoot.engine.reach import beyond_reach
 from usdfoot.engine.root_goals import RootGoals
-from usdfoot.engine.root_weights import RootedSteps, root_steps
+from usdfoot.engine.root_weights import MIX_CORRECTIONS, RootedSteps, root_steps
 from usdfoot.maths import planar
 from usdfoot.maths.planar import GROUND_AXES
 from usdfoot.maths.types import FloatArray, IntArray
@@ -31,6 +31,24 @@ ROOT_EXAMPLES = 4
 """Root examples beside the four of a tetrahedron."""
 INWARD = 1e-6
 """How far along its way a ray is looked at to tell whether it leaves the hull at once."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Asked:
+    """What is asked of N steps."""
+
+    queries: StepQueries
+    root_weights: FloatArray  # lambda4 as wanted (N,)
+    roots: RootSteps
+    root_landings: FloatArray  # in the heading at the step's end [m], (N, 2)
+
+    def __getitem__(self, rows: IntArray) -> _Asked:
+        return _Asked(
+            queries=self.queries[rows],
+            root_weights=self.root_weights[rows],
+            roots=RootSteps(examples=self.roots.examples[rows], weights=self.roots.weights[rows]),
+            root_landings=self.root_landings[rows],
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,7 +79,9 @@ def weigh_solid(
         speeds = np.linalg.norm(goals.velocities[rows], axis=1)
         queries = replace(step_queries(setup, rows), speeds=speeds)
         own = RootSteps(examples=roots.examples[turn], weights=roots.weights[turn])
-        mix = _mix(setup, spaces, queries, goals.weights[rows], own)
+        landings = _land(setup, queries, own.examples, own.weights)
+        asked = _Asked(queries=queries, root_weights=goals.weights[rows], roots=own, root_landings=landings)
+        mix = _mix(setup, spaces, asked)
         blend = with_steps(
             blend, rows, mix.examples, mix.weights, blend_twists(setup, queries, mix.examples, mix.weights)
         )
@@ -101,41 +121,46 @@ def _fewer(roots: RootSteps) -> RootSteps:
     return RootSteps(examples=examples[:, :ROOT_EXAMPLES], weights=kept / kept.sum(axis=1, keepdims=True))
 
 
-def _mix(setup: Setup, spaces: FootstepSpaces, queries: StepQueries, wanted: FloatArray, roots: RootSteps) -> _Mix:
+def _mix(setup: Setup, spaces: FootstepSpaces, asked: _Asked) -> _Mix:
     """The mix whose measured landing is nearest to the one expected.
 
-    A mix of blends lands a little off the mix of their landings; all are weighed as if they landed that much elsewhere.
+    A mix of blends lands a little off the mix of their landings; all are weighed as if they landed that much elsewhere,
+    which the misses of two rounds correct. Each step is for itself: it is left when it is near, whatever others do.
     """
-    options, shifts = setup.options, np.zeros_like(queries.landings)
-    root_landings = _land(setup, queries, roots.examples, roots.weights)
-    best = _try(setup, spaces, queries, wanted, roots, root_landings, shifts)
-    kept, rests = shifts.copy(), best.missed - best.expected
-    gains = np.ones((len(shifts), 1))
-    for _ in range(2 * options.corrections * options.correction):
-        if np.linalg.norm(rests, axis=1).max() <= options.landing_tolerance:
+    options = setup.options
+    shifts: FloatArray = np.zeros_like(asked.root_landings)
+    best = _try(setup, spaces, asked, shifts)
+    missed: FloatArray = best.missed - best.expected
+    moved: FloatArray = missed
+    rows = np.arange(len(missed))
+    least: FloatArray = np.linalg.norm(missed, axis=1)
+    for _ in range(MIX_CORRECTIONS * options.corrections * options.correction):
+        far = np.flatnonzero(least[rows] > options.landing_tolerance)
+        if not far.size:
             break
-        shifts = kept - gains * rests
-        again = _try(setup, spaces, queries, wanted, roots, root_landings, shifts)
-        left = again.missed - again.expected
-        better = np.linalg.norm(left, axis=1) < np.linalg.norm(rests, axis=1)
-        rows = np.flatnonzero(better)
-        kept[rows], rests[rows] = shifts[rows], left[rows]
+        rows, missed, moved = rows[far], missed[far], moved[far]
+        shifts[rows] -= moved
+        again = _try(setup, spaces, asked[rows], shifts[rows])
+        missed, missed_before = again.missed - again.expected, missed
+        moved = _heading_changes(missed, missed_before, moved)
+        distances = np.linalg.norm(missed, axis=1)
+        better = np.flatnonzero(distances < least[rows])
+        least[rows[better]] = distances[better]
         for field in fields(_Mix):
-            getattr(best, field.name)[rows] = getattr(again, field.name)[rows]
-        gains[~better] *= 0.5
+            getattr(best, field.name)[rows[better]] = getattr(again, field.name)[better]
     return best
 
 
-def _try(
-    setup: Setup,
-    spaces: FootstepSpaces,
-    queries: StepQueries,
-    wanted: FloatArray,
-    roots: RootSteps,
-    root_landings: FloatArray,
-    shifts: FloatArray,
-) -> _Mix:
+def _heading_changes(missed: FloatArray, missed_before: FloatArray, moved: FloatArray) -> FloatArray:
+    """By what to move queries next [m], shape (N, 2), as `correction_kernel.heading_change` has it."""
+    turns = missed - missed_before
+    parts = (missed * turns).sum(axis=1) / np.maximum((turns * turns).sum(axis=1), 1e-30)
+    return missed - np.clip(parts, -1.0, 1.0)[:, None] * (moved + turns)
+
+
+def _try(setup: Setup, spaces: FootstepSpaces, asked: _Asked, shifts: FloatArray) -> _Mix:
     """The mix if everything lands `shifts` (N, 2) [m] beside where it says."""
+    queries, wanted, roots, root_landings = asked.queries, asked.root_weights, asked.roots, asked.root_landings
     options, footsteps = setup.options, queries.landings - shifts
     nearest, betas = _find_betas(spaces, queries, footsteps, root_landings)
     lacking, root_weights = footsteps - nearest, wanted.copy()

@@ -11,7 +11,7 @@ from usdfoot.maths.types import FloatArray
 from usdfoot.model.contact_table import ContactTable, lay_contacts
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.physics.biped import PhysicsBiped
-from usdfoot.physics.contact_kernel import ContactArrays, ContactFooting
+from usdfoot.physics.contact_kernel import AgentRow, ContactArrays, ContactFooting, ContactRow
 from usdfoot.physics.device import shared_record
 from usdfoot.physics.footing import Footing, device_legs, lay_footing
 from usdfoot.physics.interactive_kernel import solve_window
@@ -20,7 +20,7 @@ from usdfoot.physics.optimise import ComMotion, solve_motion, start_unknowns
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.run_up import extend_contacts, has_steady_end
 from usdfoot.physics.samples import SAMPLES, Samples
-from usdfoot.physics.spline import ComSpline, Knots, lay_knots
+from usdfoot.physics.spline import ComSpline, Knots, hermite_basis, lay_knots
 from usdfoot.physics.step_room import WINDOW, StepRoom, make_step_room
 from usdfoot.physics.support import Stance
 
@@ -87,11 +87,10 @@ class StepOptimiser:
     def _optimise_window(self, plan: FootstepPlan, before: ComMotion, *, expected: int) -> ComMotion:
         """The same in one launch, with `expected` contacts after the last footstep."""
         real = min(len(plan), WINDOW)
-        rows, agents = np.empty_like(self._room.rows[: real + expected]), np.empty_like(self._room.agents)
-        contacts = shared_record(ContactArrays, {"rows": rows, "agents": agents})
-        footing = Footing(
-            contacts=contacts, legs=self._legs, rows=wp.empty(len(rows), dtype=ContactFooting, device="cpu")
-        )
+        contacts, kinds = ContactArrays(), (ContactRow, ContactFooting)
+        contacts.rows, footings = (wp.empty(real + expected, dtype=kind, device="cpu") for kind in kinds)
+        contacts.agents = wp.empty(1, dtype=AgentRow, device="cpu")
+        footing = Footing(contacts=contacts, legs=self._legs, rows=footings)
         state = _state_at(before, plan.strike_times[-2])
         while True:
             room = self._room
@@ -103,23 +102,31 @@ class StepOptimiser:
             if count <= len(room.unknowns):
                 break
             self._room = make_step_room(2 * count, self.options)
-        table = _window_table(rows, agents, room.headings[: len(rows)], real)
+        table = _window_table(contacts.rows.numpy(), room.knot_times[[0, count - 1]], room.headings, real)
         return _motion(table, footing, room, count, self.biped, self.options)
 
 
 def _state_at(before: ComMotion, time: float) -> FloatArray:
     """Position and velocity of the centre of mass, shape (6,)."""
-    spline = before.spline
-    knot = min(int(np.searchsorted(spline.knots.times, time)), len(spline.knots.times) - 1)
-    if spline.knots.times[knot] == time:
-        return np.concatenate([spline.positions[knot], spline.velocities[knot]])
-    position, velocity, _ = spline.evaluate(np.zeros(1, dtype=int), np.full(1, time))
-    return np.concatenate([position[0], velocity[0]])
+    spline, times = before.spline, before.spline.knots.times
+    segment = min(max(int(np.searchsorted(times, time, side="right")) - 1, 0), len(times) - 2)
+    length = times[segment + 1] - times[segment]
+    basis = hermite_basis(np.clip((time - times[segment]) / length, 0.0, 1.0), length)[:2]
+    ends = slice(segment, segment + 2)
+    return (basis[:, 0::2] @ spline.positions[ends] + basis[:, 1::2] @ spline.velocities[ends]).ravel()
 
 
-def _window_table(rows: np.ndarray, agents: np.ndarray, yaws: FloatArray, real: int) -> ContactTable:
-    """The contacts of the window, the first `real` of which are footsteps; `yaws` are continuous [rad], shape (C,)."""
+def _window_table(rows: np.ndarray, times: FloatArray, yaws: FloatArray, real: int) -> ContactTable:
+    """The contacts of the window, the first `real` of which are footsteps.
+
+    Args:
+        rows: Of the kind of `ContactRow`, shape (C,).
+        times: Begin and end [s], shape (2,).
+        yaws: Of the contacts, continuous, and what is left of the room for them [rad], shape (C or more,).
+        real: Footsteps.
+    """
     index = np.arange(len(rows))
+    yaws = yaws[: len(rows)]
     headings = yaws.copy()
     headings[1:] = 0.5 * (yaws[1:] + yaws[:-1])
     headings[0] = headings[1]
@@ -130,7 +137,7 @@ def _window_table(rows: np.ndarray, agents: np.ndarray, yaws: FloatArray, real: 
         sides=rows["side"], positions=rows["position"], yaws=rows["yaw"], normals=rows["normal"],
         strikes=rows["strike"], liftoffs=rows["liftoff"],
         headings=headings,
-        starts=agents["start"], ends=agents["finish"],
+        starts=times[:1], ends=times[1:],
     )  # fmt: skip
 
 

@@ -9,8 +9,7 @@ import numpy as np
 
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.plan import FootstepPlan
-from usdfoot.physics.contact_kernel import AgentRow, ContactRow
-from usdfoot.physics.device import empty_rows, shared_record
+from usdfoot.physics.device import shared_record
 from usdfoot.physics.energy_kernel import ProblemArrays
 from usdfoot.physics.interactive_kernel import WindowArrays
 from usdfoot.physics.options import PhysicsOptions
@@ -32,10 +31,6 @@ PLAN_NAMES = {"strikes": "strike_times", "liftoffs": "liftoff_times"}
 class StepRoom:
     """Arrays that the kernel works in, for WINDOW footsteps and K knots."""
 
-    rows: np.ndarray
-    """Of the kind of `ContactRow`, WINDOW footsteps and those expected."""
-    agents: np.ndarray
-    """Of the kind of `AgentRow`, shape (1,)."""
     footsteps: Mapping[str, np.ndarray]
     """Sides, positions and so on, as in `WindowArrays`."""
     headings: FloatArray
@@ -72,8 +67,7 @@ def make_step_room(knots: int, options: PhysicsOptions) -> StepRoom:
         "strikes": np.empty(WINDOW),
         "liftoffs": np.empty(WINDOW),
     }
-    rows = empty_rows(ContactRow, WINDOW + 2 * options.run_up)
-    headings, count = np.empty(len(rows)), np.zeros(1, dtype=np.int32)
+    headings, count = np.empty(WINDOW + 2 * options.run_up), np.zeros(1, dtype=np.int32)
     knot_times, times = np.empty(knots), np.empty(knots * SAMPLES)
     fixed, unknowns, stance = np.empty((knots, 2), dtype=bool), np.empty((knots, 6)), empty_stance(knots * SAMPLES)
     window: dict[str, object] = {
@@ -94,8 +88,6 @@ def make_step_room(knots: int, options: PhysicsOptions) -> StepRoom:
         "comfort": options.comfort,
     }
     return StepRoom(
-        rows=rows,
-        agents=empty_rows(AgentRow, 1),
         footsteps=footsteps,
         headings=headings,
         count=count,

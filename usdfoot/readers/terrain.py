@@ -121,6 +121,12 @@ def _polygons(stage: Usd.Stage, prim: Usd.Prim) -> tuple[FloatArray, IntArray, I
         attributes = mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr(), mesh.GetHoleIndicesAttr()
         counts, indices, holes = (np.array(_value(attribute, stage), dtype=int) for attribute in attributes)
         return points, counts, indices, holes
+    corners = _corners(stage, prim)
+    return corners.reshape(-1, 3), np.full(len(corners), 4), np.arange(corners.size // 3), np.zeros(0, dtype=int)
+
+
+def _corners(stage: Usd.Stage, prim: Usd.Prim) -> FloatArray:
+    """Corners of the faces of a cube or plane, counterclockwise from outside, shape (faces, 4, 3)."""
     axes = np.eye(3)
     if prim.IsA(UsdGeom.Cube):
         half = np.full(3, 0.5 * float(UsdGeom.Cube(prim).GetSizeAttr().Get(start_code(stage))))
@@ -134,8 +140,7 @@ def _polygons(stage: Usd.Stage, prim: Usd.Prim) -> tuple[FloatArray, IntArray, I
     across = np.roll(normals, 1, axis=1)
     along = np.cross(normals, across)
     corners = [normals - across - along, normals + across - along, normals + across + along, normals - across + along]
-    points = np.stack(corners, axis=1).reshape(-1, 3) * half
-    return points, np.full(len(normals), 4), np.arange(len(points)), np.zeros(0, dtype=int)
+    return np.stack(corners, axis=1) * half
 
 
 def _is_flipped(mesh: UsdGeom.Gprim) -> bool:
