@@ -73,7 +73,13 @@ class Due:
 
 
 def prepare_planting(
-    layout: Layout, source: PoseSource, ground: Ground, *, known: Planting | None = None, due: Due | None = None
+    layout: Layout,
+    source: PoseSource,
+    ground: Ground,
+    *,
+    known: Planting | None = None,
+    due: Due | None = None,
+    sinks_for_flights: bool = True,
 ) -> Planting:
     """Prints, rolls, leads and detours of contacts and swings for the poses of a source.
 
@@ -83,20 +89,26 @@ def prepare_planting(
         ground: The terrain.
         known: What was prepared before of the other contacts.
         due: Those to prepare; None = all.
+        sinks_for_flights: Whether the pelvis comes down for legs that take off or land too far away; not where the
+            source's bodies fly as physics has it.
     """
     contacts = layout.contacts
     count = len(contacts.sides)
     due = due or Due(strikes=np.arange(count), flats=np.arange(count), swings=np.flatnonzero(contacts.has_swing))
-    feet = prepare_feet(layout, source, ground, known.feet if known else unplanted_feet(count), due)
+    feet = prepare_feet(layout, source, ground, known.feet if known else unplanted_feet(count), due, sinks_for_flights)
     detours = known.detours.copy() if known else np.zeros((count, KNOTS, 3))
     detours[due.swings] = plan_detours(layout, source, feet, ground, rows=due.swings)
     return Planting(layout=layout, source=source, feet=feet, detours=detours)
 
 
-def prepare_feet(layout: Layout, source: PoseSource, ground: Ground, feet: ContactFeet, due: Due) -> ContactFeet:
+def prepare_feet(
+    layout: Layout, source: PoseSource, ground: Ground, feet: ContactFeet, due: Due, sinks_for_flights: bool
+) -> ContactFeet:
     """Feet with prints, rolls and leads, from the source's feet at strikes and liftoffs."""
     contacts = layout.contacts
-    left = due.strikes[contacts.flown[due.strikes]] - 1
+    flown = contacts.flown[due.strikes]
+    left = due.strikes[flown & sinks_for_flights] - 1
+    reached = np.flatnonzero(~flown | sinks_for_flights)
     rows = np.concatenate([due.strikes, due.swings, left])
     struck, moved = len(due.strikes), len(due.strikes) + len(due.swings)
     times = np.where(np.arange(len(rows)) < struck, contacts.strikes[rows], contacts.liftoffs[rows])
@@ -109,7 +121,7 @@ def prepare_feet(layout: Layout, source: PoseSource, ground: Ground, feet: Conta
     held = hold_feet(layout, feet, rows, times, blended)
     leaves, lands = held[struck:moved], held[np.searchsorted(due.strikes, due.swings + 2)]
     feet = lead_swings(layout, feet, due.swings, leaves, lands)
-    return lower_pelvis(layout, feet, due.strikes, held[:struck], left, held[moved:])
+    return lower_pelvis(layout, feet, due.strikes[reached], held[reached], left, held[moved:])
 
 
 def _feet_at(layout: Layout, source: PoseSource, rows: IntArray, times: FloatArray) -> Feet:

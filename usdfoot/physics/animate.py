@@ -145,7 +145,7 @@ def plan_bodies(
         gait=device_gait(layout, body.source.biped, options.body),
         style=options.body,
     )
-    return prepare_planting(layout, source, ground), com
+    return prepare_planting(layout, source, ground, sinks_for_flights=False), com
 
 
 def animate_hybrids(
@@ -156,7 +156,7 @@ def animate_hybrids(
     biped = tune_biped(measure_biped(library.source.skeleton, library.source.biped), agents[0].tuning)
     com = optimise_contacts(steps.setup.contacts, biped, options.physics, scripts=_scripts(agents))
     clips = ClipPoses(setup=steps.setup, arrays=steps.source.arrays)
-    planting = prepare_planting(steps.setup, carry_pelvis(clips, com), _ground(agents, crowd))
+    planting = prepare_planting(steps.setup, carry_pelvis(clips, com), _ground(agents, crowd), sinks_for_flights=False)
     planted = plant_samples(planting, crowd, agents)
     figures = measure_contacts(steps.setup, planting.feet, planted.frames, planted.feet, agents)
     results = measure_steps(steps.setup, steps.blend, steps.landings, figures, agents)
