@@ -75,8 +75,9 @@ MOST_UPRIGHT = 0.3
 
 BESIDE = 0.02 * np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
 """Where uneven ground is looked at too in mid swing, from a point of the sole, (x, z) [m]: feet do not graze edges."""
-AT_PRINT = 0.08
-"""Nearer than this to where it leaves or lands, a sole keeps off edges beside it less and less [m]: feet stand there."""
+AT_PRINT, NEAR_PRINT = 0.08, 0.2
+"""Nearer than this to where it leaves or lands a foot keeps less off edges, and less off the other leg: it stands there
+[m]."""
 
 BLIND_HEIGHT = 0.6
 """Ground higher than this over both prints is not stepped over: a wall or another level [m]."""
@@ -125,8 +126,9 @@ def plan_detours(
     eased = np.flatnonzero(speeds.max(axis=1, initial=0.0) > EASY_SPEED)
     if eased.size:
         hurry = _hurry(balls[eased], speeds[eased])
+        offsets[eased] = _beside_leg(layout, rows[eased], (balls[eased] + hurry)[:, ::BETWEEN])
+        aside = KNOT_SHARES @ offsets[eased] + hurry
         offsets[eased] += hurry[:, ::BETWEEN]
-        aside = aside[eased] + hurry
         missing[eased] = _missing_heights(layout, rows[eased], balls[eased] + aside, heels[eased] + aside, ground)
     offsets[..., 1] += _lifts(missing)
     return offsets
@@ -169,9 +171,15 @@ def _beside_leg(layout: Layout, rows: IntArray, balls: FloatArray) -> FloatArray
     ahead = np.clip(1.0 - np.abs(apart[..., 1]) / 0.3, 0.0, 1.0)
     wanted = layout.options.foot_spacing * ahead**2 * (3.0 - 2.0 * ahead) * (ahead > 0.0)
     missing = np.where(ahead > 0.0, np.clip(wanted - outward * apart[..., 0], 0.0, 0.15), 0.0)
-    push = _envelope(missing)
+    push = _envelope(missing * _aside_shares(balls[..., [0, 2]], NEAR_PRINT))
     offsets = planar.rotate(heading, np.stack([outward * push, np.zeros_like(push)], axis=-1))
     return np.stack([offsets[..., 0], np.zeros_like(push), offsets[..., 1]], axis=-1)
+
+
+def _aside_shares(places: FloatArray, near: float) -> FloatArray:
+    """0 at either end of paths (N, K, 2), 1 from `near` [m] away from both, shape (N, K)."""
+    away = [np.linalg.norm(places - places[:, [end]], axis=-1) for end in (0, -1)]
+    return np.clip(np.minimum(*away) / near, 0.0, 1.0)
 
 
 def _missing_heights(
@@ -189,8 +197,7 @@ def _missing_heights(
         heights = _highest(path[..., None, [0, 2]], highest, lowest, ground)
         uneven = np.flatnonzero(np.ptp(heights, axis=1) > EDGE_HEIGHT)
         places = path[uneven][..., [0, 2]]
-        away = np.minimum(*(np.linalg.norm(places - places[:, [end]], axis=-1) for end in (0, -1)))
-        share = np.where(middle == 1.0, np.minimum(away / AT_PRINT, 1.0), 0.0)
+        share = (middle == 1.0) * _aside_shares(places, AT_PRINT)
         beside = places[:, :, None] + share[..., None, None] * BESIDE
         heights[uneven] = np.maximum(heights[uneven], _highest(beside, highest[uneven], lowest[uneven], ground))
         missing = np.maximum(missing, heights + clearance - path[..., 1])

@@ -16,6 +16,10 @@ STEP_UP = 0.5
 """Ground this far above [m] is still the same level."""
 POKE = 0.03
 """Ground may rise this much through the sole [m]."""
+ROOM = 1.5
+"""Ground up to this far above a foot is a riser, not another level [m]."""
+CLEAR = 0.02
+"""Between a sole's ends and the riser behind or before it [m]."""
 SHIFTS = 0.02 * np.array([0, -1, 1, -2, 2, -3, 3, -4, 4, -5, 5, -6, 6, -7, 7, -8, 8])
 """Along the foot, the nearest first [m]."""
 
@@ -72,8 +76,8 @@ def settle_on_treads(
         ball = ground.heights(tried, near[rows], step_up=STEP_UP)
         clear = ball.walkable & (np.abs(ball.heights - near[rows]) <= STEP_UP)
         rise = -np.sum(ball.normals[:, [0, 2]] * forward[rows], axis=1) / ball.normals[:, 1]
-        for reach in (-heels[rows], toes[rows]):
-            end = ground.heights(tried + reach[:, None] * forward[rows], ball.heights, step_up=STEP_UP)
+        for reach in (-heels[rows] - CLEAR, toes[rows] + CLEAR):
+            end = ground.heights(tried + reach[:, None] * forward[rows], ball.heights, step_up=ROOM)
             pokes = end.heights - (ball.heights + reach * rise)
             clear &= ~end.hit | (pokes <= POKE)
         settled[rows[clear]] = tried[clear]
