@@ -134,8 +134,8 @@ def _is_stuck(samples: list[FloatArray]) -> bool:
 class _Legs:
     """Which point of its itinerary each seeker is on its way to.
 
-    Those with one goal (N, 2) take the places around it from the middle outwards as they come, so that nobody has to get
-    past those who stand.
+    Those with one goal (N, 2) take the places around it from the middle outwards as they come: nobody has to get past
+    those who stand.
     """
 
     def __init__(self, itineraries: Sequence[Itinerary], goals: FloatArray) -> None:
@@ -184,7 +184,7 @@ class _Legs:
         return np.asarray(np.linalg.norm(points - self._points[:, -1], axis=1))
 
     def _settle(self, points: FloatArray) -> list[int]:
-        """Have those near a goal of several take the innermost place that nobody near it has; gives back who changed."""
+        """Have those near a goal of several take the innermost place that nobody there has; gives back who changed."""
         near = np.linalg.norm(points - self._goals, axis=1)
         last = ~self._settled & (self._current == self._last)
         changed: list[int] = []
