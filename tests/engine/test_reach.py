@@ -101,6 +101,8 @@ def test_a_longer_reach_leaves_less_to_miss(animate):
 def test_without_any_reach_only_landings_of_the_clips_are_kept(animate):
     results = animate([way(length=1.6)], reach=0.0, rate=60.0)[0].results
     assert set(results.status[1:]) == {"unreachable"}
+    assert results.hull_distance[1:].min() > 0.1
+    assert_allclose(results.hull_distance[1:], results.blend_error[1:], atol=2e-3)
 
 
 @settings(max_examples=10)

@@ -119,6 +119,9 @@ def test_what_cannot_be_read_is_named(tmp_path, content, options, message):
         import_pedestrians(tmp_path / "t.txt", **{"unit": "m", "rate": 25.0, **options})
     with pytest.raises(TrackError, match="cannot be read"):
         import_pedestrians(tmp_path / "none.txt", unit="m", rate=25.0)
+    (tmp_path / "latin.txt").write_bytes("1 2 3 4\n# Jülich\n2 2 3 4\n".encode("latin-1"))
+    with pytest.raises(TrackError, match=r"latin\.txt: is not UTF-8: line 2"):
+        import_pedestrians(tmp_path / "latin.txt", unit="m", rate=25.0)
 
 
 def test_columns_that_could_be_either_are_the_usual_ones_with_a_warning(tmp_path, caplog):

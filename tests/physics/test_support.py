@@ -84,3 +84,15 @@ def test_a_foot_that_steps_back_rolls_as_little_as_the_one_drawn_and_the_other_w
     ahead, back = pitches(walk(8, length=0.4)), pitches(walk(8, length=-0.4))
     assert np.abs(ahead).max() > 0.2
     np.testing.assert_allclose(back, BACKWARD * ahead[::-1], atol=1e-9)
+
+
+def test_backward_the_heel_carries_on_after_the_ball_so_that_walks_do_not_fly():
+    strikes = 0.5 * np.arange(8)
+    times = {"strikes": strikes, "liftoffs": strikes + 0.43}  # of the balls: neither is down for 14 % of a step
+    for length, flies in ((-0.4, False), (0.4, True)):
+        contacts, footing = laid(walk(8, length=length, **times))
+        row, following = footing.rows.numpy()[[CONTACT, CONTACT + 1]]
+        assert (row["leaps"] > 0.0) == flies
+        assert (row["end"] > following["begin"]) != flies
+        if not flies:
+            assert row["end"] == pytest.approx(contacts.liftoffs[CONTACT] + 0.118 * 0.43)

@@ -4,7 +4,7 @@ import shutil
 
 import numpy as np
 import pytest
-from pxr import Gf, Sdf, Usd
+from pxr import Gf, Sdf, Usd, Vt
 
 from usdfoot.errors import SceneError
 from usdfoot.pipeline.validate import validate
@@ -124,3 +124,43 @@ def test_a_shot_over_the_crowd_and_its_expanded_variant_measure_the_same(stones,
 def test_what_is_no_crowd_is_refused(scene):
     with pytest.raises(SceneError, match="has no agents below /Crowd/Agents"):
         validate(scene)
+
+
+def test_feet_in_the_air_do_not_count_as_planted(crowd):
+    scale = 1.0 / Usd.Stage.Open(str(crowd)).GetMetadata("metersPerUnit")
+    override(crowd, "/Crowd/Agents/Walker", "xformOp:translate", lambda value: value + Gf.Vec3d(0, 0.02 * scale, 0))
+    validation = validate(crowd)
+    assert figures(validation)["timing faults"].value == validation.total.steps
+
+
+def test_joints_that_are_nowhere_are_an_error(crowd):
+    override(
+        crowd, "/Crowd/Anims/Walker", "translations", lambda value: Vt.Vec3fArray([Gf.Vec3f(np.nan), *list(value)[1:]])
+    )
+    validation = validate(crowd)
+    assert not validation.passed
+    assert "moves joints to nowhere" in str(validation.problems[0])
+
+
+def test_what_files_do_not_hold_is_said(crowd):
+    """An animation that ends too early, contacts at other times than the footsteps', and results that are gone."""
+    stage = Usd.Stage.Open(str(crowd))
+    files = ("anims.0000.usdc", "footsteps.usdc")
+    anims, footsteps = (Sdf.Layer.FindOrOpen(str(crowd.parent / name)) for name in files)
+    codes = anims.ListTimeSamplesForPath("/Crowd/Anims/Walker.rotations")
+    for code in codes[len(codes) // 2 :]:
+        for name in ("rotations", "translations"):
+            anims.EraseTimeSample(f"/Crowd/Anims/Walker.{name}", code)
+    strikes = anims.GetAttributeAtPath("/Crowd/Anims/Walker.usdfoot:contact:left:strikeTimes")
+    strikes.default = Vt.TimeCodeArray([Sdf.TimeCode(float(code) + 1.0) for code in strikes.default])
+    count = sum(side == 0 for side in stage.GetPrimAtPath("/Crowd/Plans/Walker").GetAttribute("protoIndices").Get())
+    plan = footsteps.GetPrimAtPath("/Crowd/Plans/Walker")
+    plan.RemoveProperty(plan.attributes["usdfoot:result:status"])
+    for layer in (anims, footsteps):
+        layer.Save()
+    validation = validate(crowd)
+    assert not validation.passed
+    sampled, untold, results = map(str, validation.problems)
+    assert "is sampled from" in sampled and "its footsteps need" in sampled
+    assert f"{count} footstep(s) have no contact at their strike, first footstep 0" in untold
+    assert "has no UsdfootResultAPI" in results and "warning" in results

@@ -80,6 +80,18 @@ def test_people_with_one_goal_stand_around_it():
     assert problems == () and apart.min() > 0.4 and np.linalg.norm(ends[:, [0, 2]], axis=1).max() < 1.2
 
 
+def test_a_goal_of_many_fills_from_the_middle_whoever_comes_first():
+    """Nobody has to get past those who stand, though those who start nearest walk slowest."""
+    pytest.importorskip("jupedsim")
+    starts = [(0.7 * (i % 3) - 0.7, -2.5 - 0.7 * (i // 3)) for i in range(9)]
+    people = [seeker(f"/{i}", start, (0.0, 3.0), speed=0.5 + 0.15 * i) for i, start in enumerate(starts)]
+    plans, problems = plan_crowd(scenario(*people), FLAT, options=CrowdOptions(duration=60.0))
+    assert problems == () and max(plan.liftoff_times[-1] for plan in plans) < 40.0
+    ends = np.array([plan.positions[-2:].mean(axis=0) for plan in plans])
+    apart = np.linalg.norm(ends[:, None] - ends, axis=2) + 9.0 * np.eye(9)
+    assert apart.min() > 0.4 and np.linalg.norm(ends[:, [0, 2]] - (0.0, 3.0), axis=1).max() < 1.4
+
+
 def test_who_cannot_go_is_named_and_the_rest_goes_on():
     pytest.importorskip("jupedsim")
     island = terrain_of([slab((-8.0, 8.0), (-8.0, 8.0), (0.5, 0.5)), slab((20.0, 24.0), (-2.0, 2.0), (0.5, 0.5))])

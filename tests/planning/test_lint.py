@@ -63,6 +63,14 @@ def test_a_footstep_elsewhere_is_found(offset, kind):
     assert {footstep for footstep, _ in found} <= {4, 5}
 
 
+@pytest.mark.parametrize(("step_time", "kinds"), [(0.26, []), (0.175, ["hurried"] * 8)])
+def test_walking_steps_quicker_than_gravity_allows_are_found(step_time, kinds):
+    plan = way(9, length=0.7, step_time=step_time, duty=0.6)
+    found = faults(plan)
+    assert [fault.kind for fault in found if fault.severity == "error"] == kinds
+    assert all("m/s without flight, faster than anyone walks" in fault.message for fault in found)
+
+
 def test_steep_ground_walls_and_water_are_found():
     plan = way(8, length=0.3)
     slope = slab((-9.0, 9.0), (-1.0, 5.0), (-1.0, 5.0))

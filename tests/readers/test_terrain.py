@@ -252,3 +252,56 @@ def test_a_skinned_mesh_by_inheritance_is_no_terrain():
     UsdSkel.BindingAPI.Apply(group.GetPrim()).CreateSkeletonRel().SetTargets([skeleton.GetPath()])
     add_mesh(stage, "/World/Hero/Geometry/Ground", SQUARE, [(0, 1, 2, 3)], Units())
     assert read(stage)[0].meshes == ()
+
+
+@pytest.mark.parametrize("units", [Units(), Units(0.01, "Z")])
+def test_each_instance_of_a_point_instancer_is_a_mesh_of_its_own(units):
+    stage = new_stage(None, units)
+    instancer = UsdGeom.PointInstancer.Define(stage, "/World/Stones")
+    stage.OverridePrim("/Library")
+    paths = ["/World/Stones/Low/Top", "/Library/High/Top"]
+    for path in paths:
+        UsdGeom.Xform.Define(stage, path.rsplit("/", 1)[0])
+        add_mesh(stage, path, SQUARE, [(0, 1, 2, 3)], units)
+    lifted = UsdGeom.Xformable(stage.GetPrimAtPath("/Library/High")).AddTranslateOp()
+    lifted.Set(Gf.Vec3d(*units.points((0.0, 0.5, 0.0)).tolist()))
+    UsdGeom.Xformable(instancer).AddTranslateOp().Set(Gf.Vec3d(*units.points((0.0, 0.25, 0.0)).tolist()))
+    instancer.CreatePrototypesRel().SetTargets([Sdf.Path(path).GetParentPath() for path in paths])
+    instancer.CreateProtoIndicesAttr([0, 1, 0, 1])
+    instancer.CreatePositionsAttr([Gf.Vec3f(*place) for place in units.points([(3.0 * i, 0.0, i) for i in range(4)])])
+    instancer.CreateScalesAttr([(2, 2, 2), (1, 1, 1), (-1, 1, 1), (1, 1, 1)])
+    instancer.CreateIdsAttr([7, 8, 9, 10])
+    instancer.CreateInvisibleIdsAttr([10])
+    assert read(stage)[0].meshes == (), "unmarked it is none"
+    instancer.GetPrim().AddAppliedSchema(Schema.TERRAIN)
+    instancer.GetPrim().CreateAttribute(Token.WALKABLE, Sdf.ValueTypeNames.Bool, False).Set(False)
+    stage.GetPrimAtPath("/Library/High").CreateAttribute(Token.WALKABLE, Sdf.ValueTypeNames.Bool, False).Set(True)
+    terrain, problems = read(stage)
+    assert problems == () and terrain.meshes == ("/World/Stones",) * 3
+    assert_array_equal(terrain.walkable, [False, False, True])
+    middles = [terrain.points[terrain.triangles[terrain.mesh_indices == i]].mean(axis=(0, 1)) for i in range(3)]
+    flat = [np.delete(terrain.points[4 * i : 4 * i + 4], 1, axis=1).mean(axis=0) for i in range(3)]
+    assert_allclose(flat, [(0.0, 0.0), (6.0, 2.0), (3.0, 1.0)], atol=1e-5)
+    assert_allclose([middle[1] for middle in middles], [0.25, 0.25, 0.75], atol=1e-6)
+    assert area(terrain) == pytest.approx(16.0 + 4.0 + 4.0, rel=1e-5)
+    assert np.all(normals(terrain)[:, 1] > 0.0)
+
+
+@pytest.mark.parametrize(
+    ("kinds", "places", "message"),
+    [
+        ([0, 1], 2, "/World/Stones: names prototypes that do not exist"),
+        ([0, 0], 1, "/World/Stones: has not as many positions as protoIndices"),
+        ([], 0, "/World/Stones: shows no mesh of its prototypes"),
+    ],
+)
+def test_a_broken_instancer_becomes_a_problem(kinds, places, message):
+    stage = new_stage()
+    instancer = UsdGeom.PointInstancer.Define(stage, "/World/Stones")
+    add_mesh(stage, "/World/Stones/Stone", SQUARE, [(0, 1, 2, 3)], Units())
+    instancer.CreatePrototypesRel().SetTargets(["/World/Stones/Stone"])
+    instancer.CreateProtoIndicesAttr(kinds)
+    instancer.CreatePositionsAttr([(0, 0, 0)] * places)
+    instancer.GetPrim().AddAppliedSchema(Schema.TERRAIN)
+    terrain, (problem,) = read(stage)
+    assert terrain.meshes == () and problem.message.startswith(message)

@@ -269,7 +269,7 @@ def blend_steps(
         options: Of the engine.
 
     Returns:
-        The setup with contacts as executed, not yet on the ground; the blend of each segment, and how the landings meet.
+        The setup with contacts as executed, not yet on the ground, the blend of each segment, and how landings meet.
     """
     segments = cut_segments(contacts, options, longest_step=longest_step(library.examples, options))
     setup = Setup(

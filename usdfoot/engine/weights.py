@@ -93,7 +93,7 @@ class Reached:
     offsets: FloatArray
     """Footstep as planned minus blended landing, (x, z) [m], shape (M, 2)."""
     hull_distances: FloatArray
-    """Footstep to the hull of the space, 0 inside [m], shape (M,)."""
+    """Footstep as planned to the hull of the space, 0 inside [m], shape (M,)."""
     time_warps: FloatArray
     """Planned duration over the blended one, of all segments, shape (M,)."""
     limited: BoolArray
@@ -116,6 +116,7 @@ def reach_footsteps(
     """
     segments, count, steps = setup.segments, len(setup.segments), np.flatnonzero(wanted)
     limited, moved, given = np.zeros(count, dtype=bool), np.zeros((count, 2)), np.zeros(count, dtype=int)
+    hull_distances = np.zeros(count)  # of footsteps that were moved, as planned
     setup, blend, landings = _solve(setup, spaces, steps, blend)
     while True:
         excess = np.zeros((count, 2))
@@ -129,6 +130,7 @@ def reach_footsteps(
         given += shift.any(axis=1)
         held = first & ~np.isin(segments.agents, segments.agents[shift.any(axis=1)])
         limited |= held
+        hull_distances[held] = landings.hull_distances[held]
         shift += excess * held[:, None]
         moved += shift
         setup = _move_targets(setup, shift)
@@ -137,7 +139,7 @@ def reach_footsteps(
         landings = _merged(landings, anew, again)
     reached = Reached(
         offsets=landings.offsets + moved,
-        hull_distances=landings.hull_distances,
+        hull_distances=np.where(limited, hull_distances, landings.hull_distances),
         time_warps=landings.time_warps,
         limited=limited,
     )

@@ -87,7 +87,8 @@ def read_track_table(path: Path, *, layout: str = "auto") -> TrackTable:
     except OSError as error:
         raise TrackError(path, f"cannot be read ({error.strerror})", "name a file of tracks") from error
     except UnicodeDecodeError as error:
-        raise TrackError(path, "is no text file", "tracks are lines of numbers") from error
+        line = error.object.count(b"\n", 0, error.start) + 1
+        raise TrackError(path, f"is not UTF-8: line {line}", "save it as UTF-8") from error
     rows = text.splitlines()
     if layout == "vsp" or (layout == "auto" and "number of splines" in text[:200].lower()):
         return _read_splines(path, rows)

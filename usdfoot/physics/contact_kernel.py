@@ -30,6 +30,9 @@ does in steps backward. It is no published figure: those above would have the to
 contacts are as short as detected ones of fast walks. Then the pelvis rises by 37 % more than in CMU's walk and by 6 %
 more than in Bandai Namco's, with this bound by 23 % more and 14 % less. In the five liftoffs of CMU's fast walk and run
 (02_02, 02_03) that are detected for both, the tip of the toe leaves 0.01 of a step before to 0.09 after the ball."""
+HEEL_ALONE = wp.constant(wp.float64(0.118))
+"""Part of the contact for which the heel carries without the ball: at its begin (Chiu, Wu and Chang 2013: initial and
+forefoot contact), so in steps backward when the ball has left."""
 LONGEST_SHIFT = wp.constant(wp.float64(0.4))
 """The weight changes over in this time at most, on a leg of 0.86 m [s]."""
 AT_ONCE = wp.constant(wp.float64(1.0e-9))
@@ -100,7 +103,7 @@ class ContactFooting:
     stands_before: bool  # whether it stands on both feet when the motion begins
     stands_after: bool  # whether it stands when the motion ends
     begin: wp.float64  # the foot takes weight: at its strike, in steps backward when the toe comes down [s]
-    end: wp.float64  # no weight is left on it: at its liftoff, in steps ahead when the toe leaves [s]
+    end: wp.float64  # no weight is left on it: when toe (ahead) or heel (backward) leaves after the ball [s]
     change: wp.float64  # the weight goes over to it: at its strike, without leaps in the middle of double stance [s]
     taking: wp.float64  # time in which it takes over from the foot before [s]
     giving: wp.float64  # time in which it gives over to the foot after [s]
@@ -125,12 +128,22 @@ def wrapped(angle: wp.float64) -> wp.float64:
 
 
 @wp.func
-def flight_share(contacts: ContactArrays, before: int, after: int) -> wp.float64:
-    """How much the step between two contacts is a running step, 0 to 1."""
+def heel_after(contacts: ContactArrays, footing: wp.array(dtype=ContactFooting), i: int) -> wp.float64:
+    """Time for which the heel of contact i stays when the ball has left the ground, in steps backward [s]."""
+    backward = wp.max(-footing[i].alignment, wp.float64(0.0))
+    return backward * HEEL_ALONE * (contacts.rows[i].liftoff - contacts.rows[i].strike)
+
+
+@wp.func
+def flight_share(
+    contacts: ContactArrays, footing: wp.array(dtype=ContactFooting), before: int, after: int
+) -> wp.float64:
+    """How much the step between two contacts is a running step, 0 to 1; the first one's alignment must be known."""
     step = contacts.rows[after].strike - contacts.rows[before].strike
     if step <= wp.float64(0.0):
         return wp.float64(0.0)
-    share = (contacts.rows[after].strike - contacts.rows[before].liftoff) / step
+    left = contacts.rows[before].liftoff + heel_after(contacts, footing, before)
+    share = (contacts.rows[after].strike - left) / step
     return clamped((share - WALK_FLIGHT) / (RUN_FLIGHT - WALK_FLIGHT))
 
 
@@ -148,8 +161,8 @@ def lay_gait(
     if distance > NO_DISTANCE:
         footing[i].alignment = (x * wp.sin(contacts.rows[i].yaw) + z * wp.cos(contacts.rows[i].yaw)) / distance
     footing[i].reach = distance / wp.float64(wp.max(after - before, 1)) / legs.maximal_length
-    footing[i].lands = flight_share(contacts, before, i)
-    footing[i].leaps = flight_share(contacts, i, after)
+    footing[i].lands = flight_share(contacts, footing, before, i)
+    footing[i].leaps = flight_share(contacts, footing, i, after)
     footing[i].rise = wp.max(place[1] - contacts.rows[before].position[1], zero)
     footing[i].drop = wp.max(place[1] - contacts.rows[after].position[1], zero)
 
@@ -168,10 +181,12 @@ def lay_load(contacts: ContactArrays, legs: LegArrays, footing: wp.array(dtype=C
         speed = wp.length(contacts.rows[j].position - contacts.rows[i].position) / duration / wp.sqrt(legs.size)
     known = contacts.rows[i].liftoff - contacts.rows[j].strike
     missing = wp.max(DOUBLE_STANCE - DOUBLE_STANCE_LOSS * speed, zero) * duration - known
-    missing = wp.clamp(missing, zero, TOE_ALONE * duration) * (wp.float64(1.0) - footing[i].leaps)
+    missing = wp.max(missing, zero) * (wp.float64(1.0) - footing[i].leaps)
+    toe = wp.min(missing, TOE_ALONE * duration)
+    heel = wp.min(missing - toe, heel_after(contacts, footing, i))
     ahead = wp.float64(0.5) + wp.float64(0.25) * (footing[i].alignment + footing[j].alignment)
-    footing[i].end = contacts.rows[i].liftoff + ahead * missing
-    footing[j].begin = contacts.rows[j].strike - (wp.float64(1.0) - ahead) * missing
+    footing[i].end = contacts.rows[i].liftoff + ahead * toe + heel
+    footing[j].begin = contacts.rows[j].strike - (wp.float64(1.0) - ahead) * toe
     if footing[i].end > footing[j].begin and not footing[j].stands_before:
         middle = wp.float64(0.5) * (footing[i].end + footing[j].begin)
         footing[j].change = middle + footing[j].leaps * (contacts.rows[j].strike - middle)

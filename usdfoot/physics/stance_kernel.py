@@ -15,6 +15,9 @@ Pitches = wp.types.vector(length=6, dtype=wp.float64)
 
 WALK_FLEXIONS = wp.constant(Flexions(5.0, 11.0, 17.0, 18.0, 15.0, 11.0, 8.0, 6.0, 5.0, 8.0, 15.0))
 """Knee over the contact of a walk, until the weight is off it (Winter 1991, Figure 3.32; Perry 1992) [degrees]."""
+BACKWARD_FLEXIONS = wp.constant(Flexions(15.0, 8.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0))
+"""The same backward: reversed (Winter, Pluck and Yang 1989), without the bend under load, which Bandai Namco's backward
+steps do not have [degrees]."""
 BENT = wp.constant(wp.float64(18.0))
 """Its value in early stance, where the leg has its nominal length."""
 RUN_FLEXIONS = wp.constant(Flexions(20.0, 28.0, 35.0, 39.0, 40.0, 38.0, 34.0, 29.0, 24.0, 20.0, 18.0))
@@ -153,10 +156,12 @@ def comfortable_length(
     two = wp.float64(2.0)
     three = wp.float64(3.0)
     bend = two * wp.acos(wp.clamp(legs.nominal_length / legs.maximal_length, -one, one))
-    walk = flexion_at(WALK_FLEXIONS, progress) - BENT
-    run = flexion_at(RUN_FLEXIONS, progress) - BENT
+    walk = flexion_at(WALK_FLEXIONS, progress)
+    back = flexion_at(BACKWARD_FLEXIONS, progress)
+    walk = walk + wp.max(-footing[i].alignment, zero) * (back - walk)
+    run = flexion_at(RUN_FLEXIONS, progress)
     share = wp.float64(0.5) * (footing[i].lands + footing[i].leaps)
-    flexion = bend + legs.play * (walk + share * (run - walk)) * DEGREE
+    flexion = bend + legs.play * (walk + share * (run - walk) - BENT) * DEGREE
     length = legs.maximal_length * wp.cos(wp.float64(0.5) * wp.max(flexion, zero))
     early = wp.max(one - two * progress, zero)
     late = wp.max(two * progress - one, zero)

@@ -20,7 +20,7 @@ from usdfoot.analysis.smoothness import angular_jerks, angular_jumps, angular_sp
 from usdfoot.bridge.tokens import Status
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths import quaternion
-from usdfoot.maths.types import BoolArray, FloatArray
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.ground import Ground
 from usdfoot.readers.written import JointTracks, WrittenAgent, read_joint_tracks
 
@@ -35,6 +35,8 @@ STANCE = (0.25, 0.3, 0.35, 0.4, 0.5)
 """Parts of a contact's time, at one of which at least the foot stands flat."""
 NEAR_FOOTSTEP = 0.1
 """Ground no higher than this above a footstep is what it stands on [m]."""
+PLANTED = 0.015
+"""A sole higher than this does not stand [m]."""
 SWING_MIDDLE = (0.2, 0.8)
 """Part of the swing's time over which the clearance counts."""
 
@@ -58,7 +60,7 @@ class AgentMeasures:
     yaw_error: FloatArray
     """[rad], shape (N,)."""
     timing_faults: BoolArray
-    """Planted late, planted early, lifted late, shape (N, 3)."""
+    """Planted late or in the air, planted early, lifted late, shape (N, 3)."""
     clearance: FloatArray
     """Lowest sole over the terrain in the middle of the swing to the footstep [m], shape (N,)."""
     blend_error: FloatArray
@@ -94,7 +96,7 @@ def measure_agent(agent: WrittenAgent, units: StageUnits, ground: Ground | None)
     whole = _frames(fine, len(SUBFRAMES) + 1)
     ground = None if ground is None else ground.falling_back(float(agent.plan.positions[:, 1].min()))
     heels = _heels(agent, whole, ground)
-    columns = _steps(agent, whole, fine, heels)
+    columns = _steps(agent, whole, fine, heels, ground)
     heights = np.full((len(whole.times), 2, 2), np.nan)
     if ground is not None:
         heights = _sole_heights(agent, whole, heels, ground)
@@ -206,7 +208,9 @@ def _stances(agent: WrittenAgent, tracks: JointTracks, side: int, ground: Ground
     return quaternion.compose(quaternion.between(normals, np.array([0.0, 1.0, 0.0])), turns)
 
 
-def _steps(agent: WrittenAgent, whole: JointTracks, fine: JointTracks, heels: FloatArray) -> dict[str, Any]:
+def _steps(
+    agent: WrittenAgent, whole: JointTracks, fine: JointTracks, heels: FloatArray, ground: Ground | None
+) -> dict[str, Any]:
     """Columns of `AgentMeasures` that belong to contacts."""
     plan, flats = agent.plan, planted_times(agent)
     names = ("placement_error", "slide", "subframe_slide", "heel_slide", "yaw_error")
@@ -231,7 +235,23 @@ def _steps(agent: WrittenAgent, whole: JointTracks, fine: JointTracks, heels: Fl
         columns["timing_faults"][own] = timing_faults(
             whole.times, balls, strike_times=strikes, flat_times=flat, liftoff_times=liftoffs
         )
+        columns["timing_faults"][own, 0] |= _floating(agent, balls, planted, own, ground)
     return columns
+
+
+def _floating(
+    agent: WrittenAgent, balls: FloatArray, planted: FrameRanges, steps: IntArray, ground: Ground | None
+) -> BoolArray:
+    """Which `steps` (K,) of one foot stand in the air: over their footstep and over the ground, shape (K,)."""
+    plan, empty = agent.plan, planted.counts == 0
+    standing = balls[np.where(empty, 0, planted.first + planted.counts // 2)]
+    normals = quaternion.rotate(plan.orientations[steps], np.array([0.0, 1.0, 0.0]))
+    soles = standing[:, 1] - np.array(agent.biped.ball_heights)[plan.sides[steps]] / np.maximum(normals[:, 1], 0.1)
+    heights = soles - plan.positions[steps, 1]
+    if ground is not None:
+        sample = ground.heights(standing[:, [0, 2]], soles)
+        heights = np.where(sample.hit, np.minimum(heights, soles - sample.heights), heights)
+    return np.asarray(~empty & (heights > PLANTED))
 
 
 def _sole_heights(agent: WrittenAgent, tracks: JointTracks, heels: FloatArray, ground: Ground) -> FloatArray:

@@ -17,6 +17,7 @@ from usdfoot.maths.types import FloatArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.report import Problem
 from usdfoot.pipeline.measures import AgentMeasures, measure_agent
+from usdfoot.pipeline.omissions import find_omissions
 from usdfoot.readers.written import agent_names, read_agent, read_written_crowd
 
 __all__ = ["AgentFigures", "Figure", "Validation", "figures_of", "read_sources", "validate"]
@@ -100,6 +101,7 @@ def validate(crowd_file: str | os.PathLike[str]) -> Validation:
         try:
             agent = read_agent(crowd, name)
             measured.append(measure_agent(agent, crowd.units, ground))
+            problems += find_omissions(agent, crowd)
         except UsdfootError as error:
             problems.append(_problem("error", error.where, str(error)))
     if measured and not all(measure.name in sources for measure in measured):

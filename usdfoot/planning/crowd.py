@@ -115,9 +115,7 @@ def _plans(party: Party, tracks: Tracks, terrain: Terrain, faults: list[Problem]
     feet = _off_edges(feet, ground)
     ordered = [seekers[index] for index in order]
     plans = lay_plans([seeker.name for seeker in ordered], feet, ground, on_ground=True)
-    ends = np.array([itinerary.points[-1] for itinerary in party.itineraries])
-    left = np.linalg.norm(tracks.points[-1] - ends, axis=1)
-    faults += [_late(seekers[index], left[index]) for index in np.flatnonzero(~tracks.arrived)]
+    faults += [_late(seekers[index], tracks.left[index]) for index in np.flatnonzero(~tracks.arrived)]
     faults += _treads(ordered, feet_of(plans, [seeker.body for seeker in ordered]))
     return plans
 

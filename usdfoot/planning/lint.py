@@ -33,6 +33,8 @@ class LintLimits:
     """Rise of a walking step, over the leg length."""
     fastest: float = 10.0
     """Speed of a step with flight, for a leg of 0.86 m [m/s]."""
+    fastest_walk: float = 2.9
+    """Speed of a step without, for a leg of 0.86 m [m/s]: beyond gravity cannot hold the body to it."""
     highest_jump: float = 0.8
     """Rise of the body in flight, over the leg length."""
     shortest_swing: float = 0.1
@@ -195,6 +197,8 @@ def _steps(
     high = ~flies & ~long & (np.abs(rises) > limits.highest_step * leg)
     note(high, "unreachable", ERROR, rises, "is {:+.2f} m above the footstep before it")
     note(flies & (speeds > limits.fastest), "flight", ERROR, speeds, "needs {:.1f} m/s, faster than anyone runs")
+    quick = ~flies & ~long & (durations > 0.0) & (speeds > limits.fastest_walk)
+    note(quick, "hurried", ERROR, speeds, "needs {:.1f} m/s without flight, faster than anyone walks")
     note(jumps > limits.highest_jump * leg, "flight", ERROR, jumps, "needs a jump {:.2f} m high")
     note(
         apart < -limits.crossing * sizes[rows],
@@ -212,12 +216,12 @@ def _steps(
     )
     own = np.flatnonzero(feet.numbers > 1)
     swings = feet.strikes[own] - feet.liftoffs[own - 2]
-    quick = own[swings < limits.shortest_swing]
+    late = own[swings < limits.shortest_swing]
     message = "strikes only {:.2f} s after the foot has left the ground"
     found += _faults(
         names,
-        feet.owners[quick],
-        feet.numbers[quick],
+        feet.owners[late],
+        feet.numbers[late],
         "hurried",
         WARNING,
         swings[swings < limits.shortest_swing],

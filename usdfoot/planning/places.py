@@ -40,7 +40,9 @@ class Party:
     starts: IntArray
     """Level on which each starts, shape (N,)."""
     itineraries: tuple[Itinerary, ...]
-    """Of each."""
+    """Of each, to a place of its own at the last goal."""
+    goals: FloatArray
+    """The last goals, which several may have (x, z) [m], shape (N, 2)."""
 
     @property
     def narrowest(self) -> float:
@@ -243,6 +245,7 @@ def _spread(area: Area, people: Sequence[tuple[Seeker, int, Itinerary]], *, side
             replace(itinerary, points=np.vstack([itinerary.points[:-1], place]))
             for (_, _, itinerary), place in zip(people, places, strict=True)
         ),
+        goals=lasts,
     )
 
 

@@ -22,6 +22,10 @@ SAMPLE_STEP = 0.1
 """Between positions kept [s]."""
 ARRIVAL = 0.2
 """A goal is reached at this distance [m]."""
+AROUND, HALTED = 0.4, 0.1
+"""A place around a goal of several is too at this one, by who goes no faster [m/s] for those who stand there."""
+SETTLE = 2.0
+"""Who is so close [m] to the places around a goal of several takes one."""
 PATIENCE, STUCK = 25.0, 0.5
 """It ends when nobody has moved so far [m] for so long [s]."""
 LOOK_AHEAD = 2.0
@@ -53,6 +57,8 @@ class Tracks:
     """How far they had to turn their shoulders: 0 = not, 1 = sideways, shape (T, N)."""
     arrived: BoolArray
     """Whether they reached their last goal, shape (N,)."""
+    left: FloatArray
+    """How far from it they stopped [m], shape (N,)."""
 
 
 def simulate(party: Party, *, duration: float) -> Tracks:
@@ -64,7 +70,7 @@ def simulate(party: Party, *, duration: float) -> Tracks:
         party: Who, and where.
         duration: At most [s].
     """
-    legs, floors = _Legs(party.itineraries), Floors(party)
+    legs, floors = _Legs(party.itineraries, party.goals), Floors(party)
     detours = _Detours(party.area, max(seeker.radius for seeker in party.seekers), len(party.seekers))
     everyone = list(range(len(party.seekers)))
     gates = _gates(party, floors)
@@ -94,6 +100,7 @@ def simulate(party: Party, *, duration: float) -> Tracks:
         heights=np.array(heights),
         turned=np.array(turned),
         arrived=legs.arrived,
+        left=legs.left(samples[-1]),
     )
 
 
@@ -125,9 +132,13 @@ def _is_stuck(samples: list[FloatArray]) -> bool:
 
 
 class _Legs:
-    """Which point of its itinerary each seeker is on its way to."""
+    """Which point of its itinerary each seeker is on its way to.
 
-    def __init__(self, itineraries: Sequence[Itinerary]) -> None:
+    Those with one goal (N, 2) take the places around it from the middle outwards as they come: nobody has to get past
+    those who stand.
+    """
+
+    def __init__(self, itineraries: Sequence[Itinerary], goals: FloatArray) -> None:
         most = max(len(itinerary.stops) for itinerary in itineraries)
 
         def padded(values: np.ndarray) -> np.ndarray:
@@ -139,6 +150,12 @@ class _Legs:
         self._last = np.array([len(itinerary.stops) - 1 for itinerary in itineraries])
         self._current = np.zeros(len(itineraries), dtype=int)
         self.arrived = np.zeros(len(itineraries), dtype=bool)
+        self._settled = np.zeros(len(itineraries), dtype=bool)
+        self._before = np.full((len(itineraries), 2), np.inf)
+        ends = np.column_stack([goals, self._levels[:, -1]])
+        sharing = np.unique(ends, axis=0, return_inverse=True)[1].reshape(-1)
+        self._circles = [np.flatnonzero(sharing == one) for one in np.flatnonzero(np.bincount(sharing) > 1)]
+        self._goals, self._away = goals, np.linalg.norm(self._points[:, -1] - goals, axis=1)
 
     @property
     def targets(self) -> FloatArray:
@@ -154,10 +171,39 @@ class _Legs:
 
     def advance(self, points: FloatArray, over: BoolArray) -> list[int]:
         """Those at their goal or on their next level go on; gives back who did, or arrived at the last."""
-        there = (np.linalg.norm(points - self.targets, axis=1) <= ARRIVAL) & ~self.arrived & (self.next_levels < 0)
+        away, moved = (np.linalg.norm(points - before, axis=1) for before in (self.targets, self._before))
+        self._before = points
+        there = (away <= ARRIVAL) | (self._settled & (away <= AROUND) & (moved <= HALTED * SAMPLE_STEP))
+        there &= ~self.arrived & (self.next_levels < 0)
         self.arrived |= there & (self._current == self._last)
         self._current[(there & ~self.arrived) | over] += 1
-        return np.flatnonzero(there | over).tolist()
+        return [*np.flatnonzero(there | over).tolist(), *self._settle(points)]
+
+    def left(self, points: FloatArray) -> FloatArray:
+        """How far seekers at points (N, 2) are from their last goals [m], shape (N,)."""
+        return np.asarray(np.linalg.norm(points - self._points[:, -1], axis=1))
+
+    def _settle(self, points: FloatArray) -> list[int]:
+        """Have those near a goal of several take the innermost place that nobody there has; gives back who changed."""
+        near = np.linalg.norm(points - self._goals, axis=1)
+        last = ~self._settled & (self._current == self._last)
+        changed: list[int] = []
+        for circle in self._circles:
+            own = circle[last[circle]]
+            for one in own[near[own] <= self._away[circle].max() + SETTLE].tolist():
+                free = circle[~self._settled[circle]]
+                other = int(free[np.argmin(self._away[free])])
+                self._swap(one, other)
+                self._settled[one] = True
+                changed += [one, other]
+        return changed
+
+    def _swap(self, one: int, other: int) -> None:
+        """Have two exchange their places."""
+        places = self._points[[other, one], -1]
+        for index, place in zip((one, other), places, strict=True):
+            self._points[index, self._last[index] :] = place
+        self._away[[one, other]] = self._away[[other, one]]
 
 
 class _Detours:

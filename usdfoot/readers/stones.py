@@ -41,7 +41,9 @@ def read_stones(
     if pattern is None:
         return stones_on(terrain, body=body, spacing=spacing)
     chosen = np.array([fnmatchcase(path, pattern) for path in terrain.meshes], dtype=bool)
-    parts = [_points_of(stage, prim, units) for prim in _point_prims(stage, pattern)]
+    scattered = set(terrain.meshes)
+    prims = [prim for prim in _point_prims(stage, pattern) if str(prim.GetPath()) not in scattered]
+    parts = [_points_of(stage, prim, units) for prim in prims]
     if chosen.any():
         parts.append(stones_on(replace(terrain, walkable=terrain.walkable & chosen), body=body, spacing=spacing))
     if not parts:

@@ -18,6 +18,8 @@ from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits, check_limit
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
+from usdfoot.readers.instanced_meshes import PlacedMesh, placed_meshes
+from usdfoot.readers.plans import is_plan
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.skins import inherited_target
 from usdfoot.readers.stage import StagePrims, authored, start_code
@@ -47,9 +49,9 @@ def read_terrain(
 ) -> tuple[Terrain, tuple[Problem, ...]]:
     """Triangles of the terrain at the stage's start, and what could not be used.
 
-    Terrain are the meshes, cubes and planes with UsdfootTerrainAPI on them or on a prim above; without any, the meshes
-    whose own or parent's name contains ground or terrain. Skinned meshes are characters. Subdivision is ignored: the
-    control cage counts.
+    Terrain are the meshes, cubes and planes with UsdfootTerrainAPI on them or on a prim above, and the meshes of
+    PointInstancers with it, each instance one mesh; without any, the meshes whose own or parent's name contains ground
+    or terrain. Skinned meshes are characters. Subdivision is ignored: the control cage counts.
 
     Raises:
         SceneError: If it has more triangles than the limits allow.
@@ -58,17 +60,24 @@ def read_terrain(
     meshes = [mesh for mesh in prims.meshes if not _is_skinned(mesh)]
     solids = [shape for shape in prims.shapes if marked and shape.GetTypeName() in _SOLIDS and _is_marked(shape)]
     chosen = [*(mesh for mesh in meshes if _is_marked(mesh)), *solids] if marked else _named(meshes)
+    scattered = [prim for prim in prims.instancers if marked and not is_plan(prim) and _is_marked(prim)]
     if not marked and chosen:
         _logger.info("no UsdfootTerrainAPI, terrain by name: %s", ", ".join(str(mesh.GetPath()) for mesh in chosen))
-    _check_size(chosen, limits)
-    parts, problems = [], _without_meshes(marked, [*meshes, *solids])
+    parts, problems = [], _without_meshes(marked, [*meshes, *solids, *scattered])
     if not marked and not chosen:
         problems += _shapes_named(prims.shapes)
-    for mesh in chosen:
+    placed = [_in_place(stage, mesh) for mesh in chosen]
+    for instancer in scattered:
         try:
-            parts.append(_read_mesh(stage, mesh, units))
+            placed += placed_meshes(stage, instancer)
         except TerrainError as error:
-            problems.append(Problem(severity="error", where=str(mesh.GetPath()), message=str(error)))
+            problems.append(Problem(severity="error", where=str(instancer.GetPath()), message=str(error)))
+    _check_size(placed, limits)
+    for mesh in placed:
+        try:
+            parts += _read_mesh(stage, mesh, units)
+        except TerrainError as error:
+            problems.append(Problem(severity="error", where=str(mesh.prim.GetPath()), message=str(error)))
     return _joined(parts), tuple(problems)
 
 
@@ -91,8 +100,15 @@ def _joined(parts: Sequence[_MeshTriangles]) -> Terrain:
     )
 
 
-def _read_mesh(stage: Usd.Stage, prim: Usd.Prim, units: StageUnits) -> _MeshTriangles:
-    """Raises TerrainError if the mesh is empty, inconsistent or not finite."""
+def _in_place(stage: Usd.Stage, prim: Usd.Prim) -> PlacedMesh:
+    """A mesh, cube or plane where it is."""
+    matrices = matrices_of(prim, np.array([start_code(stage).GetValue()]))
+    return PlacedMesh(prim=prim, instancer=prim, matrices=matrices)
+
+
+def _read_mesh(stage: Usd.Stage, placed: PlacedMesh, units: StageUnits) -> list[_MeshTriangles]:
+    """Its triangles in each place where it is. Raises TerrainError if it is empty, inconsistent or not finite."""
+    prim = placed.prim
     where = prim.GetPath()
     points, counts, indices, holes = _polygons(stage, prim)
     remedy = "give the mesh points and faces, or remove UsdfootTerrainAPI from it"
@@ -100,17 +116,19 @@ def _read_mesh(stage: Usd.Stage, prim: Usd.Prim, units: StageUnits) -> _MeshTria
         raise TerrainError(where, f"is an empty mesh ({len(points)} points, {len(counts)} faces)", remedy)
     if counts.sum() != len(indices) or indices.min(initial=0) < 0 or indices.max(initial=0) >= len(points):
         raise TerrainError(where, "has faces that do not match its points", "repair faceVertexCounts and -Indices")
-    if not np.isfinite(points).all():
+    if not (np.isfinite(points).all() and np.isfinite(placed.matrices).all()):
         raise TerrainError(where, "has points that are not finite", "repair the mesh")
-    matrix = matrices_of(prim, np.array([start_code(stage).GetValue()]))[0]
-    world = units.points_to_canonical(points @ matrix[:3, :3] + matrix[3, :3])
-    triangles = cut_polygons(world, counts, indices, holes)
-    if _is_flipped(UsdGeom.Gprim(prim)) != (np.linalg.det(matrix[:3, :3]) < 0.0):
-        triangles = triangles[:, [0, 2, 1]]
-    triangles = triangles[_areas(world, triangles) > _THINNEST]
-    if not len(triangles):
-        raise TerrainError(where, "has only faces without area", remedy)
-    return _MeshTriangles(path=str(where), points=world, triangles=triangles, walkable=_is_walkable(prim))
+    triangles, parts = cut_polygons(points, counts, indices, holes), []
+    is_flipped, is_walkable = _is_flipped(UsdGeom.Gprim(prim)), _is_walkable(prim, placed.instancer)
+    for matrix in placed.matrices:
+        world = units.points_to_canonical(points @ matrix[:3, :3] + matrix[3, :3])
+        faces = triangles[:, [0, 2, 1]] if is_flipped != (np.linalg.det(matrix[:3, :3]) < 0.0) else triangles
+        faces = faces[_areas(world, faces) > _THINNEST]
+        if not len(faces):
+            raise TerrainError(where, "has only faces without area", remedy)
+        name = str(placed.instancer.GetPath())
+        parts.append(_MeshTriangles(path=name, points=world, triangles=faces, walkable=is_walkable))
+    return parts
 
 
 def _polygons(stage: Usd.Stage, prim: Usd.Prim) -> tuple[FloatArray, IntArray, IntArray, IntArray]:
@@ -152,13 +170,14 @@ def _areas(points: FloatArray, triangles: IntArray) -> FloatArray:
     return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=-1)
 
 
-def _is_walkable(prim: Usd.Prim) -> bool:
-    """The value authored nearest to the mesh, on itself or a prim above with UsdfootTerrainAPI; true without any."""
-    while prim and not prim.IsPseudoRoot():
-        value = authored(prim, Token.WALKABLE)
-        if value is not None:
-            return bool(value)
-        prim = prim.GetParent()
+def _is_walkable(mesh: Usd.Prim, instancer: Usd.Prim) -> bool:
+    """The value authored nearest to the mesh, on itself or a prim above, or else to its instancer; without, true."""
+    for prim in (mesh, instancer):
+        while prim and not prim.IsPseudoRoot():
+            value = authored(prim, Token.WALKABLE)
+            if value is not None:
+                return bool(value)
+            prim = prim.GetParent()
     return True
 
 
@@ -218,14 +237,14 @@ def _value(attribute: Usd.Attribute, stage: Usd.Stage) -> object:
     return () if value is None else value
 
 
-def _check_size(meshes: Sequence[Usd.Prim], limits: Limits) -> None:
+def _check_size(meshes: Sequence[PlacedMesh], limits: Limits) -> None:
     """Raises SceneError if meshes have too many triangles together; a face of n corners has n - 2 at most."""
     count = 0
-    for prim in meshes:
-        mesh = UsdGeom.Mesh(prim)
+    for placed in meshes:
+        mesh = UsdGeom.Mesh(placed.prim)
         if not mesh:
             continue
         corners = mesh.GetFaceVertexIndicesAttr().Get(Usd.TimeCode.EarliestTime()) or ()
         faces = mesh.GetFaceVertexCountsAttr().Get(Usd.TimeCode.EarliestTime()) or ()
-        count += max(0, len(corners) - 2 * len(faces))
-        check_limit(prim.GetPath(), "triangles", count, limits.triangles)
+        count += max(0, len(corners) - 2 * len(faces)) * len(placed.matrices)
+        check_limit(placed.instancer.GetPath(), "triangles", count, limits.triangles)

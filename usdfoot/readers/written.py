@@ -195,7 +195,11 @@ def read_agent_prim(prim: Usd.Prim, units: StageUnits, *, bipeds: dict[Hashable,
 
 
 def read_joint_tracks(agent: WrittenAgent, units: StageUnits, codes: FloatArray) -> JointTracks:
-    """Joints at time codes (F,), whole or not, interpolated as any USD program does."""
+    """Joints at time codes (F,), whole or not, interpolated as any USD program does.
+
+    Raises:
+        SceneError: If a joint is nowhere: not finite.
+    """
     local, skel, above = [], [], []
     xforms = UsdGeom.XformCache()
     for code in codes.tolist():
@@ -205,6 +209,10 @@ def read_joint_tracks(agent: WrittenAgent, units: StageUnits, codes: FloatArray)
         skel.append(np.array(agent.query.ComputeJointSkelTransforms(time)))
         above.append(np.array(xforms.GetLocalToWorldTransform(agent.skeleton_prim)))
     world = np.stack(skel) @ np.stack(above)[:, None]  # row vectors, (F, J, 4, 4)
+    nowhere = np.flatnonzero(~np.isfinite(world).all(axis=(1, 2, 3)))
+    if nowhere.size:
+        animation = agent.query.GetAnimQuery().GetPrim().GetPath()
+        raise SceneError(animation, f"moves joints to nowhere at {codes[nowhere[0]]:g}", "author finite values")
     shape = world.shape[:2]
     _, turns, _ = split_matrices(world.reshape(-1, 4, 4))
     _, rotations, _ = split_matrices(np.stack(local).reshape(-1, 4, 4))
