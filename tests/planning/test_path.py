@@ -113,9 +113,16 @@ def test_on_stairs_one_foot_falls_on_each_tread_and_no_heel_in_a_riser(rise, dep
         assert above.max() < 0.02
 
 
+def climbed(heights, before, sample, side):
+    """From the lower foot to the highest that is stepped over or on."""
+    feet = [heights[before, 1 - side], heights[sample, side]]
+    return max([*feet, *heights[before + 1 : sample].ravel()]) - min(feet)
+
+
 def test_treads_are_the_cheapest_way_over_samples_and_feet():
     """Against a search over the graph of all steps, edge by edge."""
-    ground = Ground(terrain_of([slab((-9.0, 9.0), (-9.0, 0.4), (0.0, 0.0)), *treads(0.17, 0.3, 5)]))
+    ridge = slab((-9.0, 9.0), (1.95, 2.05), (1.3, 1.3))
+    ground = Ground(terrain_of([slab((-9.0, 9.0), (-9.0, 0.4), (0.0, 0.0)), *treads(0.17, 0.3, 5), ridge]))
     gait, body = derive_gait(), Proportions()
     ways = lay_ways([straight(2.4), straight(1.7)], [gait, gait], ground)
     footholds = find_footholds(ways, [gait, gait], [body, body], ground)
@@ -134,7 +141,7 @@ def test_treads_are_the_cheapest_way_over_samples_and_feet():
                         best[before, 1 - side][0]
                         + 1e-3
                         + ((arcs[sample] - arcs[before]) / (0.5 * (wanted[before] + wanted[sample])) - 1.0) ** 2
-                        + ((heights[sample, side] - heights[before, 1 - side]) / (0.22 * body.leg_length)) ** 4
+                        + (climbed(heights, before, sample, side) / (0.22 * body.leg_length)) ** 4
                         + costs[sample, side],
                         [*best[before, 1 - side][1], sample],
                     )

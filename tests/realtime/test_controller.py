@@ -15,6 +15,7 @@ from usdfoot.engine.animate import animate_agents, prepare_library
 from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import UsdfootError
 from usdfoot.maths import quaternion
+from usdfoot.planning.proportions import proportions_of
 from usdfoot.realtime import controller as controllers
 from usdfoot.realtime.controller import Controller
 
@@ -212,6 +213,22 @@ def test_steered_agents_go_as_fast_and_as_wanted_turn_and_stop(library):
         balls = see(library, poses, agent).balls[:, :, [0, 2]]
         steps = np.linalg.norm(np.diff(balls, axis=0), axis=-1)
         assert (steps.min(axis=1) < 1e-3).mean() > 0.95  # a walk: one foot stands at any time, without sliding
+
+
+def test_steered_agents_stand_with_whole_soles_on_treads(library):
+    controller = stand(library, terrain=stairs(0.15, 0.36))
+    controller.steer(np.zeros(1, dtype=int), np.array([[0.0, 0.6]]), AHEAD)
+    steps = []
+    for time in np.arange(0.0, 4.2, 0.2):
+        controller.pose(float(time))
+        steps.append(controller.footing)
+    body = proportions_of(library.source.skeleton, library.source.biped)
+    balls, yaws = np.concatenate([step.positions for step in steps]), np.concatenate([step.yaws for step in steps])
+    treads = np.round(balls[:, 1] / 0.15)
+    assert_allclose(balls[:, 1], 0.15 * treads, atol=1e-6)
+    assert treads.max() > 4
+    for ahead in (-body.heel, body.toe):
+        assert np.all(np.round((balls[:, 2] + ahead * np.cos(yaws)) / 0.36) <= treads)
 
 
 def test_time_goes_on(library):

@@ -11,6 +11,9 @@ import numpy as np
 
 __all__ = ["content_hash"]
 
+_PLAIN = (str, int, float, complex, type(None), np.generic)
+"""Types whose values say all they are when printed."""
+
 
 def content_hash(*values: object) -> str:
     """SHA-256 of values: frozen dataclasses, arrays, sequences, mappings, numbers and strings.
@@ -24,28 +27,30 @@ def content_hash(*values: object) -> str:
 
 def _add_parts(parts: list[bytes], value: object) -> None:
     """Adds the value as bytes, each part saying what it is, so that no two values run into each other."""
-    if isinstance(value, np.ndarray):
-        parts += f"array {value.dtype.str} {value.shape} ".encode(), np.ascontiguousarray(value).tobytes()
-    elif isinstance(value, (str, int, float, complex, type(None), np.generic)):
+    kind = type(value)
+    if kind in _PLAIN or isinstance(value, _PLAIN):
         text = repr(value)
-        parts.append(f"{type(value).__name__} {len(text)} {text} ".encode())
+        parts.append(f"{kind.__name__} {len(text)} {text} ".encode())
+    elif isinstance(value, np.ndarray):
+        parts += f"array {value.dtype.str} {value.shape} ".encode(), value.tobytes()
     elif isinstance(value, (tuple, list)):
-        parts.append(f"sequence {len(value)} ".encode())
+        parts.append(b"sequence %d " % len(value))
         for item in value:
             _add_parts(parts, item)
     elif is_dataclass(value) and not isinstance(value, type):
-        parts.append(f"{type(value).__name__} ".encode())
-        for name in _field_names(type(value)):
-            parts.append(f"{name} ".encode())
+        parts.append(f"{kind.__name__} ".encode())
+        for name, label in _labelled_fields(type(value)):
+            parts.append(label)
             _add_parts(parts, getattr(value, name))
     elif isinstance(value, Mapping):
-        parts.append(f"mapping {len(value)} ".encode())
+        parts.append(b"mapping %d " % len(value))
         for key in sorted(value):
             _add_parts(parts, (key, value[key]))
     else:
-        raise TypeError(f"{type(value).__name__} has no content to hash")
+        raise TypeError(f"{kind.__name__} has no content to hash")
 
 
 @cache
-def _field_names(kind: type) -> tuple[str, ...]:
-    return tuple(field.name for field in fields(kind))
+def _labelled_fields(kind: type) -> tuple[tuple[str, bytes], ...]:
+    """Names of a dataclass's fields, also as what its hash says before each."""
+    return tuple((field.name, f"{field.name} ".encode()) for field in fields(kind))

@@ -6,9 +6,8 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
-from usdfoot.batch.records import parse_record
+from usdfoot.batch.records import AgentEntry, parse_record
 from usdfoot.batch.tasks import ChunkTask
 from usdfoot.bridge.chunks import ChunkLayers
 from usdfoot.model.report import Problem
@@ -23,7 +22,7 @@ class KeptAgents:
 
     layers: ChunkLayers | None = None
     """Who have them; None = nobody is kept."""
-    entries: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    entries: Mapping[str, AgentEntry] = field(default_factory=dict)
     """What the report says of them, by agent."""
     problems: tuple[Problem, ...] = ()
     """Theirs, without those of their clips."""
@@ -43,8 +42,8 @@ def keep_agents(task: ChunkTask) -> KeptAgents:
     layers, notes = found
     record = parse_record(notes.record)
     names = {name for name, _ in notes.agent_hashes.items() & set(zip(task.agents, task.hashes, strict=True))}
-    entries = {entry["name"]: entry for entry in record.agents if entry["name"] in names}
-    prims = {entry["prim"] for entry in entries.values()}
+    entries = {entry.name: entry for entry in record.agents if entry.name in names}
+    prims = {entry.prim for entry in entries.values()}
     problems = tuple(problem for problem in record.problems if problem.where in prims)
     in_order = list(entries) == [name for name in task.agents if name in entries]
     return KeptAgents(layers=layers, entries=entries, problems=problems) if entries and in_order else KeptAgents()

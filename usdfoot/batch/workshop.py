@@ -36,7 +36,7 @@ class MadeChunk:
     """What became of a chunk's agents."""
 
     record: str
-    """What the report says of them, as JSON."""
+    """What the report says of them, lines of JSON."""
     kept_agents: int
     """How many of them an earlier run had made."""
 

@@ -7,7 +7,11 @@ from dataclasses import dataclass, field
 
 from pxr import Sdf
 
-__all__ = ["ChunkLayers", "ChunkNotes"]
+__all__ = ["ChunkLayers", "ChunkNotes", "JsonText"]
+
+
+class JsonText(str):
+    """JSON already: goes into a file of JSON as it is."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,4 +32,4 @@ class ChunkNotes:
     agent_hashes: Mapping[str, str] = field(default_factory=dict)
     """Of all that each agent written was made from, by name."""
     record: str = ""
-    """What the report says of the chunk, as JSON."""
+    """What the report says of the chunk, lines of JSON."""

@@ -256,7 +256,7 @@ class Record:
 
     CONTENT_HASH: Final = "contentHash"
     AGENT_HASHES: Final = "agentHashes"
-    REPORT: Final = "report"
+    REPORT: Final = "entries"
 
 
 class ChunkFiles(NamedTuple):

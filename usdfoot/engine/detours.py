@@ -36,8 +36,34 @@ KNOT_SHARES = spline_shares(np.arange(0, FINE, BETWEEN), np.arange(FINE))
 PROBE_SHARES = spline_shares(PROBES, np.arange(FINE))
 """Cubic splines through the knots and through the probes, at all fine samples, shape (FINE, K)."""
 
-FIRST_GAINS = np.array([5.0, 2.2, 1.4])
-"""How much the knot after a swing's begin must rise for each sample before it, since the detour begins at zero."""
+
+def _curve_shares() -> FloatArray:
+    """The curves through the knots as they are drawn (`plant.swinging_foot`), at all fine samples, (FINE, KNOTS)."""
+    places = np.arange(FINE) / BETWEEN
+    rows = np.minimum(places.astype(np.intp), KNOTS - 2)
+    x = (places - rows)[:, None]
+    unit = np.eye(KNOTS)
+    before, start, end, after = (unit[np.clip(rows + offset, 0, KNOTS - 1)] for offset in (-1, 0, 1, 2))
+    leaves, arrives = 0.5 * (end - before), 0.5 * (after - start)
+    curves = start + x * leaves + x**2 * (3.0 * (end - start) - 2.0 * leaves - arrives)
+    return np.asarray(curves + x**3 * (2.0 * (start - end) + leaves + arrives))
+
+
+def _bumps() -> FloatArray:
+    """Knots of curves that rise from the swing's begin to one at a fine sample, and fall until its end, (FINE, KNOTS).
+
+    Over the whole swing on either side, so that no foot shoots up or comes down hard.
+    """
+    instants, knots = np.linspace(0.0, 1.0, FINE)[1:-1, None], np.linspace(0.0, 1.0, KNOTS)
+    near = np.minimum(knots / instants, (1.0 - knots) / (1.0 - instants))
+    bumps: FloatArray = np.zeros((FINE, KNOTS))
+    bumps[1:-1] = near**2 * (3.0 - 2.0 * near)
+    reached = np.einsum("fk,fk->f", _curve_shares(), bumps)
+    bumps[1:-1] /= reached[1:-1, None]
+    return bumps
+
+
+BUMPS = _bumps()
 
 EASY_SPEED, STEEP_SPEED = 0.5, 1.5
 """Speeds at which a foot has to rise or fall: up to the first as it comes, from the second wholly eased [m/s]."""
@@ -49,6 +75,9 @@ MOST_UPRIGHT = 0.3
 
 BESIDE = 0.02 * np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
 """Where uneven ground is looked at too in mid swing, from a point of the sole, (x, z) [m]: feet do not graze edges."""
+AT_PRINT, NEAR_PRINT = 0.08, 0.2
+"""Nearer than this to where it leaves or lands a foot keeps less off edges, and less off the other leg: it stands there
+[m]."""
 
 BLIND_HEIGHT = 0.6
 """Ground higher than this over both prints is not stepped over: a wall or another level [m]."""
@@ -97,8 +126,9 @@ def plan_detours(
     eased = np.flatnonzero(speeds.max(axis=1, initial=0.0) > EASY_SPEED)
     if eased.size:
         hurry = _hurry(balls[eased], speeds[eased])
+        offsets[eased] = _beside_leg(layout, rows[eased], (balls[eased] + hurry)[:, ::BETWEEN])
+        aside = KNOT_SHARES @ offsets[eased] + hurry
         offsets[eased] += hurry[:, ::BETWEEN]
-        aside = aside[eased] + hurry
         missing[eased] = _missing_heights(layout, rows[eased], balls[eased] + aside, heels[eased] + aside, ground)
     offsets[..., 1] += _lifts(missing)
     return offsets
@@ -141,9 +171,15 @@ def _beside_leg(layout: Layout, rows: IntArray, balls: FloatArray) -> FloatArray
     ahead = np.clip(1.0 - np.abs(apart[..., 1]) / 0.3, 0.0, 1.0)
     wanted = layout.options.foot_spacing * ahead**2 * (3.0 - 2.0 * ahead) * (ahead > 0.0)
     missing = np.where(ahead > 0.0, np.clip(wanted - outward * apart[..., 0], 0.0, 0.15), 0.0)
-    push = _envelope(missing)
+    push = _envelope(missing * _aside_shares(balls[..., [0, 2]], NEAR_PRINT))
     offsets = planar.rotate(heading, np.stack([outward * push, np.zeros_like(push)], axis=-1))
     return np.stack([offsets[..., 0], np.zeros_like(push), offsets[..., 1]], axis=-1)
+
+
+def _aside_shares(places: FloatArray, near: float) -> FloatArray:
+    """0 at either end of paths (N, K, 2), 1 from `near` [m] away from both, shape (N, K)."""
+    away = [np.linalg.norm(places - places[:, [end]], axis=-1) for end in (0, -1)]
+    return np.clip(np.minimum(*away) / near, 0.0, 1.0)
 
 
 def _missing_heights(
@@ -156,12 +192,13 @@ def _missing_heights(
     highest = np.maximum(layout.contacts.positions[rows, 1], layout.contacts.positions[rows + 2, 1])
     floors = np.minimum.reduceat(layout.contacts.positions[:, 1], layout.contacts.first[:-1])
     lowest = floors[layout.contacts.agents[rows]]
-    edges = (middle == 1.0)[:, None, None] * BESIDE  # (FINE, 4, 2)
     missing: FloatArray = np.zeros((len(rows), len(fractions)))
     for path in (balls, heels):
         heights = _highest(path[..., None, [0, 2]], highest, lowest, ground)
         uneven = np.flatnonzero(np.ptp(heights, axis=1) > EDGE_HEIGHT)
-        beside = path[uneven][:, :, None, [0, 2]] + edges
+        places = path[uneven][..., [0, 2]]
+        share = (middle == 1.0) * _aside_shares(places, AT_PRINT)
+        beside = places[:, :, None] + share[..., None, None] * BESIDE
         heights[uneven] = np.maximum(heights[uneven], _highest(beside, highest[uneven], lowest[uneven], ground))
         missing = np.maximum(missing, heights + clearance - path[..., 1])
     missing = np.clip(missing, 0.0, BLIND_HEIGHT)
@@ -221,15 +258,8 @@ def _share(values: FloatArray, low: float, high: float) -> FloatArray:
 
 
 def _lifts(missing: FloatArray) -> FloatArray:
-    """Lifts (N, KNOTS) [m] that make good for what is missing (N, FINE) [m]."""
-    missing = missing.copy()
-    missing[:, 1:BETWEEN] *= FIRST_GAINS
-    missing[:, -BETWEEN:-1] *= FIRST_GAINS[::-1]
-    grouped: FloatArray = np.zeros((len(missing), KNOTS))
-    for shift in range(-BETWEEN + 1, BETWEEN):
-        sampled = np.clip(np.arange(KNOTS) * BETWEEN + shift, 0, missing.shape[1] - 1)
-        grouped = np.maximum(grouped, missing[:, sampled])
-    return _envelope(grouped)
+    """Lifts (N, KNOTS) [m] that make good for what is missing (N, FINE) [m]: the highest of the bumps over it."""
+    return np.stack([np.max(missing * bump, axis=1) for bump in BUMPS.T], axis=1)
 
 
 def _envelope(missing: FloatArray) -> FloatArray:

@@ -96,7 +96,7 @@ def animate(
     progress("write", 0, 0)
     crowd_file, report_file = write_crowd(
         shot.scene,
-        [agent["name"] for record in records for agent in record.agents],
+        [agent.name for record in records for agent in record.agents],
         shot.folder,
         chunks=[task.files for task, record in zip(shot.tasks, records, strict=True) if record.agents],
         characters=shot.characters,

@@ -47,7 +47,7 @@ def report_json(
     problems: Sequence[Problem],
     folder: Path,
 ) -> dict[str, Any]:
-    """The content of report.json: no times, no absolute paths, distances in metres.
+    """The content of report.json: no times, no absolute paths, distances in metres; its agents are JSON already.
 
     Args:
         scene: What was read.
@@ -61,7 +61,7 @@ def report_json(
         "options": asdict(options),
         "scene": relative_path(scene.stage.identifier, folder),
         "inputs": input_hashes(scene.stage, folder),
-        "agents": [agent for record in records for agent in record.agents],
+        "agents": [agent.text for record in records for agent in record.agents],
         "problems": [problem_json(problem) for problem in problems],
     }
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from usdfoot import __version__
-from usdfoot.batch.records import ChunkRecord, problem_of
+from usdfoot.batch.records import problem_of, step_results
 from usdfoot.bridge.file_hashes import file_hashes
 from usdfoot.bridge.tokens import File
 from usdfoot.bridge.versions import library_versions
@@ -81,13 +81,12 @@ def _is_whole(report: dict[str, Any], folder: Path) -> bool:
 def _report_of(report: dict[str, Any], folder: Path) -> AnimateReport:
     """What a report says, for whom nothing was to be made."""
     agents = report["agents"]
-    record = ChunkRecord(agents=tuple(agents), problems=(), is_kept=True, kept_agents=len(agents))
     anims = File.ANIMS.split(".")[0]
     chunks = sum(name.startswith(f"{anims}.") and name != File.ANIMS for name in report["files"])
     return AnimateReport(
         crowd_file=folder / File.CROWD,
         report_file=folder / File.REPORT,
-        results=record.results,
+        results={agent["name"]: step_results(agent["steps"]) for agent in agents},
         problems=tuple(problem_of(problem) for problem in report["problems"]),
         chunks=chunks,
         kept=chunks,

@@ -18,7 +18,7 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.trajectory import RootTrajectory, sample_trajectories, sample_trajectory
 from usdfoot.planning.predictions import Gaits, build_gaits, choose_gaits, predict_steps
-from usdfoot.planning.prints import settle_on_treads
+from usdfoot.planning.prints import put_on_ground, settle_landings
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.rests import find_rests, leave_times, wait_times
 from usdfoot.planning.root_curves import RootCurves, build_root_curves
@@ -26,14 +26,10 @@ from usdfoot.planning.strides import Stances, next_steps
 from usdfoot.planning.tracks import Tracks
 from usdfoot.spaces.library import FootstepSpaces
 
-__all__ = ["Following", "follow_trajectories", "followed", "put_on_ground"]
+__all__ = ["LONGEST_STEP", "Following", "follow_trajectories", "followed"]
 
 LONGEST_STEP = 1.4
 """Longest walking step in lengths of the leg."""
-HIGHEST_STEP = 0.5
-"""Highest step up onto another level of the ground [m]."""
-WAY_SAMPLES = 16
-"""Places between two footsteps at which the ground between them is looked at."""
 GLANCE = 0.3
 """Time over which the start of a trajectory says how it begins: one that stays near it begins standing [s]."""
 SHORTEST_STAND = 0.1
@@ -156,7 +152,7 @@ def _walk(
                 (rested | waiting)[~stays],
             )
             steps = next_steps(gaits, curves, stances, begins=begins, rested=rested, longest=longest, options=options)
-        positions = _settled(ground, stances.supports, steps.positions, steps.yaws, body)
+        positions = settle_landings(ground, stances.supports, steps.positions, steps.yaws, body)
         tracks.release(stances.agents, steps.liftoffs, back=1)
         tracks.release(stances.agents, steps.support_liftoffs, back=0)
         tracks.add(stances.agents, steps.sides, positions, steps.yaws, steps.strikes)
@@ -209,7 +205,7 @@ def _first_stances(
     turned = np.where(standing, yaws, turned) + steps.foot_yaws
     feet, foot_yaws = np.concatenate([ahead, 2.0 * places - ahead]), np.concatenate([turned, 2.0 * yaws - turned])
     start = put_on_ground(ground, places, places[:, 1], step_up=body.leg_length)
-    feet = _settled(ground, np.tile(start, (2, 1)), feet, foot_yaws, body)
+    feet = settle_landings(ground, np.tile(start, (2, 1)), feet, foot_yaws, body)
     return replace(
         still,
         supports=feet[: len(sides)],
@@ -238,43 +234,6 @@ def _begins(
     lifts = np.where(standing, np.maximum(lifts, begins + SHORTEST_STAND), lifts)
     rested = rests & ~stays & (standing | (lifts - begins > SHORTEST_REST))
     return np.where(rested, lifts, begins), rested, stays
-
-
-def _settled(
-    ground: Ground, starts: FloatArray, landings: FloatArray, yaws: FloatArray, body: Proportions
-) -> FloatArray:
-    """Landings (N, 3) of feet that step from `starts` (N, 3), on the ground, no edge of a tread in their soles.
-
-    Their level is the one the ground between leads to, up stairs of which a step passes several. Beyond a drop it is
-    the one below.
-    """
-    if not ground.has_terrain:
-        return landings
-    shares = np.linspace(0.0, 1.0, WAY_SAMPLES)[:, None]
-    ways = (starts[:, None] + shares * (landings - starts)[:, None])[..., [0, 2]].reshape(-1, 2)
-    firsts = WAY_SAMPLES * np.arange(len(starts) + 1)
-    found = ground.follow(ways, np.repeat(starts[:, 1], WAY_SAMPLES), first=firsts)
-    last = firsts[1:] - 1
-    near = np.where(found.hit[last], found.heights[last], starts[:, 1])
-    heels, toes = np.full(len(starts), body.heel), np.full(len(starts), body.toe)
-    settled = landings.copy()
-    settled[:, [0, 2]] = settle_on_treads(ground, landings[:, [0, 2]], yaws, near, heels=heels, toes=toes)
-    return put_on_ground(ground, settled, near)
-
-
-def put_on_ground(
-    ground: Ground, positions: FloatArray, near: FloatArray, *, step_up: float = HIGHEST_STEP
-) -> FloatArray:
-    """Positions (N, 3) on the highest level of the ground up to `step_up` [m] over heights `near` (N,) [m].
-
-    Beyond the terrain they keep those heights; without any they stay as they are.
-    """
-    if not ground.has_terrain:
-        return positions
-    found = ground.heights(positions[:, [0, 2]], near, step_up=step_up)
-    laid = positions.copy()
-    laid[:, 1] = np.where(found.hit, found.heights, near)
-    return laid
 
 
 def _measure(tracks: Tracks, trajectories: Sequence[RootTrajectory]) -> tuple[FloatArray, FloatArray]:

@@ -121,7 +121,7 @@ def tread_steps(ways: Ways, footholds: Footholds, gaits: Sequence[Gait], *, ends
     """Samples of ways to step on, from their starts to their ends: those nearest to even steps on firm footholds.
 
     On stairs these are the treads. A shortest path over (sample, foot): a step costs the square of how much its length
-    differs from what it should be there, and a little more for a high rise.
+    differs from what it should be there, and a little more for a high rise, over what lies between too.
 
     Args:
         ways: Samples at even spacing.

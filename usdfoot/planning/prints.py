@@ -9,13 +9,20 @@ import numpy as np
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.ground import Ground
+from usdfoot.planning.proportions import Proportions
 
-__all__ = ["Prints", "lay_prints", "print_orientations", "settle_on_treads"]
+__all__ = ["Prints", "lay_prints", "print_orientations", "put_on_ground", "settle_landings", "settle_on_treads"]
 
 STEP_UP = 0.5
 """Ground this far above [m] is still the same level."""
 POKE = 0.03
 """Ground may rise this much through the sole [m]."""
+ROOM = 1.5
+"""Ground up to this far above a foot is a riser, not another level [m]."""
+CLEAR = 0.02
+"""Between a sole's ends and the riser behind or before it [m]."""
+WAY_SAMPLES = 16
+"""Places between two footsteps at which the ground between them is looked at."""
 SHIFTS = 0.02 * np.array([0, -1, 1, -2, 2, -3, 3, -4, 4, -5, 5, -6, 6, -7, 7, -8, 8])
 """Along the foot, the nearest first [m]."""
 
@@ -72,8 +79,8 @@ def settle_on_treads(
         ball = ground.heights(tried, near[rows], step_up=STEP_UP)
         clear = ball.walkable & (np.abs(ball.heights - near[rows]) <= STEP_UP)
         rise = -np.sum(ball.normals[:, [0, 2]] * forward[rows], axis=1) / ball.normals[:, 1]
-        for reach in (-heels[rows], toes[rows]):
-            end = ground.heights(tried + reach[:, None] * forward[rows], ball.heights, step_up=STEP_UP)
+        for reach in (-heels[rows] - CLEAR, toes[rows] + CLEAR):
+            end = ground.heights(tried + reach[:, None] * forward[rows], ball.heights, step_up=ROOM)
             pokes = end.heights - (ball.heights + reach * rise)
             clear &= ~end.hit | (pokes <= POKE)
         settled[rows[clear]] = tried[clear]
@@ -81,6 +88,41 @@ def settle_on_treads(
         if not rows.size:
             break
     return settled
+
+
+def settle_landings(
+    ground: Ground, starts: FloatArray, landings: FloatArray, yaws: FloatArray, body: Proportions
+) -> FloatArray:
+    """Landings (N, 3) of feet that step from `starts` (N, 3), on the ground, no edge of a tread in their soles.
+
+    Their level is the one the ground between leads to, up stairs of which a step passes several. Beyond a drop it is
+    the one below.
+    """
+    if not ground.has_terrain:
+        return landings
+    shares = np.linspace(0.0, 1.0, WAY_SAMPLES)[:, None]
+    ways = (starts[:, None] + shares * (landings - starts)[:, None])[..., [0, 2]].reshape(-1, 2)
+    firsts = WAY_SAMPLES * np.arange(len(starts) + 1)
+    found = ground.follow(ways, np.repeat(starts[:, 1], WAY_SAMPLES), first=firsts)
+    last = firsts[1:] - 1
+    near = np.where(found.hit[last], found.heights[last], starts[:, 1])
+    heels, toes = np.full(len(starts), body.heel), np.full(len(starts), body.toe)
+    settled = landings.copy()
+    settled[:, [0, 2]] = settle_on_treads(ground, landings[:, [0, 2]], yaws, near, heels=heels, toes=toes)
+    return put_on_ground(ground, settled, near)
+
+
+def put_on_ground(ground: Ground, positions: FloatArray, near: FloatArray, *, step_up: float = STEP_UP) -> FloatArray:
+    """Positions (N, 3) on the highest level of the ground up to `step_up` [m] over heights `near` (N,) [m].
+
+    Beyond the terrain they keep those heights; without any they stay as they are.
+    """
+    if not ground.has_terrain:
+        return positions
+    found = ground.heights(positions[:, [0, 2]], near, step_up=step_up)
+    laid = positions.copy()
+    laid[:, 1] = np.where(found.hit, found.heights, near)
+    return laid
 
 
 def print_orientations(yaws: FloatArray, normals: FloatArray) -> FloatArray:

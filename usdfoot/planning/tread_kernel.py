@@ -32,11 +32,16 @@ def choose_treads(
     totals[start, support] = wp.float64(0.0)
     for sample in range(start + offsets[way, 0], first[way + 1]):
         for side in range(2):  # the foot that steps here
+            top = heights[sample, side]
+            for offset in range(1, offsets[way, 0]):
+                top = wp.max(top, wp.max(heights[sample - offset, 0], heights[sample - offset, 1]))
             for offset in range(offsets[way, 0], wp.min(offsets[way, 1], sample - start) + 1):
                 other = sample - offset
                 length = wp.float64(offset) * spacings[way] * wp.float64(2.0) / (wanted[sample] + wanted[other])
                 stretch = length - wp.float64(1.0)
-                rise = (heights[sample, side] - heights[other, 1 - side]) / highs[way]
+                lower = wp.min(heights[sample, side], heights[other, 1 - side])
+                rise = (wp.max(top, heights[other, 1 - side]) - lower) / highs[way]
+                top = wp.max(top, wp.max(heights[other, 0], heights[other, 1]))
                 cost = least + stretch * stretch + rise * rise * rise * rise + costs[sample, side]
                 if totals[other, 1 - side] + cost < totals[sample, side]:
                     totals[sample, side] = totals[other, 1 - side] + cost

@@ -55,7 +55,9 @@ def open_chunk(folder: Path, files: ChunkFiles) -> tuple[ChunkLayers, ChunkNotes
         return None
     notes = _notes(anims)
     content_hash = str(notes.get(Record.CONTENT_HASH, ""))
-    if any(_notes(layer).get(Record.CONTENT_HASH) != content_hash for layer in (agents, footsteps)):
+    if Record.REPORT not in notes or any(
+        _notes(layer).get(Record.CONTENT_HASH) != content_hash for layer in (agents, footsteps)
+    ):
         return None
     return ChunkLayers(agents=agents, footsteps=footsteps, anims=anims), ChunkNotes(
         content_hash=content_hash, agent_hashes=dict(notes.get(Record.AGENT_HASHES, {})), record=notes[Record.REPORT]

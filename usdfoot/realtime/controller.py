@@ -19,6 +19,7 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
 from usdfoot.planning.predictions import build_gaits
+from usdfoot.planning.proportions import proportions_of
 from usdfoot.realtime.bodies import Bodies
 from usdfoot.realtime.crowd_pose import CrowdPose, rest_joints
 from usdfoot.realtime.footsteps import Footsteps
@@ -93,11 +94,11 @@ class Controller:
         self._library = library if isinstance(library, PreparedLibrary) else prepare_library(library, engine)
         self._ground = Ground(terrain or _no_terrain())
         source, examples = self._library.source, self._library.examples
-        leg_length = source.biped.maximal_leg_length
-        gaits = build_gaits(examples, self._library.spaces, style=self._library.style, leg_length=leg_length)
+        body = proportions_of(source.skeleton, source.biped)
+        gaits = build_gaits(examples, self._library.spaces, style=self._library.style, leg_length=body.leg_length)
         self.stance_width = gaits.stance_width
         """Between the feet of a stand [m]."""
-        self._leg_length = leg_length
+        self._leg_length = body.leg_length
         swings = (examples.durations - np.maximum(examples.swing_liftoffs, 0.0))[:-1]
         self.usual_swing = float(np.median(swings))
         """Time of a swing whose liftoff nobody gave [s]."""
@@ -106,7 +107,7 @@ class Controller:
         count, joints = len(yaws), len(source.skeleton.joints)
         self._rows = Rows(count)
         self._nudges = Nudges(count, joints, pelvis=source.biped.pelvis)
-        self._steering = Steering(count, gaits, leg_length=leg_length, options=engine.follow)
+        self._steering = Steering(count, gaits, body=body, options=engine.follow)
         self._origins, self._starts = positions.copy(), np.full(count, start)
         self._time = start
         self._rest = rest_joints(source)

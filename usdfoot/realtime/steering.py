@@ -10,8 +10,10 @@ from usdfoot.engine.follow_options import FollowOptions
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.ground import Ground
-from usdfoot.planning.follow import LONGEST_STEP, put_on_ground
+from usdfoot.planning.follow import LONGEST_STEP
 from usdfoot.planning.predictions import Gaits
+from usdfoot.planning.prints import settle_landings
+from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.strides import Stances, next_steps
 from usdfoot.realtime.footsteps import Footsteps
 from usdfoot.realtime.windows import RING, Windows
@@ -53,13 +55,12 @@ class Steering:
     Args:
         agents: Number of agents.
         gaits: What the clips can do.
-        leg_length: Of the character [m].
+        body: Sizes of the character.
         options: Of following.
     """
 
-    def __init__(self, agents: int, gaits: Gaits, *, leg_length: float, options: FollowOptions) -> None:
-        self._gaits, self._options = gaits, options
-        self._longest = LONGEST_STEP * leg_length
+    def __init__(self, agents: int, gaits: Gaits, *, body: Proportions, options: FollowOptions) -> None:
+        self._gaits, self._body, self._options = gaits, body, options
         self._velocities, self._yaws = np.zeros((agents, 2)), np.zeros(agents)
         self._runs = np.zeros(agents, dtype=bool)
         self.active = np.zeros(agents, dtype=bool)
@@ -123,14 +124,20 @@ class Steering:
             durations=durations,
         )
         steps = next_steps(
-            self._gaits, course, stances, begins=begins, rested=rested, longest=self._longest, options=self._options
+            self._gaits,
+            course,
+            stances,
+            begins=begins,
+            rested=rested,
+            longest=LONGEST_STEP * self._body.leg_length,
+            options=self._options,
         )
         self._runs[agents] = steps.runs
         windows.leave(agents[rested], steps.liftoffs[rested])
         stance_times = steps.support_liftoffs - (steps.strikes - steps.durations)
         footsteps = Footsteps(
             sides=steps.sides,
-            positions=put_on_ground(ground, steps.positions, last[:, 1]),
+            positions=settle_landings(ground, last, steps.positions, steps.yaws, self._body),
             yaws=steps.yaws,
             strike_times=steps.strikes,
             liftoff_times=steps.strikes + stance_times,

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from usdfoot.bridge.chunks import JsonText
 from usdfoot.bridge.scene import Scene
 from usdfoot.bridge.tokens import ChunkFiles, File, chunk_files, chunk_folder
 from usdfoot.errors import OutputError
@@ -101,7 +102,7 @@ def _readable(report: Mapping[str, Any]) -> str:
 
 
 def _compact(value: object) -> str:
-    return json.dumps(value, sort_keys=True, allow_nan=False)
+    return value if isinstance(value, JsonText) else json.dumps(value, sort_keys=True, allow_nan=False)
 
 
 def crowd_format(scene: Scene) -> LayerFormat:
