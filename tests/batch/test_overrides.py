@@ -43,9 +43,9 @@ def strikes(folder, name):
 
 def liftoffs(folder, name):
     """Times [codes] at which an agent's feet leave its footsteps, as executed."""
-    layer = Sdf.Layer.FindOrOpen(str(folder / File.FOOTSTEPS))
-    layer.Reload()
-    times = layer.GetAttributeAtPath(f"/Crowd/Plans/{name}.usdfoot:plan:liftoffTimes").default
+    stage = Usd.Stage.Open(str(folder / File.CROWD))
+    stage.Reload()
+    times = stage.GetAttributeAtPath(f"/Crowd/Plans/{name}.usdfoot:plan:liftoffTimes").Get()
     return np.array([float(code) for code in times])
 
 

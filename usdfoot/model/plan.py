@@ -39,8 +39,6 @@ class FootstepPlan:
     """[B]'s lambda4 of each step, 0 exact footsteps .. 1 exact root velocity, shape (N,)."""
     styles: tuple[str, ...] = ()
     """Style of each step, N of them, "" = the library's own; none at all if no step names one."""
-    flights_open: bool = False
-    """Whether nobody gave the flights: they last as people's do, until it is known whose they are."""
 
     def __post_init__(self) -> None:
         count = len(self.sides)

@@ -24,7 +24,7 @@ CLIPS = "clips"
 
 
 def fly_like_clips(crowd: Crowd, *, options: EngineOptions, libraries: PreparedLibraries) -> Crowd:
-    """The crowd with the flights that its plans leave open as long as those of the clips their steps are blended from.
+    """The crowd with flights that nobody gave as long as those of the clips their steps are blended from.
 
     Who cannot be animated stays as planned.
 
@@ -33,7 +33,7 @@ def fly_like_clips(crowd: Crowd, *, options: EngineOptions, libraries: PreparedL
         options: Of the engine.
         libraries: Of the crowd.
     """
-    flying = [agent for agent in crowd.agents if agent.motion == CLIPS and agent.plan.flights_open and _flies(agent)]
+    flying = [agent for agent in crowd.agents if agent.motion == CLIPS and agent.flights_open and _flies(agent)]
     flown: dict[str, Agent] = {}
     for index in sorted({agent.library for agent in flying}):
         own = [agent for agent in flying if agent.library == index]

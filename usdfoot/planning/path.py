@@ -203,7 +203,6 @@ def _plans(
             strike_times=(strikes + delays)[own],
             liftoff_times=(liftoffs + delays)[own],
             root_weights=np.zeros(int(counts[i])),
-            flights_open=True,
         )
         for i, path in enumerate(paths)
         for own in [slice(int(first[i]), int(first[i + 1]))]

@@ -196,7 +196,8 @@ class SceneReader:
             return self._sampled(follower, walk) if follower else None
         if isinstance(walk, FootstepPlan):
             agent = self._casting.cast(source, walk, self._roots.get(source.name))
-            return self._sampled(agent, walk) if agent else None
+            planned_here = walk is self._planned.get(source.name)
+            return self._sampled(replace(agent, flights_open=planned_here), walk) if agent else None
         return None
 
     def _sampled(self, performer: Walking, walk: FootstepPlan | RootTrajectory) -> Walking:
