@@ -6,8 +6,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from tests.planning.terrains import bridge, slab, spiral, storeys, terrain_of
 from usdfoot.errors import PlanError
+from usdfoot.maths import planar
 from usdfoot.model.ground import Ground
-from usdfoot.planning.lint import lint_plans
+from usdfoot.planning.lint import lint_plans, lint_steps
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.routes import find_route
 from usdfoot.planning.wander import WanderOptions, join_footsteps, plan_wander, wander
@@ -141,6 +142,25 @@ def test_an_obstacle_below_or_above_is_in_nobodys_way():
     below = [np.array([4.0, 0.0, 6.0])]
     around = plan_wander(world, np.array([-4.0, 0.0, 6.0]), 0.0, generator=generator, goals=below, steps=80)
     assert clearances(world, around.positions[:, [0, 2]]).min() > RADIUS - 0.1, "around it on the ground"
+
+
+@pytest.mark.parametrize(("width", "is_sideways"), [(0.5, True), (0.7, False)])
+def test_it_side_steps_where_the_only_way_is_narrower_than_its_body(width, is_sideways):
+    half = 0.5 * width
+    walls = [box_outline((-5.0, 0.0), (-half, 1.5)), box_outline((half, 0.0), (5.0, 1.5))]
+    obstacles = tuple(Obstacle(name=f"/Wall_{i}", outline=outline) for i, outline in enumerate(walls))
+    world = World(bounds=SQUARE, obstacles=obstacles)
+    goal = np.array([1.0, 0.0, 4.0])
+    plan = walk(world=world, goals=[goal], steps=200)
+    assert plan.ends_standing and np.linalg.norm((plan.positions[-2:].mean(axis=0) - goal)[[0, 2]]) < 0.4
+    assert lint_steps(plan, Proportions()) == []
+    inside = (plan.positions[:, 2] > 0.1) & (plan.positions[:, 2] < 1.4)
+    assert np.all(np.abs(np.sin(plan.yaws[inside])) > 0.9) == is_sideways
+    assert np.abs(np.sin(plan.yaws[-3:])).max() < 0.9, "it looks ahead again"
+    ends = plan.positions[inside][:, [0, 2]] + np.array([-0.19, 0.0, 0.09])[:, None, None] * planar.direction(
+        plan.yaws[inside]
+    )
+    assert clearances(World(obstacles=obstacles), ends.reshape(-1, 2)).min() > 0.0
 
 
 def test_a_goal_on_a_level_nothing_leads_to_is_named():

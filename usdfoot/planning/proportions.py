@@ -45,6 +45,10 @@ class Proportions:
         """Highest rise of one step [m]."""
         return 0.58 * self.leg_length
 
+    def half_depth(self, radius: float) -> float:
+        """Half the width [m] that a body of a radius [m] needs sideways: half as deep as broad; heels reach back."""
+        return min(radius, max(0.5 * radius, self.heel))
+
 
 def proportions_of(skeleton: Skeleton, biped: Biped) -> Proportions:
     """Proportions of a character, from its rest pose."""

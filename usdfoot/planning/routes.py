@@ -31,6 +31,8 @@ class Route:
     """Next spot on the way, negative at the goal and where there is none, shape (S,)."""
     step: float
     """Highest step on the way [m]; infinite without terrain, where heights mean nothing."""
+    radius: float
+    """Half the width of the narrowest places of the way [m], at least."""
 
     def find(self, place: FloatArray) -> int:
         """The spot with a way to the goal at or beside a place (3,), -1 if there is none."""
@@ -89,7 +91,7 @@ def find_route(
     distances, following = np.full(count, np.inf), np.full(count, -1)
     if target >= 0:
         distances, following = dijkstra(spots.links, directed=False, indices=target, return_predecessors=True)
-    return Route(goal=goal, spots=spots, distances=distances, following=following, step=step)
+    return Route(goal=goal, spots=spots, distances=distances, following=following, step=step, radius=radius)
 
 
 def aim_along(route: Route, place: FloatArray, *, ahead: float) -> FloatArray | None:

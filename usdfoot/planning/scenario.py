@@ -39,8 +39,8 @@ class Seeker:
 
     @property
     def narrowest(self) -> float:
-        """Half the width it needs sideways [m]: bodies are half as deep as broad, and heels reach back."""
-        return min(self.radius, max(0.5 * self.radius, self.body.heel))
+        """Half the width it needs sideways [m]."""
+        return self.body.half_depth(self.radius)
 
     def __post_init__(self) -> None:
         numbers = np.concatenate([self.start, self.goals.ravel(), [self.yaw or 0.0, self.speed, self.radius]])

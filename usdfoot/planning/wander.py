@@ -28,6 +28,14 @@ EASY_RISE = 0.42
 """Rise of a step over the leg length above which it is shorter."""
 SLOPE = 8
 """Samples of the way ahead between which the ground may not rise more than a slope and half a step."""
+SHOULDERS = 1.2
+"""Who comes so near [m] to where it is narrower than its body turns the left shoulder first."""
+SIDEWAYS = 0.5 * np.pi
+"""How far shoulders turn in side steps [rad]."""
+SIDE_STEP = 0.15
+"""How far a side step leads, over the leg length."""
+BETWEEN = 0.01
+"""Between the feet when one closes up to the other in side steps [m]."""
 DRAWS = 24
 """Directions tried when the one wanted leads too close to something."""
 
@@ -82,6 +90,7 @@ def wander(
     It stands, then walks: at random for ever, or from goal to goal until it stands at the last. When the way ahead
     leads too close to an obstacle, the bounds or bad ground, directions are drawn at random around the wanted one, ever
     farther from it, until one is free; where none is, it takes the freest, with short steps and on the spot if need be.
+    To a goal to which no way is as wide as the body it side-steps through those that are wide enough for that.
     The same generator and worlds give the same footsteps.
 
     Args:
@@ -113,13 +122,16 @@ def wander(
         if pending and not routes:
             routes = _routes(world, walk.position, pending, options, must_reach=False)
         length, turn, spin = _choose(walk, world, routes, generator, options)
-        walk = replace(_step(walk, length, turn, world, options), spin=spin)
+        facing = _facing(walk, turn, world, routes, options)
+        turned = max(facing, walk.facing)
+        length = min(length, float(np.interp(turned, (0.0, SIDEWAYS), (length, _side_step(options)))))
+        walk = replace(_step(walk, length, turn, world, options), spin=spin, facing=facing)
         before = _lay(walk, walk.side, world, options, before=before)
         changed = yield before
         if routes and _is_at(walk, routes[0], options):
             pending, routes = pending[1:], routes[1:]
         world, routes = (changed, []) if changed is not None else (world, routes)
-    walk = _step(walk, 0.0, 0.0, world, options)
+    walk = replace(_step(walk, 0.0, 0.0, world, options), facing=walk.facing)
     yield _lay(walk, walk.side, world, options, before=before)
 
 
@@ -201,6 +213,8 @@ class _Walk:
     """Foot that stepped last."""
     spin: int = 0
     """Side to which it is turning out of a dead end, 1 = left, 0 = it is in none."""
+    facing: float = 0.0
+    """How far it looks to the right of where it goes, the left shoulder first [rad]."""
 
     @property
     def position(self) -> FloatArray:
@@ -225,21 +239,25 @@ def _routes(
         PlanError: If a goal is not clear or, if it must be, cannot be reached.
     """
     headroom, routes = HEADROOM * options.body.leg_length, []
+    half_depth = options.body.half_depth(options.radius)
     for goal in goals:
-        route = find_route(
-            world,
-            place,
-            goal,
-            radius=options.radius,
-            step=options.step,
-            headroom=headroom,
-            must_be_clear=must_reach,
-        )
+        for radius in dict.fromkeys((options.radius, half_depth)):
+            route = find_route(
+                world,
+                place,
+                goal,
+                radius=radius,
+                step=options.step,
+                headroom=headroom,
+                must_be_clear=must_reach,
+            )
+            if route.find(place) >= 0:
+                break
         if must_reach and route.find(place) < 0:
             raise PlanError(
                 f"goal ({goal[0]:.2f}, {goal[2]:.2f}) m, height {goal[1]:.2f} m",
                 f"cannot be reached from ({place[0]:.2f}, {place[2]:.2f}) m, height {place[1]:.2f} m, "
-                f"on foot by a body {2 * options.radius:.2f} m wide",
+                f"on foot by a body {2 * options.radius:.2f} m wide, sideways {2 * half_depth:.2f} m",
                 "open a way, join the levels by a ramp or stairs, or move the goal",
             )
         routes.append(route)
@@ -267,24 +285,41 @@ def _choose(
         needed = farthest
     draws = generator.normal(size=DRAWS) * np.linspace(0.2, 3.0, DRAWS)
     turns = np.clip(np.append(wanted, wanted + draws), -options.turn, options.turn)
-    free = _free_ways(walk, turns[:1], needed, world, options)
+    radius = routes[0].radius if routes else options.radius
+    free = _free_ways(walk, turns[:1], needed, world, options, radius=radius)
     if free[0] < needed:
-        free = _free_ways(walk, turns, needed, world, options)
+        free = _free_ways(walk, turns, needed, world, options, radius=radius)
     chosen, spin = int(np.argmax(free)), 0  # the first of those that are wholly free
     if free[chosen] < min(0.5 * easy, needed):
         spin = walk.spin or (1 if wanted > 0.0 else -1)
         turns, chosen = np.array([spin * options.turn]), 0
-        free = _free_ways(walk, turns, needed, world, options)
+        free = _free_ways(walk, turns, needed, world, options, radius=radius)
     slower = 1.0 - 0.6 * abs(turns[chosen]) / options.turn
     return float(min(free[chosen], farthest * slower)), float(turns[chosen]), spin
 
 
-def _free_ways(walk: _Walk, turns: FloatArray, ahead: float, world: World, options: WanderOptions) -> FloatArray:
-    """How far each direction is free [m], at most `ahead`, shape (T,).
+def _side_step(options: WanderOptions) -> float:
+    return SIDE_STEP * options.body.leg_length
+
+
+def _facing(walk: _Walk, turn: float, world: World, routes: Sequence[Route], options: WanderOptions) -> float:
+    """How far it looks to the right of where it goes in the next step: sideways where a narrow way leads."""
+    ahead = np.linspace(0.0, SHOULDERS, 9)[:, None]
+    points = walk.place + ahead * planar.direction(np.array(walk.yaw + turn))
+    narrow = bool(routes) and routes[0].radius < options.radius
+    narrow = narrow and clearances(world, points, np.full(len(points), walk.height)).min() < options.radius
+    change = (SIDEWAYS if narrow else 0.0) - walk.facing
+    return walk.facing + float(np.clip(change, -options.turn, options.turn))
+
+
+def _free_ways(
+    walk: _Walk, turns: FloatArray, ahead: float, world: World, options: WanderOptions, *, radius: float
+) -> FloatArray:
+    """How far each direction is free [m] for a body of a radius [m], at most `ahead`, shape (T,).
 
     Who is already too close to something may walk where it does not come closer.
     """
-    spacing = 0.5 * options.radius
+    spacing = 0.5 * radius
     distances = np.arange(1, max(1, int(np.ceil(ahead / spacing))) + 1) * spacing
     points = walk.place + distances[:, None] * planar.direction(walk.yaw + turns)[:, None]  # (T, D, 2)
     heights = np.full((len(turns), len(distances) + 1), walk.height)
@@ -297,7 +332,7 @@ def _free_ways(walk: _Walk, turns: FloatArray, ahead: float, world: World, optio
         rises = np.abs(heights[:, SLOPE:] - heights[:, :-SLOPE])
         passable[:, SLOPE - 1 :] &= rises <= SLOPE * spacing * np.tan(STEEPEST) + 0.5 * options.step
     here = float(clearances(world, walk.place[None], np.array([walk.height]))[0])
-    free = clearances(world, points.reshape(-1, 2), heights[:, 1:].ravel()) >= min(options.radius, here)
+    free = clearances(world, points.reshape(-1, 2), heights[:, 1:].ravel()) >= min(radius, here)
     clear = free.reshape(len(turns), -1) & passable
     first_blocked = np.where(clear.all(axis=1), len(distances), np.argmin(clear, axis=1))
     return np.minimum(first_blocked * spacing, ahead)
@@ -319,17 +354,20 @@ def _lay(
     walk: _Walk, side: int, world: World, options: WanderOptions, *, before: Footstep | None = None, time: float = 0.0
 ) -> Footstep:
     """The footstep of one foot beside the walk's place; it strikes a step after the one before, else at `time`."""
+    body, yaw = options.body, walk.yaw - walk.facing
     outward = 0.5 * np.pi if side == LEFT else -0.5 * np.pi
-    point = walk.place + 0.5 * options.body.step_width * planar.direction(np.array(walk.yaw + outward))
+    closed_up = 2.0 * body.half_width + BETWEEN + _side_step(options)
+    width = float(np.interp(np.sin(walk.facing), (0.0, 1.0), (body.step_width, closed_up)))
+    point = walk.place + 0.5 * width * planar.direction(np.array(yaw + outward))
     height, normal = walk.height, np.array([[0.0, 1.0, 0.0]])
     if world.ground is not None:
         point = settle_on_treads(
             world.ground,
             point[None],
-            np.array([walk.yaw]),
+            np.array([yaw]),
             np.array([height]),
-            heels=np.array([options.body.heel]),
-            toes=np.array([options.body.toe]),
+            heels=np.array([body.heel]),
+            toes=np.array([body.toe]),
         )[0]
         sample = world.ground.heights(point[None], np.array([height]), step_up=options.step)
         if not (sample.walkable[0] and abs(sample.heights[0] - height) <= options.step):  # beside a ledge
@@ -338,12 +376,12 @@ def _lay(
     position = np.array([point[0], height, point[1]])
     if before is not None:
         distance = np.linalg.norm(position - before.position)
-        timing = time_steps(np.array([distance]), TimingRule(leg_length=options.body.leg_length))
+        timing = time_steps(np.array([distance]), TimingRule(leg_length=body.leg_length))
         usual = float(timing.step_times[0])
         time = before.strike_time + (max(float(distance) / options.speed, 0.5 * usual) if options.speed else usual)
     return Footstep(
         side=side,
         position=position,
-        orientation=print_orientations(np.array([walk.yaw]), normal)[0],
+        orientation=print_orientations(np.array([yaw]), normal)[0],
         strike_time=time,
     )
