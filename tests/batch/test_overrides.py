@@ -78,9 +78,9 @@ def test_a_retimed_agent_steps_at_the_new_times_and_the_others_are_kept(shot):
     np.testing.assert_allclose(strikes(folder, "Agent_1")[1], 1.25 * before, atol=1e-6)
 
 
-def test_a_moved_footstep_and_a_moved_plan_are_stepped_on_where_they_are(shot):
+def test_footsteps_moved_deleted_or_in_a_moved_plan_are_stepped_on_where_they_are(shot):
     scene, folder = shot
-    before = {name: strikes(folder, name)[0] for name in ("Agent_0", "Agent_1")}
+    before = {name: strikes(folder, name)[0] for name in ("Agent_0", "Agent_1", "Agent_2")}
     with edited(folder) as stage:
         positions = stage.GetPrimAtPath("/Crowd/Plans/Agent_0").GetAttribute("positions")
         points = np.array(positions.Get())
@@ -89,7 +89,12 @@ def test_a_moved_footstep_and_a_moved_plan_are_stepped_on_where_they_are(shot):
         moved = UsdGeom.Xformable(stage.GetPrimAtPath("/Crowd/Plans/Agent_1"))
         moved.AddTranslateOp().Set(Gf.Vec3d(1.0, 0.0, 2.0))
         moved.AddRotateYOp().Set(90.0)
+        shorter = stage.GetPrimAtPath("/Crowd/Plans/Agent_2")  # rootWeights say nothing there, and may stay as they are
+        times = ("usdfoot:plan:strikeTimes", "usdfoot:plan:liftoffTimes")
+        for name in ("protoIndices", "positions", "orientations", *times):
+            shorter.GetAttribute(name).Set(shorter.GetAttribute(name).Get()[:-2])
     remake(scene, folder)
+    np.testing.assert_allclose(strikes(folder, "Agent_2")[0], before["Agent_2"][:-1], atol=1e-5)
     change = strikes(folder, "Agent_0")[0] - before["Agent_0"]
     assert sorted(np.round(change[:, 0], 4)) == [0.0] * (len(change) - 1) + [0.05]
     x, y, z = before["Agent_1"].T

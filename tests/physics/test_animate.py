@@ -11,7 +11,7 @@ from tests.engine.plans import crowd, way
 from tests.engine.walkers import WALKS, library_of
 from usdfoot.maths import planar, quaternion
 from usdfoot.model.clip import ClipLibrary
-from usdfoot.model.skeleton import forward_kinematics
+from usdfoot.model.skeleton import Pose, forward_kinematics
 from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.physics.animate import animate_all
 from usdfoot.physics.motion_options import MotionOptions
@@ -69,6 +69,27 @@ def test_physics_needs_no_clips_and_turns_with_the_plan():
     motions, problems = animate_all(replace(scene, agents=agents), options=MotionOptions())
     assert not problems
     assert motions[0].results.status == ("ok",) * 6
+
+
+def test_a_rest_pose_that_is_a_frame_of_a_walk_does_not_matter_where_there_is_a_bind_pose():
+    standing = replace(library_of(WALKS), clips=())
+    skeleton, biped = standing.skeleton, standing.biped
+    rest = skeleton.rest_rotations
+    places, turns = forward_kinematics(skeleton.parents, skeleton.rest_translations, rest)
+    joints = [biped.hips[0], biped.knees[0], biped.ankles[0], biped.hips[1]]
+    pitches = quaternion.from_axis_angle(np.array([1.0, 0.0, 0.0]), np.array([-0.7, 0.8, -0.6, 0.5]))
+    walking = rest.copy()
+    walking[joints] = quaternion.compose(rest[joints], pitches)
+    exported = replace(
+        standing, skeleton=replace(skeleton, rest_rotations=walking), bind_pose=Pose(places=places, turns=turns)
+    )
+    motions = []
+    for library in (standing, exported):
+        scene = crowd(library, [way(5)])
+        found, problems = animate_all(replace(scene, agents=(replace(scene.agents[0], motion="physics"),)))
+        assert not problems
+        motions.append(found[0])
+    np.testing.assert_allclose(motions[1].rotations, motions[0].rotations, atol=1e-5)
 
 
 def test_the_body_faces_where_its_root_trajectory_does():

@@ -96,3 +96,15 @@ def test_backward_the_heel_carries_on_after_the_ball_so_that_walks_do_not_fly():
         assert (row["end"] > following["begin"]) != flies
         if not flies:
             assert row["end"] == pytest.approx(contacts.liftoffs[CONTACT] + 0.118 * 0.43)
+
+
+def test_legs_of_who_stands_at_the_begin_or_end_keep_their_longest_comfortable_length():
+    plan = walk(8, starts_standing=True, ends_standing=True)
+    footing = laid(plan)[1]
+    walking = stance_over(footing, plan.strike_times[4], plan.liftoff_times[4])
+    assert (walking.contacts[:, 0] == 4).all()
+    longest = walking.nominal_lengths[:, 0].max()
+    begin = stance_over(footing, 0.0, 0.7 * plan.liftoff_times[0])
+    end = stance_over(footing, plan.strike_times[6] + 0.85 * np.ptp([plan.strike_times[6], plan.liftoff_times[6]]), 9.0)
+    for stance in (begin, end):
+        np.testing.assert_allclose(stance.nominal_lengths[:, 0], longest, atol=1e-4)

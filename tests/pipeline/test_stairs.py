@@ -1,4 +1,4 @@
-"""A path up and down the stairs of stages/: its plan lints clean, and what walks it keeps to every figure."""
+"""Up and down the stairs of stages/, along paths and after a trajectory: what walks keeps to every figure."""
 
 import pytest
 from pxr import Gf, Usd, UsdGeom
@@ -9,11 +9,13 @@ from usdfoot.pipeline.lint import lint_scene
 from usdfoot.pipeline.validate import validate
 
 UP = [(0.0, 0.0, 0.1), (0.0, 0.3, 1.8), (0.0, 0.6, 3.4)]
+PAUSES = {0: (0.0, 3.3), 48: (0.0, 2.0), 90: (0.0, 2.0), 117: (-0.1, 1.28), 180: (-0.1, 1.28), 234: (-0.6, 0.1)}
+"""Time codes and places (x, z) of one who rests twice on the way down, and goes on diagonally."""
 
 
 @pytest.fixture
 def scene(stages, tmp_path):
-    """Two people who cross the stairs, one up and one down."""
+    """Three people who cross the stairs: one up, one down, and one who pauses."""
     stage = Usd.Stage.CreateNew(str(tmp_path / "stairs.usda"))
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)
@@ -26,16 +28,25 @@ def scene(stages, tmp_path):
         curve.CreateTypeAttr("linear")
         curve.CreatePointsAttr([Gf.Vec3f(x + side, y, z) for x, y, z in points])
         curve.CreateCurveVertexCountsAttr([len(points)])
-        agent = UsdGeom.Xform.Define(stage, f"/World/{name}").GetPrim()
-        agent.AddAppliedSchema(Schema.AGENT)
-        for relation, target in (
-            (Agent.PATH, curve.GetPath()),
-            (Agent.CHARACTER, "/World/Character"),
-            (Agent.CLIPS, "/World/Motion/Clips"),
-        ):
-            agent.CreateRelationship(relation, custom=False).SetTargets([target])
+        define_agent(stage, name, Agent.PATH, curve)
+    track = UsdGeom.Xform.Define(stage, "/World/Track")
+    place = track.AddTranslateOp()
+    for code, (x, z) in PAUSES.items():
+        place.Set(Gf.Vec3d(x, 0.0, z), code)
+    define_agent(stage, "Pauses", Agent.TRAJECTORY, track)
     stage.Save()
     return tmp_path / "stairs.usda"
+
+
+def define_agent(stage, name, goes_by, along):
+    agent = UsdGeom.Xform.Define(stage, f"/World/{name}").GetPrim()
+    agent.AddAppliedSchema(Schema.AGENT)
+    for relation, target in (
+        (goes_by, along.GetPath()),
+        (Agent.CHARACTER, "/World/Character"),
+        (Agent.CLIPS, "/World/Motion/Clips"),
+    ):
+        agent.CreateRelationship(relation, custom=False).SetTargets([target])
 
 
 def test_stairs_up_and_down(scene, tmp_path):

@@ -7,6 +7,7 @@ import pytest
 from pxr import Gf, Sdf, Usd, Vt
 
 from usdfoot.errors import SceneError
+from usdfoot.pipeline.animate import animate
 from usdfoot.pipeline.validate import validate
 
 SHIFT = 0.005
@@ -119,6 +120,13 @@ def test_a_shot_over_the_crowd_and_its_expanded_variant_measure_the_same(stones,
     shot.Save()
     for file in (shot.realPath, stones.crowd_file.with_name("crowd.expanded.usda")):
         assert validate(file).to_json() == honest.to_json()
+
+
+def test_a_few_frames_of_a_crowd_are_measured_by_the_feet_that_stand_in_them(scene, tmp_path):
+    """What a foot looks like flat is not looked for in frames that are not there."""
+    animate(scene, tmp_path / "shot", frames=(20, 40))
+    lowest = figures(validate(tmp_path / "shot" / "crowd.usd"))["lowest sole"]
+    assert np.isfinite(lowest.value) and lowest.passed
 
 
 def test_what_is_no_crowd_is_refused(scene):

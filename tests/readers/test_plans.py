@@ -177,6 +177,18 @@ def steps_with(*, index=None, strike=None, liftoff=None, side=None, position=Non
     return sides, positions, strikes, liftoffs
 
 
+@pytest.mark.parametrize("apart", [2e-8, -2e-8, 1e-2])
+def test_times_that_rounding_alone_tells_apart_are_a_stand(apart):
+    sides, positions, strikes, liftoffs = straight_steps()
+    strikes[1], liftoffs[-1] = strikes[0] + abs(apart), liftoffs[-2] + apart
+    if apart < 0:
+        strikes[:2] = strikes[1::-1]
+    plan, _ = read(plan_prim((sides, positions, strikes, liftoffs))[0])
+    assert plan.starts_standing == plan.ends_standing == (abs(apart) < 1e-3)
+    assert_allclose(plan.strike_times, strikes, atol=1e-7)
+    assert_allclose(plan.liftoff_times, liftoffs, atol=1e-7)
+
+
 @pytest.mark.parametrize(
     ("steps", "message"),
     [

@@ -9,7 +9,7 @@ import numpy as np
 from usdfoot.errors import ClipError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import Biped
-from usdfoot.model.skeleton import Skeleton
+from usdfoot.model.skeleton import Pose, Skeleton
 
 __all__ = ["AuthoredEvents", "Clip", "ClipLibrary", "ShapeTrack"]
 
@@ -95,3 +95,5 @@ class ClipLibrary:
     skeleton: Skeleton
     biped: Biped
     clips: tuple[Clip, ...]
+    bind_pose: Pose | None = None
+    """The pose the character was rigged in, where it has one."""

@@ -26,7 +26,7 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.motion import ForceResults, Motion, StepResults
 from usdfoot.model.report import Problem
 from usdfoot.model.tuning import BodyTuning
-from usdfoot.physics.biped import PhysicsBiped, measure_biped, tune_biped
+from usdfoot.physics.biped import PhysicsBiped, measure_biped, standing_skeleton, tune_biped
 from usdfoot.physics.body import BodyPoses, device_gait
 from usdfoot.physics.heading import OrientationScript
 from usdfoot.physics.hybrid import carry_pelvis
@@ -52,12 +52,13 @@ class PreparedBody:
 
 
 def prepare_body(library: ClipLibrary, options: MotionOptions, tuning: BodyTuning) -> PreparedBody:
-    """Measures a character on its rest pose.
+    """Measures a character on the pose it stands in.
 
     Raises:
         BipedError: If its legs are none that can carry it.
     """
     start_warp()
+    library = replace(library, skeleton=standing_skeleton(library))
     physics = tune_biped(measure_biped(library.skeleton, library.biped), tuning)
     return PreparedBody(
         source=library,
@@ -153,7 +154,8 @@ def animate_hybrids(
 ) -> list[Motion]:
     """Motions in the style of clips whose pelvis the optimised centre of mass carries; agents share one tuning."""
     steps = prepare_steps(library, agents, crowd, options=options)
-    biped = tune_biped(measure_biped(library.source.skeleton, library.source.biped), agents[0].tuning)
+    measured = measure_biped(standing_skeleton(library.source), library.source.biped)
+    biped = tune_biped(measured, agents[0].tuning)
     com = optimise_contacts(steps.setup.contacts, biped, options.physics, scripts=_scripts(agents))
     clips = ClipPoses(setup=steps.setup, arrays=steps.source.arrays)
     planting = prepare_planting(steps.setup, carry_pelvis(clips, com), _ground(agents, crowd), sinks_for_flights=False)

@@ -12,10 +12,12 @@ from usdfoot.errors import BipedError
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import Biped
+from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
 from usdfoot.model.tuning import BodyTuning
+from usdfoot.retarget.rig import standing_pose
 
-__all__ = ["PhysicsBiped", "measure_biped", "tune_biped"]
+__all__ = ["PhysicsBiped", "measure_biped", "standing_skeleton", "tune_biped"]
 
 TOE_REACH = 0.35
 """The end of the sole ahead of the ball, as a fraction of the distance from ankle to ball."""
@@ -68,6 +70,17 @@ class PhysicsBiped:
             )
         if not self.heel < self.toe:
             raise BipedError(self.name, "has feet without length", "ankle and ball must lie apart")
+
+
+def standing_skeleton(library: ClipLibrary) -> Skeleton:
+    """The skeleton at rest in the pose it was rigged in, where its own rest pose is a frame of some animation."""
+    skeleton = library.skeleton
+    pose = standing_pose(skeleton, library.biped, library.bind_pose)
+    if pose is not library.bind_pose:
+        return skeleton
+    hangs = skeleton.parents >= 0
+    above = np.where(hangs[:, None], pose.turns[skeleton.parents], [0.0, 0.0, 0.0, 1.0])
+    return replace(skeleton, rest_rotations=quaternion.compose(quaternion.inverse(above), pose.turns))
 
 
 def measure_biped(skeleton: Skeleton, biped: Biped) -> PhysicsBiped:

@@ -15,11 +15,13 @@ Pitches = wp.types.vector(length=6, dtype=wp.float64)
 
 WALK_FLEXIONS = wp.constant(Flexions(5.0, 11.0, 17.0, 18.0, 15.0, 11.0, 8.0, 6.0, 5.0, 8.0, 15.0))
 """Knee over the contact of a walk, until the weight is off it (Winter 1991, Figure 3.32; Perry 1992) [degrees]."""
+BENT = wp.constant(wp.float64(18.0))
+"""Its value in early stance, where the leg has its nominal length."""
+STRAIGHTEST = wp.constant(wp.float64(0.8))
+"""Part of the contact at which it is least; it stays so while a foot stands at the begin or end of a motion."""
 BACKWARD_FLEXIONS = wp.constant(Flexions(15.0, 8.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0))
 """The same backward: reversed (Winter, Pluck and Yang 1989), without the bend under load, which Bandai Namco's backward
 steps do not have [degrees]."""
-BENT = wp.constant(wp.float64(18.0))
-"""Its value in early stance, where the leg has its nominal length."""
 RUN_FLEXIONS = wp.constant(Flexions(20.0, 28.0, 35.0, 39.0, 40.0, 38.0, 34.0, 29.0, 24.0, 20.0, 18.0))
 """Over the contact of a run, less 20 degrees (Novacheck 1998, Figure 5)."""
 PITCH_PHASES = wp.constant(Pitches(0.0, 0.15, 0.5, 0.7, 0.85, 1.0))
@@ -142,6 +144,17 @@ def flexion_at(flexions: Flexions, progress: wp.float64) -> wp.float64:
 
 
 @wp.func
+def stood(footing: wp.array(dtype=ContactFooting), i: int, progress: wp.float64) -> wp.float64:
+    """Part of contact i at which the knee of a walk is: who stands has got over the foot and does not leave it."""
+    phase = progress
+    if footing[i].stands_before:
+        phase = wp.max(phase, STRAIGHTEST)
+    if footing[i].stands_after:
+        phase = wp.min(phase, STRAIGHTEST)
+    return phase
+
+
+@wp.func
 def comfortable_length(
     legs: LegArrays, footing: wp.array(dtype=ContactFooting), i: int, progress: wp.float64
 ) -> wp.float64:
@@ -156,7 +169,7 @@ def comfortable_length(
     two = wp.float64(2.0)
     three = wp.float64(3.0)
     bend = two * wp.acos(wp.clamp(legs.nominal_length / legs.maximal_length, -one, one))
-    walk = flexion_at(WALK_FLEXIONS, progress)
+    walk = flexion_at(WALK_FLEXIONS, stood(footing, i, progress))
     back = flexion_at(BACKWARD_FLEXIONS, progress)
     walk = walk + wp.max(-footing[i].alignment, zero) * (back - walk)
     run = flexion_at(RUN_FLEXIONS, progress)

@@ -193,11 +193,12 @@ def _heels(agent: WrittenAgent, tracks: JointTracks, ground: Ground | None) -> F
 
 
 def _stances(agent: WrittenAgent, tracks: JointTracks, side: int, ground: Ground | None) -> FloatArray:
-    """Rotations of one ankle where the heel is lowest in each contact, from level ground, shape (N, 4)."""
-    own = agent.plan.sides == side
-    strikes, liftoffs = agent.plan.strike_times[own, None], agent.plan.liftoff_times[own, None]
-    frames = np.searchsorted(tracks.times, strikes + (liftoffs - strikes) * np.array(STANCE))  # (N, S)
-    frames = np.minimum(frames, len(tracks.times) - 1)
+    """Rotations of one ankle where the heel is lowest in the N contacts that have frames, from level ground, (N, 4)."""
+    strikes, liftoffs = agent.plan.strike_times[:, None], agent.plan.liftoff_times[:, None]
+    instants = strikes + (liftoffs - strikes) * np.array(STANCE)  # (N, S)
+    seen = (instants >= tracks.times[0]) & (instants <= tracks.times[-1])
+    own = (agent.plan.sides == side) & seen.all(axis=1)
+    frames = np.searchsorted(tracks.times, instants[own])
     ankles, balls = (tracks.positions[:, joints[side], 1] for joints in (agent.biped.ankles, agent.biped.balls))
     lowest = np.argmin((ankles - balls)[frames], axis=1)
     turns = tracks.turns[frames[np.arange(len(frames)), lowest], agent.biped.ankles[side]]

@@ -83,10 +83,7 @@ def list_agents(stage: Usd.Stage, prims: StagePrims) -> tuple[tuple[AgentSource,
         ), ()
     claimed = {path for prim in marked for path in targets(prim, Token.PLAN)}
     unclaimed = [plan for plan in plans if plan.GetPath() not in claimed]
-    idle = [
-        prim for prim in marked if not any(targets(prim, name) for name in (Token.PLAN, Token.PATH, Token.TRAJECTORY))
-    ]
-    default = unclaimed[0] if len(unclaimed) == len(idle) == 1 else None
+    default = unclaimed[0] if len(unclaimed) == 1 and sum(map(_is_idle, marked)) == 1 else None
     sources, problems = [], []
     for name, prim in zip(_unique_names([prim.GetName() for prim in marked]), marked, strict=True):
         try:
@@ -104,11 +101,10 @@ def list_agents_without_plans(
 ) -> tuple[tuple[AgentSource, ...], tuple[Problem, ...]]:
     """Agents to make plans for, and those that cannot be used: those with a goal, or all that follow nothing."""
     marked = prims.with_apis.get(Schema.AGENT, ())
-    followed = (Token.PLAN, Token.PATH, Token.TRAJECTORY)
     sources, problems = [], []
     for name, prim in zip(_unique_names([prim.GetName() for prim in marked]), marked, strict=True):
         has_goal = bool(targets(prim, Token.GOAL))
-        if not has_goal and (with_goals or any(targets(prim, name) for name in followed)):
+        if not has_goal and (with_goals or not _is_idle(prim)):
             continue
         try:
             sources.append(_source(stage, prim, name, prim))
@@ -186,6 +182,11 @@ def _unused_targets(prim: Usd.Prim) -> list[Problem]:
             message = f"{prim.GetPath()}: {name} has several targets, {first} is used. remove {unused}"
             problems.append(Problem(severity="warning", where=str(prim.GetPath()), message=message))
     return problems
+
+
+def _is_idle(prim: Usd.Prim) -> bool:
+    """Whether an agent prim says nothing of where it goes."""
+    return not any(targets(prim, name) for name in (Token.PLAN, Token.PATH, Token.TRAJECTORY))
 
 
 def _default_plan(prim: Usd.Prim, default: Usd.Prim | None) -> Usd.Prim:

@@ -165,7 +165,9 @@ class Casting:
             try:
                 clips = self._clips(source, character, find_skeleton(prim), required=required)
                 actor = self.characters[character]
-                self.libraries.append(ClipLibrary(skeleton=actor.skeleton, biped=actor.biped, clips=clips))
+                self.libraries.append(
+                    ClipLibrary(skeleton=actor.skeleton, biped=actor.biped, clips=clips, bind_pose=actor.bind_pose)
+                )
                 self._library_of[key] = len(self.libraries) - 1
             except UsdfootError as error:
                 self._library_of[key] = error

@@ -88,7 +88,10 @@ def _read_library(
             clips.append(read_clip(source, character.skeleton, character.biped, info.units))
         except UsdfootError as error:
             problems.append(_problem(source.prim.GetPath(), error))
-    return character, ClipLibrary(skeleton=character.skeleton, biped=character.biped, clips=tuple(clips))
+    library = ClipLibrary(
+        skeleton=character.skeleton, biped=character.biped, clips=tuple(clips), bind_pose=character.bind_pose
+    )
+    return character, library
 
 
 def _problem(path: Sdf.Path, error: UsdfootError) -> Problem:

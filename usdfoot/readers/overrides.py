@@ -154,5 +154,6 @@ def _author_plan(layer: Sdf.Layer, path: str, plan: FootstepPlan, units: StageUn
     for name, times in ((Plan.STRIKE_TIMES, plan.strike_times), (Plan.LIFTOFF_TIMES, plan.liftoff_times)):
         codes = Sdf.TimeCodeArray([Sdf.TimeCode(code) for code in units.times_to_codes(times).tolist()])
         prim.CreateAttribute(name, kinds.TimeCodeArray, False, Sdf.VariabilityUniform).Set(codes)
-    weights = Vt.FloatArray.FromNumpy(plan.root_weights.astype(np.float32))
-    prim.CreateAttribute(Plan.ROOT_WEIGHTS, kinds.FloatArray, False, Sdf.VariabilityUniform).Set(weights)
+    if plan.root_weights.any():  # else whoever adds or deletes footsteps need not think of them
+        weights = Vt.FloatArray.FromNumpy(plan.root_weights.astype(np.float32))
+        prim.CreateAttribute(Plan.ROOT_WEIGHTS, kinds.FloatArray, False, Sdf.VariabilityUniform).Set(weights)

@@ -28,6 +28,8 @@ _logger = logging.getLogger(__name__)
 _UPRIGHT = 0.5
 """Prints whose normals rise less than this, on average, are read with the wrong axes: nobody stands on 60 degrees."""
 _UNTIMED = "author one entry a footstep, or let usdfoot plan timing find the times"
+SAME_TIME = 1e-4
+"""Two first strikes or two last liftoffs nearer than this are at one time: a stand [s]."""
 _IN_PLACE = 0.1
 """Shorter than this [m] the way past a footstep does not tell where it faces."""
 
@@ -65,7 +67,17 @@ def read_draft(prim: Usd.Prim, units: StageUnits) -> tuple[PlanDraft, tuple[Prob
         units.codes_to_times(_array(prim, name, (), float, _UNTIMED))
         for name in (Token.STRIKE_TIMES, Token.LIFTOFF_TIMES)
     )
-    return replace(draft, strike_times=strikes, liftoff_times=liftoffs), problems
+    draft = replace(draft, strike_times=_together(strikes, 0, 1), liftoff_times=_together(liftoffs, -2, -1))
+    return draft, problems
+
+
+def _together(times: FloatArray, one: int, other: int) -> FloatArray:
+    """Times (N,) with the `other` equal to the `one` where they are so near that rounding alone tells them apart."""
+    if len(times) < 2 or not abs(times[other] - times[one]) <= SAME_TIME:
+        return times
+    times = times.copy()
+    times[other] = times[one]
+    return times
 
 
 def read_prints(prim: Usd.Prim, units: StageUnits) -> tuple[PlanDraft, tuple[Problem, ...]]:

@@ -14,7 +14,7 @@ from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.skeleton import Pose, Skeleton, forward_kinematics
 
-__all__ = ["Rig", "build_rig", "same_legs"]
+__all__ = ["Rig", "build_rig", "same_legs", "standing_pose"]
 
 CLEARLY = 0.02
 """The bind pose is taken where it is more symmetric than the rest pose by this part of the leg."""
@@ -50,21 +50,27 @@ class Rig:
 def build_rig(skeleton: Skeleton, biped: Biped, bind: Pose | None = None) -> Rig:
     """The rig of a skeleton.
 
-    Exporters write whatever frame was current as the rest pose. A pose made to be rigged is symmetric, so that the more
-    symmetric one of rest and bind pose is the reference.
-
     Args:
         skeleton: Canonical.
         biped: Its legs.
         bind: Its bind pose, if it has one.
     """
-    rest = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
-    reference = _facing(Pose(places=rest[0], turns=rest[1]), biped)
-    if bind is not None:
-        bound = _facing(bind, biped)
-        gain = _asymmetry(skeleton, biped, reference) - _asymmetry(skeleton, biped, bound)
-        reference = bound if gain > CLEARLY * biped.maximal_leg_length else reference
+    reference = _facing(standing_pose(skeleton, biped, bind), biped)
     return Rig(skeleton=skeleton, biped=biped, body=find_body(skeleton, biped, reference.places), reference=reference)
+
+
+def standing_pose(skeleton: Skeleton, biped: Biped, bind: Pose | None) -> Pose:
+    """The more symmetric one of rest and bind pose, the rest pose where they hardly differ in that.
+
+    Exporters write whatever frame was current as the rest pose; a pose made to be rigged is symmetric. Arguments as of
+    `build_rig`.
+    """
+    rest = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
+    pose = Pose(places=rest[0], turns=rest[1])
+    if bind is None:
+        return pose
+    own, bound = (_asymmetry(skeleton, biped, _facing(each, biped)) for each in (pose, bind))
+    return bind if own - bound > CLEARLY * biped.maximal_leg_length else pose
 
 
 def _facing(pose: Pose, biped: Biped) -> Pose:

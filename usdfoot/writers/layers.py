@@ -65,10 +65,12 @@ def new_layer(layer_format: LayerFormat, *, text: bool = False) -> Sdf.Layer:
 
 def define_prim(layer: Sdf.Layer, path: str, type_name: str) -> Sdf.PrimSpec:
     """The prim's spec, its ancestors defined too: /Crowd as an Xform, anything between as a Scope."""
-    for ancestor in Sdf.Path(path).GetPrefixes()[:-1]:
-        if not layer.GetPrimAtPath(ancestor):
-            _define(layer, ancestor, "Xform" if ancestor == Prim.CROWD else "Scope")
-    return _define(layer, Sdf.Path(path), type_name)
+    own = Sdf.Path(path)
+    if not layer.GetPrimAtPath(own.GetParentPath()):
+        for ancestor in own.GetPrefixes()[:-1]:
+            if not layer.GetPrimAtPath(ancestor):
+                _define(layer, ancestor, "Xform" if ancestor == Prim.CROWD else "Scope")
+    return _define(layer, own, type_name)
 
 
 def _define(layer: Sdf.Layer, path: Sdf.Path, type_name: str) -> Sdf.PrimSpec:
