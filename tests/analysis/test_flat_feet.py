@@ -30,6 +30,19 @@ def test_a_rest_pose_on_its_toes_is_not_flat(generator, pitch):
     assert_allclose(quaternion.align_signs(flats, LEVEL), [LEVEL, LEVEL], atol=1e-3)
 
 
+def test_walkers_say_what_flat_is_not_runners(generator):
+    running = pitched(generator.uniform(4.0, 9.0, 6), generator.uniform(-3.0, 3.0, 6))
+    both = [np.concatenate([stances(generator), running])] * 2
+    flats = flat_turns(pitched(np.array([40.0, 40.0])), both, np.array([OFFSET] * 2))
+    assert_allclose(quaternion.align_signs(flats, LEVEL), [LEVEL, LEVEL], atol=3e-3)
+
+
+def test_stances_that_disagree_do_not_refute_a_rest_pose():
+    raised = pitched(np.linspace(2.0, 30.0, 8))
+    assert flat_turns(np.array([LEVEL, LEVEL]), [raised] * 2, np.array([OFFSET] * 2)) is None
+    assert flat_turns(pitched(np.array([70.0, 70.0])), [raised] * 2, np.array([OFFSET] * 2)) is not None
+
+
 def test_a_rest_pose_that_stands_is_kept(generator):
     rest = np.array([LEVEL, pitched(5.0)])
     assert flat_turns(rest, [stances(generator)] * 2, np.array([OFFSET] * 2)) is None

@@ -273,6 +273,23 @@ def test_feet_stand_on_round_hills_and_point_where_level_prints_do(animate, walk
             assert (heels[:, 1] - ground.heights(heels[:, [0, 2]], 1.0).heights).min() > -2e-3
 
 
+@pytest.mark.parametrize("side", [0, 1])
+def test_feet_lean_with_the_ground_as_far_as_ankles_do(animate, walker_library, side):
+    """Ground that rises to the left by 45 degrees: the left foot's outer edge is up, the right foot's inner edge."""
+    plan = way(length=0.4)
+    plan = replace(plan, positions=plan.positions + plan.positions[:, :1] * [0.0, 1.0, 0.0])
+    motion = animate([plan], terrain=slope(1.0, 0.0), rate=60.0)[0]
+    feet = in_world(walker_library.source, motion)
+    contacts = motion.contacts[side]
+    frames = between(feet.times, contacts.flat_times[2], contacts.flat_times[2] + 0.1)
+    ahead = feet.balls[frames, side] - [0.0, BALL_HEIGHT, 0.0] - feet.heels[frames, side]
+    ahead = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
+    above = feet.ankles[frames, side] - feet.heels[frames, side]
+    above = above - np.sum(above * ahead, axis=1, keepdims=True) * ahead
+    lean = np.arcsin(np.cross(above, ahead)[:, 1] / np.linalg.norm(above, axis=1))
+    assert np.degrees(np.abs(lean)).max() < (15.0, 35.0)[side] + 1.0
+
+
 @pytest.mark.parametrize("ahead", [(0.0, 1.0), (0.0, -1.0), (1.0, 0.0), (0.7, 0.7), (0.7, -0.7)])
 @pytest.mark.parametrize("degrees", [30, 40, 50, 60])
 def test_feet_stand_on_planes_of_any_steepness(animate, walker_library, degrees, ahead):

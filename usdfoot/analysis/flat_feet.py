@@ -17,6 +17,9 @@ __all__ = ["LEVEL", "ahead", "flat_turns", "standing_turns"]
 LEVEL = np.radians(10.0)
 """Feet of the rest pose pitched by more against those in mid stance do not stand. CMU's are by 4 degrees."""
 
+SAME_PITCH = np.radians(2.0)
+"""Feet that stand flat differ by no more in pitch [rad]."""
+
 
 def ahead(turns: FloatArray, offset: FloatArray) -> FloatArray:
     """Rotations (..., 4) turned about the vertical so that `offset` (3,), turned by them, points along +Z."""
@@ -33,19 +36,25 @@ def flat_turns(rest: FloatArray, stances: Sequence[FloatArray], offsets: FloatAr
         offsets: Balls in the ankles' frames, shape (2, 3).
 
     Returns:
-        None if the feet of the rest pose stand level, or nothing tells otherwise.
+        None if the feet of the rest pose stand level, or nothing tells otherwise: neither stances that differ as much
+        among themselves do, nor those of which a quarter stands as it, as on stones, where heels are often raised.
     """
     flats = standing_turns(rest, stances, offsets)
-    pairs = zip(flats, rest, offsets, strict=True)
-    differences = [abs(_elevations(flat, offset) - _elevations(turn, offset)) for flat, turn, offset in pairs]
-    return flats if max(differences) > LEVEL else None
+    for flat, turn, stance, offset in zip(flats, rest, stances, offsets, strict=True):
+        rested, pitches = _elevations(turn, offset), _elevations(stance, offset)
+        spread = 4.0 * _closest_half(pitches)[1] if len(stance) else 0.0
+        alike = np.count_nonzero(np.abs(pitches - rested) < LEVEL / 2.0)
+        if abs(_elevations(flat, offset) - rested) > max(LEVEL, spread) and 4 * alike < len(stance):
+            return flats
+    return None
 
 
 def standing_turns(rest: FloatArray, stances: Sequence[FloatArray], offsets: FloatArray) -> FloatArray:
     """World rotations of both ankles as the feet stand, pointing along +Z, shape (2, 4).
 
-    A foot that stands is as pitched as most: the mean of those within `LEVEL` of the median. A foot without stances
-    stands as in the rest pose. Arguments as of `flat_turns`.
+    A foot that stands is as pitched as most: the mean of those within `SAME_PITCH` of the half that is closest
+    together, since runners' heels hardly come down. A foot without stances stands as in the rest pose. Arguments as
+    of `flat_turns`.
     """
     flats = []
     for turn, stance, offset in zip(rest, stances, offsets, strict=True):
@@ -53,10 +62,19 @@ def standing_turns(rest: FloatArray, stances: Sequence[FloatArray], offsets: Flo
         if len(stance):
             turned = ahead(stance, offset)
             pitches = _elevations(turned, offset)
-            usual = np.abs(pitches - np.median(pitches)) <= LEVEL
+            middle, width = _closest_half(pitches)
+            usual = np.abs(pitches - middle) <= max(width, SAME_PITCH)
             flat = quaternion.mean(turned, usual.astype(float))
         flats.append(ahead(flat, offset))
     return np.array(flats)
+
+
+def _closest_half(values: FloatArray) -> tuple[float, float]:
+    """Middle and half the span of the half of the values (N,), two at least, that spans least."""
+    ordered = np.sort(values)
+    more = max((len(values) + 1) // 2, min(len(values), 2)) - 1
+    first = int(np.argmin(ordered[more:] - ordered[: len(values) - more]))
+    return 0.5 * (ordered[first] + ordered[first + more]), 0.5 * np.ptp(ordered[first : first + more + 1])
 
 
 def _elevations(turns: FloatArray, offset: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ import warp as wp
 
 from usdfoot.engine.legs import LegRig
 from usdfoot.engine.pelvis import MOST_DROP
-from usdfoot.engine.plant import FOOT_ROW, FootArrays, FootRow, standing_foot
+from usdfoot.engine.plant import FOOT_ROW, SHORT_OF_UPRIGHT, FootArrays, FootRow, standing_foot
 from usdfoot.engine.poses import Feet, Layout
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
@@ -39,13 +39,16 @@ FLAT_SHARE = 0.25
 BENT = 0.98
 """Part of the longest leg that is left to one for which the pelvis comes down: its knee is bent by 20 degrees."""
 
-MOST_HEEL_RISE = 0.15
-"""On ground that is less steep a heel is raised at most this much over its ball for what lies behind [m]."""
-MOST_TOES_UP = np.radians(40.0)
-"""Feet stand no steeper uphill: as far as ankles bend under load; on steeper ground the heels stay in the air [rad]."""
+MOST_TOES_UP = np.radians(38.0)
+"""Feet stand no steeper uphill, their heels stay in the air: as far as ankles bend under load, by the weight-bearing
+lunge test [rad]."""
+MOST_TOES_DOWN = np.radians(50.0)
+MOST_INVERSION, MOST_EVERSION = np.radians(35.0), np.radians(15.0)
+"""Feet stand no steeper downhill nor sideways, with the inner or the outer edge up (Brockett and Chapman's and others'
+clinical norms, World J. Orthop. 2017, 8(1), Table 5) [rad]."""
 
-FACINGS = 3
-"""How often the yaw and the heel of a foot that leans with the ground are corrected."""
+HEEL_RAISES = 6
+"""How often the heel's ground is looked up where the raised heel is."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,39 +110,79 @@ def with_values(feet: ContactFeet, rows: IntArray, values: Mapping[str, FloatArr
 def lay_prints(layout: Layout, ground: Ground) -> tuple[FloatArray, BoolArray]:
     """Frames of the prints: yaw from the plan, pitch and roll from the ground under ball and heel ([B] 4.5).
 
-    A foot that leans sideways with the ground carries its ankle sideways, above the ball. The yaw is that of the line
-    from ankle to ball, seen along the plan's normal (design.md section 2), so such a foot is turned back by as much.
+    Feet lie in the slope under the ball, turned about their own axes: first the heel up to the ground behind, then as
+    far back as ankles bend, then about the sole's normal. A foot that leans carries its ankle sideways, above the
+    ball, and the yaw is that of the line from ankle to ball, seen along the plan's normal (design.md section 2).
 
     Returns:
         Rotations print to world, shape (C, 4), and whether walkable ground is under the ball, shape (C,).
     """
-    yaws, raises = layout.contacts.yaws, np.zeros(len(layout.contacts.yaws))
-    frames, on_ground = _frames_on_ground(layout, ground, yaws, raises)
-    for _ in range(FACINGS if ground.has_terrain else 0):
-        yaws = yaws - _yaw_errors(layout, frames)
-        raises = raises + _heel_depths(layout, ground, frames)
-        frames, on_ground = _frames_on_ground(layout, ground, yaws, raises)
-    turns = quaternion.from_axis_angle(layout.contacts.normals, -_yaw_errors(layout, frames))
-    return quaternion.compose(turns, frames), on_ground
+    contacts = layout.contacts
+    under = ground.heights(contacts.positions[:, [0, 2]], contacts.positions[:, 1], step_up=0.1)
+    near = np.abs(under.heights - contacts.positions[:, 1]) < 0.05
+    on_slope = ground.has_terrain & under.hit & near
+    across = np.cross(contacts.normals, _forward(contacts))
+    up = np.where(on_slope[:, None], under.normals, contacts.normals)
+    ahead = np.cross(across, up)
+    ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
+    slope = np.stack([np.cross(up, ahead), up, ahead], axis=-1)  # (C, 3, 3)
+    lengths = layout.rig.foot_lengths[contacts.sides]
+    rises = np.zeros(len(lengths))
+    frames = _turned_feet(layout, slope, across, rises)
+    for attempt in range(HEEL_RAISES if ground.has_terrain else 0):
+        found, gaps = _under_heels(layout, ground, frames)
+        follow = found & ((gaps > 0.0) | (np.abs(gaps) < EDGE_HEIGHT) & (attempt == 0))
+        rises = np.minimum(rises + np.where(follow, gaps * up[:, 1], 0.0), np.sin(MOST_TOES_DOWN) * lengths)
+        frames = _turned_feet(layout, slope, across, rises)
+    return frames, ~np.bool_(ground.has_terrain) | (under.hit & under.walkable & near)
 
 
-def _heel_depths(layout: Layout, ground: Ground, frames: FloatArray) -> FloatArray:
-    """How far the heels of flat feet are in the ground where they are: not just behind the ball if it slopes [m]."""
+def _turned_feet(layout: Layout, slope: FloatArray, across: FloatArray, rises: FloatArray) -> FloatArray:
+    """Frames of feet (C, 4) that lie in slopes, their heels raised and turned as far as ankles bend.
+
+    Args:
+        layout: Contacts and feet.
+        slope: Frames +Z ahead and +Y the slope's normal, as matrices, shape (C, 3, 3).
+        across: What the lines from ankles to balls are to be at right angles to, unit vectors (C, 3).
+        rises: Heels above the slope [m], shape (C,).
+    """
+    sides = layout.contacts.sides
+    left, up, ahead = np.moveaxis(slope, 2, 0)
+    to_ball = np.array([quaternion.rotate(foot.flat_rotation, foot.ball_offset) for foot in layout.rig.feet])[sides]
+    upright = np.arctan2(to_ball[:, 2], -to_ball[:, 1]) - SHORT_OF_UPRIGHT
+    pitch = np.maximum(np.arcsin(rises / layout.rig.foot_lengths[sides]), _elevations(ahead, up) - MOST_TOES_UP)
+    up, ahead = _turned(up, ahead, np.minimum(pitch, upright))
+    outwards = np.where(sides == 0, 1.0, -1.0)
+    lean = outwards * _elevations(left, up)
+    left, up = _turned(left, up, outwards * (np.clip(lean, -MOST_INVERSION, MOST_EVERSION) - lean))
+    shares = [np.sum(axis * across, axis=1) for axis in (left, up, ahead)]
+    aside = -to_ball[:, 1] / to_ball[:, 2] * shares[1] / np.hypot(shares[0], shares[2])
+    turn = np.arcsin(np.clip(aside, -1.0, 1.0)) - np.arctan2(shares[2], shares[0])
+    ahead, left = _turned(ahead, left, turn)
+    return quaternion.from_matrix(np.stack([left, up, ahead], axis=-1))
+
+
+def _turned(first: FloatArray, second: FloatArray, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Two unit vectors (C, 3) at right angles turned from the second to the first's opposite by angles (C,) [rad]."""
+    cosine, sine = np.cos(angles)[:, None], np.sin(angles)[:, None]
+    return cosine * first + sine * second, cosine * second - sine * first
+
+
+def _elevations(vectors: FloatArray, up: FloatArray) -> FloatArray:
+    """Angle by which vectors (C, 3) must turn in the plane with `up` (C, 3), at right angles, to be level [rad]."""
+    return np.arctan2(vectors[:, 1], up[:, 1])
+
+
+def _under_heels(layout: Layout, ground: Ground, frames: FloatArray) -> tuple[BoolArray, FloatArray]:
+    """Whether there is ground under the heels of flat feet, and how far it is above them [m], shape (C,) each."""
     contacts, feet = layout.contacts, layout.rig.feet
     behind = np.array([quaternion.rotate(foot.flat_rotation, foot.heel_offset - foot.ball_offset) for foot in feet])
     heels = contacts.positions + quaternion.rotate(frames, behind[contacts.sides])
     up = quaternion.rotate(frames, np.array([0.0, 1.0, 0.0]))[:, 1]
     heels[:, 1] += layout.rig.arrays.ball_heights.numpy()[contacts.sides] / up
-    found = ground.heights(heels[:, [0, 2]], heels[:, 1], step_up=EDGE_HEIGHT)
-    return np.where(found.hit, np.clip(found.heights - heels[:, 1], 0.0, EDGE_HEIGHT), 0.0)
-
-
-def _yaw_errors(layout: Layout, frames: FloatArray) -> FloatArray:
-    """Yaw from the plan's forward to the line from ankle to ball, about the plan's normals [rad], shape (C,)."""
-    across = np.array([quaternion.rotate(foot.flat_rotation, foot.ball_offset) for foot in layout.rig.feet])
-    seen = quaternion.rotate(frames, across[layout.contacts.sides])
-    normals, forward = layout.contacts.normals, _forward(layout.contacts)
-    return np.arctan2(np.sum(np.cross(forward, seen) * normals, axis=1), np.sum(forward * seen, axis=1))
+    reach = np.sin(MOST_TOES_DOWN) * layout.rig.foot_lengths[contacts.sides]
+    found = ground.heights(heels[:, [0, 2]], contacts.positions[:, 1] + reach, step_up=0.0)
+    return found.hit, found.heights - heels[:, 1]
 
 
 def _forward(contacts: ContactTable) -> FloatArray:
@@ -148,35 +191,6 @@ def _forward(contacts: ContactTable) -> FloatArray:
     rise = -np.sum(normals[:, [0, 2]] * level, axis=1) / normals[:, 1]
     forward = np.stack([level[:, 0], rise, level[:, 1]], axis=1)
     return forward / np.linalg.norm(forward, axis=1, keepdims=True)
-
-
-def _frames_on_ground(
-    layout: Layout, ground: Ground, yaws: FloatArray, raises: FloatArray
-) -> tuple[FloatArray, BoolArray]:
-    """Frames of prints with headings `yaws` [rad] and heels raised [m] (C,) each, as `lay_prints` gives them."""
-    contacts = layout.contacts
-    places = contacts.positions[:, [0, 2]]
-    under = ground.heights(places, contacts.positions[:, 1], step_up=0.1)
-    near = np.abs(under.heights - contacts.positions[:, 1]) < 0.05
-    normals = np.where((ground.has_terrain & under.hit & near)[:, None], under.normals, contacts.normals)
-    lengths = layout.rig.foot_lengths[contacts.sides]
-    forward = planar.direction(yaws)
-    behind = ground.heights(places - lengths[:, None] * forward, contacts.positions[:, 1], step_up=0.1)
-    plane_drop = np.sum(normals[:, [0, 2]] * forward, axis=1) / normals[:, 1] * lengths
-    heel_rise = behind.heights - contacts.positions[:, 1] + raises
-    follow = behind.hit & ((np.abs(heel_rise - plane_drop) < EDGE_HEIGHT) | (heel_rise > plane_drop))
-    heel_rise = np.minimum(heel_rise, np.maximum(MOST_HEEL_RISE, plane_drop + raises))
-    slope = np.where(follow & ground.has_terrain, heel_rise, plane_drop) / lengths  # rise towards the heel
-    slope = np.maximum(slope, -np.tan(MOST_TOES_UP))
-    sideways = np.stack([forward[:, 1], -forward[:, 0]], axis=1)  # +X of the print
-    lateral = -np.sum(normals[:, [0, 2]] * sideways, axis=1) / normals[:, 1]
-    ahead = np.stack([forward[:, 0], -slope, forward[:, 1]], axis=1)
-    across = np.stack([sideways[:, 0], lateral, sideways[:, 1]], axis=1)
-    z = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
-    y = np.cross(z, across)
-    y /= np.linalg.norm(y, axis=1, keepdims=True)
-    frames = quaternion.from_matrix(np.stack([np.cross(y, z), y, z], axis=-1))
-    return frames, ~np.bool_(ground.has_terrain) | (under.hit & under.walkable & near)
 
 
 def roll_contacts(layout: Layout, feet: ContactFeet, rows: IntArray, raises: FloatArray, ground: Ground) -> ContactFeet:

@@ -7,7 +7,7 @@ import warp as wp
 from usdfoot.engine.legs import Leg, LegRig, bend_leg, leg_kinematics, rotation_by
 from usdfoot.engine.pelvis import longest_leg, moved_leg, pelvis_offset, ramp, soft_positive
 
-__all__ = ["FOOT_ROW", "FootArrays", "FootRow", "measure_legs", "plant_feet"]
+__all__ = ["FOOT_ROW", "SHORT_OF_UPRIGHT", "FootArrays", "FootRow", "measure_legs", "plant_feet"]
 
 
 MOST_RAISE = wp.constant(1.2)

@@ -19,8 +19,8 @@ from usdfoot.model.skeleton import Skeleton, forward_kinematics
 
 __all__ = ["Foot", "Rig", "build_rest_rig", "build_rig", "measure_feet"]
 
-STANCE_PHASE = 0.35
-"""Phase of a step at which the support foot is flat: the other foot has left the ground, the heel has not."""
+STANCE_PHASES = np.linspace(0.25, 0.5, 6)
+"""Phases of a step at one of which the support foot is flat: the other foot has left the ground, the heel has not."""
 STRAIGHT_KNEE = np.radians(3.0)
 """A knee of the rest pose bent by less does not tell which way it bends [rad]."""
 REST_REACH = 0.995
@@ -119,9 +119,9 @@ def _alike(skeleton: Skeleton, biped: Biped, feet: tuple[Foot, Foot]) -> tuple[F
 def _find_feet(skeleton: Skeleton, biped: Biped, examples: Examples) -> tuple[Foot, Foot]:
     """Both feet; where those of the rest pose do not stand level, as the examples stand on them."""
     feet = measure_feet(skeleton, biped, np.zeros(2))
-    sample = round(STANCE_PHASE * (examples.rotations.shape[1] - 1))
     rows = [np.flatnonzero(examples.swing_sides == 1 - side) for side in (0, 1)]
-    ankles = [_pose_joint(skeleton, biped, examples, rows[i], sample, biped.ankles[i]) for i in (0, 1)]
+    middles = [_flattest(skeleton, biped, examples, rows[i], i) for i in (0, 1)]
+    ankles = [_pose_joint(skeleton, biped, examples, rows[i], middles[i], biped.ankles[i]) for i in (0, 1)]
     rest, offsets = (np.array([getattr(foot, name) for foot in feet]) for name in ("flat_rotation", "ball_offset"))
     flats = flat_turns(rest, ankles, offsets)
     if flats is None:
@@ -130,11 +130,21 @@ def _find_feet(skeleton: Skeleton, biped: Biped, examples: Examples) -> tuple[Fo
     for side, foot in enumerate(feet):
         toes = foot.toe_rotation
         if len(rows[side]):
-            balls = _pose_joint(skeleton, biped, examples, rows[side], sample, biped.balls[side])
+            balls = _pose_joint(skeleton, biped, examples, rows[side], middles[side], biped.balls[side])
             bent = quaternion.compose(quaternion.inverse(ankles[side]), balls)
             toes = quaternion.compose(flats[side], quaternion.mean(bent, np.ones(len(bent))))
         standing.append(_foot(flats[side], toes, offsets[side], float(biped.ball_heights[side])))
     return standing[0], standing[1]
+
+
+def _flattest(skeleton: Skeleton, biped: Biped, examples: Examples, rows: IntArray, side: int) -> IntArray:
+    """Samples of the steps `rows` (N,) at which the heel of the support foot is lowest over its ball, shape (N,)."""
+    samples = np.round(STANCE_PHASES * (examples.rotations.shape[1] - 1)).astype(np.intp)
+    turns = _pose_joint(skeleton, biped, examples, rows[:, None], samples, biped.ankles[side])
+    positions, rotations = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
+    ankle, ball = biped.ankles[side], biped.balls[side]
+    offset = quaternion.rotate(quaternion.inverse(rotations[ankle]), positions[ball] - positions[ankle])
+    return samples[np.argmax(quaternion.rotate(turns, offset)[..., 1], axis=1)]
 
 
 def measure_rolls(skeleton: Skeleton, biped: Biped, examples: Examples) -> FloatArray:
@@ -166,7 +176,7 @@ def measure_rolls(skeleton: Skeleton, biped: Biped, examples: Examples) -> Float
 
 
 def _pose_joint(
-    skeleton: Skeleton, biped: Biped, examples: Examples, rows: IntArray, sample: int | slice, joint: int
+    skeleton: Skeleton, biped: Biped, examples: Examples, rows: IntArray, sample: int | slice | IntArray, joint: int
 ) -> FloatArray:
     """Rotation of a joint below the pelvis in the support frame, shape (rows, ..., 4)."""
     rotation = examples.rotations[rows, sample, biped.pelvis].astype(float)

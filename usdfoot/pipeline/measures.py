@@ -217,6 +217,7 @@ def _steps(
     names = ("placement_error", "slide", "subframe_slide", "heel_slide", "yaw_error")
     columns: dict[str, Any] = {name: np.full(len(plan), np.nan) for name in names}
     columns["timing_faults"] = np.zeros((len(plan), 3), dtype=bool)
+    end = int(np.searchsorted(whole.times, plan.liftoff_times.max())) + 1  # the last pose is held from there
     for side in (0, 1):
         own = np.flatnonzero(plan.sides == side)
         balls = whole.positions[:, agent.biped.balls[side]]
@@ -234,7 +235,7 @@ def _steps(
         columns["subframe_slide"][own] = largest_distances(fine.positions[:, agent.biped.balls[side]], inner)
         columns["heel_slide"][own] = largest_distances(heels[:, side], frames_between(whole.times, strikes, flat))
         columns["timing_faults"][own] = timing_faults(
-            whole.times, balls, strike_times=strikes, flat_times=flat, liftoff_times=liftoffs
+            whole.times[:end], balls[:end], strike_times=strikes, flat_times=flat, liftoff_times=liftoffs
         )
         columns["timing_faults"][own, 0] |= _floating(agent, balls, planted, own, ground)
     return columns
