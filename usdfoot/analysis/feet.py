@@ -7,10 +7,10 @@ from scipy.ndimage import minimum_filter1d
 from scipy.spatial import ConvexHull, QhullError
 
 from usdfoot.analysis.grids import samples_within
-from usdfoot.maths import quaternion
+from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import FloatArray
 
-__all__ = ["HEEL_REACH", "ball_height_of_foot", "heel_offsets", "heels_ahead", "unrest"]
+__all__ = ["HEEL_REACH", "ball_height_of_foot", "flat_heels", "heel_offsets", "heels_ahead", "unrest"]
 
 HEEL_REACH = 0.4
 """How far the heel lies behind the ankle, as a fraction of the distance from ankle to ball (design.md section 2)."""
@@ -35,6 +35,21 @@ def heels_ahead(ahead: FloatArray, drop: FloatArray, ball_heights: FloatArray) -
         ball_heights: Ball above the sole [m].
     """
     return np.where(drop > np.tan(STEEPEST_FOOT) * ahead, ahead - ball_heights, -HEEL_REACH * np.hypot(ahead, drop))
+
+
+def flat_heels(turns: FloatArray, offsets: FloatArray, ball_heights: FloatArray) -> FloatArray:
+    """Heels of flat feet in the ankles' frames: the sole under the ankle, moved back (design.md 2) [m], shape (..., 3).
+
+    Args:
+        turns: World rotations of the ankles with the feet flat on level ground, in any heading, shape (..., 4).
+        offsets: Balls in the ankles' frames [m], shape (..., 3).
+        ball_heights: Balls above the soles [m], shape (...).
+    """
+    across = quaternion.rotate(turns, offsets)
+    reach = heels_ahead(np.linalg.norm(across[..., [0, 2]], axis=-1), -across[..., 1], ball_heights)
+    back = planar.direction(planar.yaw_of(across[..., [0, 2]])) * reach[..., None]
+    heels = np.stack([back[..., 0], across[..., 1] - ball_heights, back[..., 1]], axis=-1)
+    return quaternion.rotate(quaternion.inverse(turns), heels)
 
 
 def heel_offsets(

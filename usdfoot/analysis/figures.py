@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdfoot.analysis.feet import heels_ahead
+from usdfoot.analysis.feet import flat_heels
 from usdfoot.analysis.flat_feet import flat_turns
-from usdfoot.maths import planar, quaternion
+from usdfoot.maths import quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
@@ -145,7 +145,7 @@ def sole_offsets(skeleton: Skeleton, biped: Biped, stances: Sequence[FloatArray]
 
     The heel is the point of the sole under the ankle, moved back by 0.4 of the distance from ankle to ball
     (design.md section 2), where the feet stand level: in the rest pose, or else in mid stance. Feet that stand on their
-    toes have none (`heels_ahead`).
+    toes have none (`feet.heels_ahead`).
 
     Args:
         skeleton: The character's.
@@ -158,11 +158,7 @@ def sole_offsets(skeleton: Skeleton, biped: Biped, stances: Sequence[FloatArray]
     offsets = quaternion.rotate(quaternion.inverse(turns), positions[balls] - positions[ankles])
     flat = flat_turns(turns, stances, offsets) if stances is not None else None
     turns = turns if flat is None else flat
-    across = quaternion.rotate(turns, offsets)  # (2, 3)
-    reach = heels_ahead(np.linalg.norm(across[:, [0, 2]], axis=1), -across[:, 1], biped.ball_heights)
-    back = planar.direction(planar.yaw_of(across[:, [0, 2]])) * reach[:, None]
-    heels = np.stack([back[:, 0], across[:, 1] - biped.ball_heights, back[:, 1]], axis=1)
-    return quaternion.rotate(quaternion.inverse(turns), heels)
+    return flat_heels(turns, offsets, np.asarray(biped.ball_heights))
 
 
 def timing_faults(

@@ -42,10 +42,9 @@ BENT = 0.98
 MOST_TOES_UP = np.radians(38.0)
 """Feet stand no steeper uphill, their heels stay in the air: as far as ankles bend under load, by the weight-bearing
 lunge test [rad]."""
-MOST_TOES_DOWN = np.radians(50.0)
 MOST_INVERSION, MOST_EVERSION = np.radians(35.0), np.radians(15.0)
-"""Feet stand no steeper downhill nor sideways, with the inner or the outer edge up (Brockett and Chapman's and others'
-clinical norms, World J. Orthop. 2017, 8(1), Table 5) [rad]."""
+"""Feet stand no steeper sideways, with the inner or the outer edge up (Brockett and Chapman's and others' clinical
+norms, World J. Orthop. 2017, 8(1), Table 5) [rad]."""
 
 HEEL_RAISES = 6
 """How often the heel's ground is looked up where the raised heel is."""
@@ -110,9 +109,10 @@ def with_values(feet: ContactFeet, rows: IntArray, values: Mapping[str, FloatArr
 def lay_prints(layout: Layout, ground: Ground) -> tuple[FloatArray, BoolArray]:
     """Frames of the prints: yaw from the plan, pitch and roll from the ground under ball and heel ([B] 4.5).
 
-    Feet lie in the slope under the ball, turned about their own axes: first the heel up to the ground behind, then as
-    far back as ankles bend, then about the sole's normal. A foot that leans carries its ankle sideways, above the
-    ball, and the yaw is that of the line from ankle to ball, seen along the plan's normal (design.md section 2).
+    Feet lie in the slope under the ball, turned about their own axes: first the heel up to the ground behind, at most
+    until the ankle is over the ball, then as far back as ankles bend, then about the sole's normal. A foot that leans
+    carries its ankle sideways, above the ball, and the yaw is that of the line from ankle to ball, seen along the
+    plan's normal (design.md section 2).
 
     Returns:
         Rotations print to world, shape (C, 4), and whether walkable ground is under the ball, shape (C,).
@@ -132,7 +132,7 @@ def lay_prints(layout: Layout, ground: Ground) -> tuple[FloatArray, BoolArray]:
     for attempt in range(HEEL_RAISES if ground.has_terrain else 0):
         found, gaps = _under_heels(layout, ground, frames)
         follow = found & ((gaps > 0.0) | (np.abs(gaps) < EDGE_HEIGHT) & (attempt == 0))
-        rises = np.minimum(rises + np.where(follow, gaps * up[:, 1], 0.0), np.sin(MOST_TOES_DOWN) * lengths)
+        rises = np.minimum(rises + np.where(follow, gaps * up[:, 1], 0.0), lengths)
         frames = _turned_feet(layout, slope, across, rises)
     return frames, ~np.bool_(ground.has_terrain) | (under.hit & under.walkable & near)
 
@@ -180,8 +180,8 @@ def _under_heels(layout: Layout, ground: Ground, frames: FloatArray) -> tuple[Bo
     heels = contacts.positions + quaternion.rotate(frames, behind[contacts.sides])
     up = quaternion.rotate(frames, np.array([0.0, 1.0, 0.0]))[:, 1]
     heels[:, 1] += layout.rig.arrays.ball_heights.numpy()[contacts.sides] / up
-    reach = np.sin(MOST_TOES_DOWN) * layout.rig.foot_lengths[contacts.sides]
-    found = ground.heights(heels[:, [0, 2]], contacts.positions[:, 1] + reach, step_up=0.0)
+    reach = contacts.positions[:, 1] + layout.rig.foot_lengths[contacts.sides]
+    found = ground.heights(heels[:, [0, 2]], reach, step_up=0.0)
     return found.hit, found.heights - heels[:, 1]
 
 

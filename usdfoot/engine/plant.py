@@ -116,7 +116,8 @@ def standing_foot(
 ) -> FootPose:
     """Foot in contact: the heel stays put until flat, the ball from flat to the liftoff (design.md section 2).
 
-    The heel rises as in the clip, and as far as a leg that would be too short behind the body needs.
+    The heel rises as in the clip, and as far as a leg that would be too short behind the body needs; the ankle stays
+    behind the ball, where on steep prints it would come over it and the foot point backwards.
     """
     own = feet.rows[contact]
     print_to_world = own.frame
@@ -139,6 +140,7 @@ def standing_foot(
         gain = smootherstep((time - own.flat) / own.roll_time)
     level = ball - wp.quat_rotate(flat, rig.ball_offsets[side])
     raised = soft_positive(pitch, 0.02)
+    raised -= ramp(raised - raise_onto(level - ball, own.normal, lateral) + SHORT_OF_UPRIGHT, 0.03)
     needed = reaching_raise(level, ball, hip, own.normal, lateral, longest)
     turn = wp.quat_from_axis_angle(lateral, gain * (raised + soft_positive(needed - raised, 0.02)))
     pose.rotation = turn * flat

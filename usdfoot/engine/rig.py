@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import warp as wp
 
-from usdfoot.analysis.feet import heels_ahead
+from usdfoot.analysis.feet import flat_heels
 from usdfoot.analysis.flat_feet import LEVEL, flat_turns
 from usdfoot.analysis.mirror import SAME_SHAPE, mirror_map
 from usdfoot.engine.legs import LegRig
@@ -38,7 +38,7 @@ class Foot:
     ball_offset: FloatArray
     """Ball in the ankle joint's frame [m], shape (3,)."""
     heel_offset: FloatArray
-    """The heel's point of the sole in the ankle joint's frame [m], shape (3,)."""
+    """The heel's point of the sole in the ankle joint's frame, as the foot does not lean [m], shape (3,)."""
     heel_behind: float
     """How far the heel lies behind the ankle [m]; negative: the foot has none and stands on its toes."""
 
@@ -73,24 +73,23 @@ def measure_feet(skeleton: Skeleton, biped: Biped, rolls: FloatArray) -> tuple[F
         upright = quaternion.yaw_quaternion(-planar.yaw_of(across[[0, 2]]))
         across = quaternion.rotate(upright, across)
         roll = quaternion.from_axis_angle(across / np.linalg.norm(across), np.array(rolls[side]))
-        flat = quaternion.compose(roll, quaternion.compose(upright, rotations[ankle]))
+        level = quaternion.compose(upright, rotations[ankle])
         toes = quaternion.compose(roll, quaternion.compose(upright, rotations[ball]))
-        offset = quaternion.rotate(quaternion.inverse(flat), across)
-        feet.append(_foot(flat, toes, offset, float(biped.ball_heights[side])))
+        offset = quaternion.rotate(quaternion.inverse(level), across)
+        foot = _foot(level, toes, offset, float(biped.ball_heights[side]))
+        feet.append(replace(foot, flat_rotation=quaternion.compose(roll, level)))
     return feet[0], feet[1]
 
 
 def _foot(flat: FloatArray, toes: FloatArray, offset: FloatArray, ball_height: float) -> Foot:
     """A foot from its joints' rotations (4,) when flat and the ball in the ankle's frame (3,)."""
-    across = quaternion.rotate(flat, offset)
-    behind = float(heels_ahead(across[2], -across[1], np.array(ball_height)))
-    heel = np.array([0.0, across[1] - ball_height, behind])
+    heel = flat_heels(flat, offset, np.array(ball_height))
     return Foot(
         flat_rotation=flat,
         toe_rotation=toes,
         ball_offset=offset,
-        heel_offset=quaternion.rotate(quaternion.inverse(flat), heel),
-        heel_behind=-behind,
+        heel_offset=heel,
+        heel_behind=-float(quaternion.rotate(flat, heel)[2]),
     )
 
 
@@ -112,7 +111,11 @@ def _alike(skeleton: Skeleton, biped: Biped, feet: tuple[Foot, Foot]) -> tuple[F
         quaternion.compose(quaternion.mirror_x(turn), mirror.relations[joint])
         for turn, joint in ((feet[higher].flat_rotation, ankle), (feet[higher].toe_rotation, ball))
     )
-    image = _foot(flat, toes, feet[1 - higher].ball_offset, float(biped.ball_heights[1 - higher]))
+    offset = feet[1 - higher].ball_offset
+    to_heel = quaternion.rotate(feet[higher].flat_rotation, feet[higher].heel_offset - feet[higher].ball_offset)
+    to_heel = to_heel * [-1.0, 1.0, 1.0] - [0.0, biped.ball_heights[1 - higher] - biped.ball_heights[higher], 0.0]
+    heel = offset + quaternion.rotate(quaternion.inverse(flat), to_heel)
+    image = replace(feet[higher], flat_rotation=flat, toe_rotation=toes, ball_offset=offset, heel_offset=heel)
     return (feet[higher], image) if higher == 0 else (image, feet[higher])
 
 

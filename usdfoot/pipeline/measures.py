@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from usdfoot.analysis.feet import HEEL_REACH
 from usdfoot.analysis.figures import (
     FrameRanges,
     contact_figures,
@@ -21,6 +22,7 @@ from usdfoot.bridge.tokens import Status
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.contact_table import EDGE_HEIGHT
 from usdfoot.model.ground import Ground
 from usdfoot.readers.written import JointTracks, WrittenAgent, read_joint_tracks
 
@@ -193,20 +195,44 @@ def _heels(agent: WrittenAgent, tracks: JointTracks, ground: Ground | None) -> F
 
 
 def _stances(agent: WrittenAgent, tracks: JointTracks, side: int, ground: Ground | None) -> FloatArray:
-    """Rotations of one ankle where the heel is lowest in the N contacts that have frames, from level ground, (N, 4)."""
+    """Rotations of one ankle where the heel is lowest in the contacts that have frames, from level ground, (N, 4).
+
+    Only of the half on the ground that is least steep: where it is steeper than ankles bend, feet do not lie on it.
+    """
     strikes, liftoffs = agent.plan.strike_times[:, None], agent.plan.liftoff_times[:, None]
     instants = strikes + (liftoffs - strikes) * np.array(STANCE)  # (N, S)
     seen = (instants >= tracks.times[0]) & (instants <= tracks.times[-1])
     own = (agent.plan.sides == side) & seen.all(axis=1)
     frames = np.searchsorted(tracks.times, instants[own])
-    ankles, balls = (tracks.positions[:, joints[side], 1] for joints in (agent.biped.ankles, agent.biped.balls))
-    lowest = np.argmin((ankles - balls)[frames], axis=1)
-    turns = tracks.turns[frames[np.arange(len(frames)), lowest], agent.biped.ankles[side]]
+    ankle, ball = agent.biped.ankles[side], agent.biped.balls[side]
+    feet = tracks.positions[:, ball] - tracks.positions[:, ankle]
+    lowest = frames[np.arange(len(frames)), np.argmax(feet[frames, 1], axis=1)]
+    turns = tracks.turns[lowest, ankle]
     if ground is None:
         return turns
-    places = agent.plan.positions[own]
-    normals = ground.heights(places[:, [0, 2]], places[:, 1], step_up=NEAR_FOOTSTEP).normals
-    return quaternion.compose(quaternion.between(normals, np.array([0.0, 1.0, 0.0])), turns)
+    up = _ground_under_feet(agent.plan.positions[own], feet[lowest], ground)
+    level = up[:, 1] >= np.median(up[:, 1]) if len(up) else np.zeros(0, dtype=bool)
+    return quaternion.compose(quaternion.between(up, np.array([0.0, 1.0, 0.0])), turns)[level]
+
+
+def _ground_under_feet(balls: FloatArray, feet: FloatArray, ground: Ground) -> FloatArray:
+    """Normals of the ground from under the balls to under the heels of feet that stand, unit vectors (N, 3).
+
+    Args:
+        balls: Footsteps [m], shape (N, 3).
+        feet: From ankle to ball [m], shape (N, 3).
+        ground: Heels keep to it as long as it does not fall off behind the ball.
+    """
+    under = ground.heights(balls[:, [0, 2]], balls[:, 1], step_up=NEAR_FOOTSTEP)
+    ahead = feet * [1.0, 0.0, 1.0]
+    ahead *= 1.0 + HEEL_REACH * (np.linalg.norm(feet, axis=1) / np.linalg.norm(ahead, axis=1))[:, None]
+    behind = ground.heights((balls - ahead)[:, [0, 2]], balls[:, 1] + np.linalg.norm(ahead, axis=1), step_up=0.0)
+    slope = -np.sum(under.normals * ahead, axis=1) / under.normals[:, 1]
+    rise = under.heights - behind.heights
+    ahead[:, 1] = np.where(behind.hit & (rise < slope + EDGE_HEIGHT), rise, slope)
+    ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
+    up = under.normals - np.sum(under.normals * ahead, axis=1, keepdims=True) * ahead
+    return up / np.linalg.norm(up, axis=1, keepdims=True)
 
 
 def _steps(
