@@ -70,8 +70,8 @@ def _led(name: str, points: FloatArray, spots: Spots, ground: Ground) -> FloatAr
         raise PlanError(name, f"leads {place}, and there is no way round", "lead it elsewhere")
     pieces, begin = [], 0
     for (_, leave), (back, stop) in pairwise(stretches[lasts].tolist()):
-        start = leave - _turnoff(spots, found[begin : leave + 1][::-1], int(found[back]))
-        end = back + _turnoff(spots, found[back : stop + 1], int(found[start]))
+        start = leave - _turnoff(spots, found[begin : leave + 1][::-1], int(found[back]), back - leave)
+        end = back + _turnoff(spots, found[back : stop + 1], int(found[start]), back - start)
         pieces += [points[begin : start + 1], _way(spots, int(found[start]), int(found[end]))]
         begin = end
     return np.concatenate([*pieces, points[begin:]])
@@ -102,10 +102,14 @@ def _trodden(spots: Spots, found: IntArray, stretches: IntArray) -> list[int]:
     return chosen[::-1]
 
 
-def _turnoff(spots: Spots, along: IntArray, goal: int) -> int:
-    """Which spot along a path away from what is in its way (K,) to leave it at for a goal, so as not to turn back."""
-    lengths = dijkstra(spots.links, directed=False, indices=goal)[along]
-    return int(np.argmin(DETOUR * lengths - SPACING * np.arange(len(along))))
+def _turnoff(spots: Spots, along: IntArray, goal: int, between: int) -> int:
+    """Which spot of those along a path (K,) to leave it at for a goal, `between` points from the first of them.
+
+    The one from which the way is no farther than turning back later; it is no shortcut, as in `_trodden`.
+    """
+    numbers = np.arange(len(along))
+    lengths = np.maximum(dijkstra(spots.links, directed=False, indices=goal)[along], SPACING * (between + numbers))
+    return int(np.argmin(DETOUR * lengths - SPACING * numbers))
 
 
 def _dense(path: WalkingPath, ground: Ground) -> FloatArray:
