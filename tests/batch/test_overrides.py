@@ -1,6 +1,7 @@
 """What artists change in overrides.usda is honoured when the crowd is made again, and never overwritten."""
 
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -39,6 +40,14 @@ def strikes(folder, name):
     prim = stage.GetPrimAtPath(f"/Crowd/Anims/{name}")
     times = prim.GetAttribute("usdfoot:contact:left:strikeTimes").Get()
     return np.array(prim.GetAttribute("usdfoot:contact:left:positions").Get()), np.array([float(t) for t in times])
+
+
+def liftoffs(folder, name):
+    """Times [codes] at which an agent's feet leave its footsteps, as executed."""
+    stage = Usd.Stage.Open(str(folder / File.CROWD))
+    stage.Reload()
+    times = stage.GetAttributeAtPath(f"/Crowd/Plans/{name}.usdfoot:plan:liftoffTimes").Get()
+    return np.array([float(code) for code in times])
 
 
 def remake(scene, folder):
@@ -102,19 +111,40 @@ def test_footsteps_moved_deleted_or_in_a_moved_plan_are_stepped_on_where_they_ar
     np.testing.assert_allclose(strikes(folder, "Agent_1")[0], np.stack([z + 1.0, y, 2.0 - x], axis=-1), atol=1e-3)
 
 
-def test_footsteps_found_for_a_trajectory_can_be_edited_and_walked_again(stages, tmp_path):
-    scene, folder = write_crowd_scene(stages, tmp_path / "scene"), tmp_path / "out"
-    stage = Usd.Stage.Open(str(scene))
-    way = UsdGeom.Xform.Define(stage, "/World/Way")
-    translate = way.AddTranslateOp()
+def draw_trajectory(stage):
+    """A way walked at 1.1 m/s."""
+    translate = UsdGeom.Xform.Define(stage, "/World/Way").AddTranslateOp()
     for code in range(0, 151, 5):
         translate.Set(Gf.Vec3d(3.0, 0.0, 1.1 * code / stage.GetTimeCodesPerSecond()), code)
+
+
+def draw_running_path(stage):
+    """A way run at 2.9 m/s, with the flights of the clips."""
+    clips = Sdf.Layer.FindOrOpen(str(Path(stage.GetRootLayer().realPath).parent / "stages" / "clips.usdc"))
+    for name in ("walk_to_run", "run_260", "run_320", "run_wide", "run_to_walk", "walk_wide_long"):
+        clips.GetPrimAtPath(f"/HumanClips/Clips/{name}").active = True
+    clips.Save()
+    way = UsdGeom.BasisCurves.Define(stage, "/World/Way")
+    way.CreateTypeAttr("linear")
+    way.CreatePointsAttr([Gf.Vec3f(3.0, 0.0, 0.0), Gf.Vec3f(3.0, 0.0, 8.0)])
+    way.CreateCurveVertexCountsAttr([2])
+    prim = way.GetPrim()
+    prim.AddAppliedSchema("UsdfootPathAPI")
+    prim.CreateAttribute("usdfoot:path:speed", Sdf.ValueTypeNames.Float, custom=False).Set(2.9)
+
+
+@pytest.mark.parametrize("kind", ["trajectory", "path"])
+def test_footsteps_found_for_a_trajectory_or_a_path_can_be_edited_and_walked_again(stages, tmp_path, kind):
+    scene, folder = write_crowd_scene(stages, tmp_path / "scene"), tmp_path / "out"
+    stage = Usd.Stage.Open(str(scene))
+    draw_trajectory(stage) if kind == "trajectory" else draw_running_path(stage)
     agent = stage.GetPrimAtPath("/World/Crowd/Agent_1")
     agent.GetRelationship("usdfoot:agent:plan").ClearTargets(True)
-    agent.CreateRelationship("usdfoot:agent:trajectory", custom=False).SetTargets(["/World/Way"])
+    agent.CreateRelationship(f"usdfoot:agent:{kind}", custom=False).SetTargets(["/World/Way"])
     stage.Save()
     animate(scene, folder, chunk_size=1)
     before, times = strikes(folder, "Agent_1")
+    left = liftoffs(folder, "Agent_1")
     with edited(folder) as crowd:
         positions = crowd.GetPrimAtPath("/Crowd/Plans/Agent_1").GetAttribute("positions")
         points = np.array(positions.Get())
@@ -124,10 +154,11 @@ def test_footsteps_found_for_a_trajectory_can_be_edited_and_walked_again(stages,
     assert report.kept == AGENTS - 1
     after, same_times = strikes(folder, "Agent_1")
     np.testing.assert_allclose(same_times, times, atol=1e-6)
+    np.testing.assert_allclose(liftoffs(folder, "Agent_1"), left, atol=1e-6)
     assert sorted(np.round((after - before)[:, 0], 3)) == [0.0] * (len(after) - 1) + [0.05]
     (folder / File.OVERRIDES).write_text("#usda 1.0\n")
     animate(scene, folder, chunk_size=1)
-    np.testing.assert_allclose(strikes(folder, "Agent_1")[0], before, atol=1e-6)  # the trajectory again
+    np.testing.assert_allclose(strikes(folder, "Agent_1")[0], before, atol=1e-6)  # what the scene says again
 
 
 def test_an_agent_given_another_plan_walks_it(shot):

@@ -64,3 +64,18 @@ def test_what_they_miss_is_measured_and_grows_less_with_each_correction(walker_l
         before = missed
     inside = found.hull_distances == 0.0
     assert np.median(missed[inside]) < setup.options.choice_tolerance
+
+
+def test_a_walk_that_gets_next_to_nothing_of_a_run_lands_as_before(asked):
+    setup, _ = asked
+    examples, left = setup.examples, setup.examples.swing_sides == 0
+    flights = examples.durations - examples.support_liftoffs
+    walks, run = np.flatnonzero(left & (flights < 0.0))[:-1], np.flatnonzero(left & (flights > 0.02))[0]
+    pairs = np.stack([walks[:-1], walks[1:]], axis=1)
+    blends = np.column_stack([pairs, np.full(len(pairs), run)])
+    assert len(blends) > 3
+    before, after = (
+        blend_landings(setup.library, np.zeros(len(blends), dtype=int), blends, np.tile(weights, (len(blends), 1)))
+        for weights in ([0.6, 0.4, 0.0], [0.6 - 1e-6, 0.4, 1e-6])
+    )
+    assert_allclose(after, before, atol=1e-5)

@@ -9,8 +9,11 @@ import pytest
 from numpy.testing import assert_allclose
 
 from tests.engine.plans import way
+from tests.engine.synthesis import synthesise
 from tests.engine.walkers import between, in_world
 from usdfoot.analysis.timing import EARTH_GRAVITY
+from usdfoot.engine.queries import step_queries
+from usdfoot.engine.segments import cut_segments
 from usdfoot.model.plan import FootstepPlan
 
 
@@ -155,3 +158,17 @@ def test_frames_beyond_the_plan_hold_the_end(animate):
     assert_allclose(held.times, [start - 0.004, 1.0, end + 0.004])
     assert_allclose(held.rotations, whole.rotations, atol=1e-7)
     assert_allclose(held.root_positions, whole.root_positions, atol=1e-9)
+
+
+def test_a_run_asks_for_steps_after_as_long_a_flight(walker_library):
+    """What is asked of the spaces of a step is what an example of the same step says of itself."""
+    plan = way(8, length=1.0, width=0.12, step_time=0.35, duty=0.4)
+    setup = synthesise(walker_library, [plan]).setup
+    setup = replace(setup, segments=cut_segments(setup.contacts, setup.options))  # as planned
+    steps = np.flatnonzero(~setup.segments.stands)[1:-2]
+    asked = step_queries(setup, steps).features
+    assert_allclose(asked.swing_liftoffs, plan.liftoff_times[0] - plan.strike_times[1], atol=1e-9)
+    assert_allclose(asked.durations, 0.35, atol=1e-9)
+    examples = walker_library.examples
+    runs = np.flatnonzero(examples.durations - examples.support_liftoffs > 0.04)[:-1]  # the last stands
+    assert_allclose(examples.swing_liftoffs[runs], asked.swing_liftoffs[0], atol=0.02)

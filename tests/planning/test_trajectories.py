@@ -107,3 +107,9 @@ def test_someone_who_goes_on_for_millions_of_seconds_is_named_before_any_memory_
     ]
     with pytest.raises(PlanError, match=r"^b: goes on from 0 to 5e\+06 s.*2 at once may each take 333333 s"):
         plan_trajectories(people, Ground(no_terrain(), fallback_height=0.0))
+
+
+@pytest.mark.parametrize(("speed", "is_still"), [(0.2, True), (1.2, False)])
+def test_who_hardly_moves_where_the_track_begins_and_ends_stands_there(speed, is_still):
+    (plan,) = plan_trajectories([line((0.0, 0.0, 0.0), (0.0, 0.0, speed))], LEVEL)
+    assert plan.starts_standing == plan.ends_standing == is_still

@@ -22,6 +22,7 @@ from usdfoot.model.limits import Limits
 from usdfoot.model.motion import Motion
 from usdfoot.model.report import Problem
 from usdfoot.physics.motion_options import MotionOptions
+from usdfoot.planning.flights import fly_like_clips
 from usdfoot.planning.followers import following_figures, plan_followers
 from usdfoot.readers.scene import SceneReader
 from usdfoot.readers.stage import open_stage
@@ -70,6 +71,7 @@ class Workshop:
         crowd, followings, lost = plan_followers(
             _without(scene.crowd, kept.entries), options=self._options, libraries=self._libraries
         )
+        crowd = fly_like_clips(crowd, options=self._options, libraries=self._libraries)
         motions, problems = self._animate(crowd)
         record = record_of(
             crowd.agents,

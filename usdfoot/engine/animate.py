@@ -33,7 +33,7 @@ from usdfoot.engine.weights import Landings, weigh_steps
 from usdfoot.errors import ClipError, UsdfootError
 from usdfoot.model.agent import Agent, Crowd
 from usdfoot.model.clip import ClipLibrary, ShapeTrack
-from usdfoot.model.contact_table import lay_contacts, lay_on_ground
+from usdfoot.model.contact_table import ContactTable, lay_contacts, lay_on_ground
 from usdfoot.model.device import start_warp
 from usdfoot.model.examples import Examples
 from usdfoot.model.ground import Ground
@@ -48,6 +48,7 @@ __all__ = [
     "animate_agents",
     "animate_apart",
     "animate_crowd",
+    "blend_steps",
     "prepare_library",
     "prepare_steps",
 ]
@@ -243,7 +244,33 @@ def prepare_steps(
 ) -> PreparedSteps:
     """Weights, seams, prints and swings of all steps of agents that share one library."""
     ground = Ground(crowd.terrain)
-    contacts = guide_headings(lay_contacts([agent.plan for agent in agents]), agents)
+    planned = guide_headings(lay_contacts([agent.plan for agent in agents]), agents)
+    setup, blend, landings = blend_steps(library, agents, planned, options=options)
+    contacts = lay_on_ground(setup.contacts, ground, planned=planned.positions, foot_lengths=library.rig.foot_lengths)
+    setup = replace(
+        setup, contacts=contacts, path=lay_root(contacts, setup.segments, step_height_share=options.step_height_share)
+    )
+    arrays = device_segments(setup, blend)
+    seams = measure_seams(setup, arrays) if options.seam != "none" else None
+    source = ClipPoses(setup=setup, arrays=place_segments(setup, arrays, seams))
+    planting = prepare_planting(setup, source, ground)
+    return PreparedSteps(setup=setup, blend=blend, landings=landings, source=source, planting=planting)
+
+
+def blend_steps(
+    library: PreparedLibrary, agents: Sequence[Agent], contacts: ContactTable, *, options: EngineOptions
+) -> tuple[Setup, StepBlend, Landings]:
+    """Which examples the steps of agents that share one library are blended from.
+
+    Args:
+        library: Prepared.
+        agents: In the order of the contacts.
+        contacts: As planned.
+        options: Of the engine.
+
+    Returns:
+        The setup with contacts as executed, not yet on the ground, the blend of each segment, and how landings meet.
+    """
     segments = cut_segments(contacts, options, longest_step=longest_step(library.examples, options))
     setup = Setup(
         skeleton=library.source.skeleton,
@@ -261,13 +288,4 @@ def prepare_steps(
     )
     reach = np.array([agent.ik_reach for agent in agents])
     goals, stand = root_goals(setup, agents), len(library.examples) - 1
-    setup, blend, landings = weigh_steps(setup, library.spaces, goals, stand=stand, reach=reach)
-    contacts = lay_on_ground(setup.contacts, ground, planned=contacts.positions, foot_lengths=library.rig.foot_lengths)
-    setup = replace(
-        setup, contacts=contacts, path=lay_root(contacts, setup.segments, step_height_share=options.step_height_share)
-    )
-    arrays = device_segments(setup, blend)
-    seams = measure_seams(setup, arrays) if options.seam != "none" else None
-    source = ClipPoses(setup=setup, arrays=place_segments(setup, arrays, seams))
-    planting = prepare_planting(setup, source, ground)
-    return PreparedSteps(setup=setup, blend=blend, landings=landings, source=source, planting=planting)
+    return weigh_steps(setup, library.spaces, goals, stand=stand, reach=reach)

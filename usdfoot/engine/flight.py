@@ -12,20 +12,31 @@ from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable
 from usdfoot.model.examples import Examples, event_knots
 
-__all__ = ["centre_flights", "flight_falls", "flight_times", "natural_flights"]
+__all__ = ["centre_flights", "flight_falls", "natural_flights", "takeoff_samples"]
 
 MOST_SHIFT = 0.25
 """How far the body may be behind or ahead of a strike, over the shorter of the steps before and after it."""
 
 
-def flight_times(examples: Examples) -> FloatArray:
-    """Duration of the examples' flights before the swing strike [s], shape (E,)."""
-    return np.maximum(examples.durations - examples.support_liftoffs, 0.0)
-
-
 def natural_flights(examples: Examples, chosen: IntArray, weights: FloatArray) -> FloatArray:
     """Blended duration of the examples' flights before the swing strike [s], shape (M,)."""
-    return np.sum(weights * flight_times(examples)[chosen], axis=1)
+    return np.sum(weights * _flight_times(examples)[chosen], axis=1)
+
+
+def takeoff_samples(examples: Examples) -> FloatArray:
+    """Sample at which each example's support foot leaves the ground, shape (E,); the last where it stays.
+
+    Blended as poses are, so that a walk which gets a little of a run leaves the ground at its very end.
+    """
+    knots, phases = event_knots(examples.durations, examples.swing_liftoffs, examples.support_liftoffs)
+    flown = np.minimum(_flight_times(examples) / (knots[:, 3] - knots[:, 2]), 1.0)
+    samples: FloatArray = (1.0 - flown * (1.0 - phases[:, 2])) * (examples.rotations.shape[1] - 1)
+    return samples
+
+
+def _flight_times(examples: Examples) -> FloatArray:
+    """Duration of the examples' flights before the swing strike [s], shape (E,)."""
+    return np.maximum(examples.durations - examples.support_liftoffs, 0.0)
 
 
 def flight_falls(contacts: ContactTable, segments: Segments, natural: FloatArray, *, warps: FloatArray) -> FloatArray:

@@ -23,8 +23,7 @@ class LibraryArrays:
     support_balls: wp.array2d(dtype=wp.vec3f)  # (E, S) support frame
     settles: wp.array(dtype=wp.vec2d)  # (E,) of the swing foot, from its strike until it is flat, (x, z)
     turns: wp.array(dtype=wp.float64)  # (E,) [rad]
-    flights: wp.array(dtype=wp.float64)  # (E,) before the swing strike [s]
-    liftoff: wp.float32  # sample of the support foot's liftoff
+    takeoffs: wp.array(dtype=wp.float64)  # (E,) sample at which the support foot leaves the ground, or the last
     translations: wp.array(dtype=wp.vec3f)  # (J,) rest
     chains: wp.array2d(dtype=wp.int32)  # (2, C) joints below the pelvis down to each ball, padded with -1
     pelvis: wp.int32
@@ -39,7 +38,7 @@ class SegmentArrays:
     more_examples: wp.array(dtype=wp.vec4i)  # fifth to eighth; none of them if the first has no weight
     more_weights: wp.array(dtype=wp.vec4f)
     support_sides: wp.array(dtype=wp.int32)  # -1 in a stand
-    anchors: wp.array(dtype=wp.float32)  # last sample at which the support foot is on the ground
+    anchors: wp.array(dtype=wp.float32)  # sample at which the support foot leaves the ground, or the last
     seams_after: wp.array(dtype=wp.int32)  # seam at the segment's end; the one at its begin has its own number
     origins: wp.array(dtype=wp.vec3f)  # support ball on the ground, or middle of the feet in a stand
     joint_values: wp.array2d(dtype=wp.vec3f)  # (M + 1, J) half the jump, tan(angle / 4) along the axis

@@ -151,7 +151,7 @@ def swing_landing(
 ) -> wp.vec3d:
     """Ball of the swing foot `side` at a blend's last sample, placed as `pose_bodies` places it, in the support frame.
 
-    `anchor` is the last sample at which the support foot stands.
+    `anchor` is the sample at which the support foot leaves the ground.
     """
     last = float(library.rotations.shape[1] - 1)
     landing = mixed_position(library.support_balls, examples, weights, blend, anchor)
@@ -175,18 +175,15 @@ def blend_landing(
     As if the left foot swung.
     """
     turn = wp.float64(0.0)
-    flight = wp.float64(0.0)
+    takeoff = wp.float64(0.0)
     settle = wp.vec2d()
     for k in range(examples.shape[1]):
         weight = weights[blend, k]
         if weight > wp.float64(0.0):
             turn += weight * library.turns[examples[blend, k]]
-            flight += weight * library.flights[examples[blend, k]]
+            takeoff += weight * library.takeoffs[examples[blend, k]]
             settle += weight * library.settles[examples[blend, k]]
-    anchor = float(library.rotations.shape[1] - 1)
-    if flight > wp.float64(0.0):
-        anchor = library.liftoff
-    ball = swing_landing(library, examples, weights, blend, side, anchor)
+    ball = swing_landing(library, examples, weights, blend, side, float(takeoff))
     landing = wp.vec2d(ball[0], ball[2]) + settle
     return as_left(turned(-turn, landing), side)
 

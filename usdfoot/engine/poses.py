@@ -9,7 +9,7 @@ import numpy as np
 import warp as wp
 
 from usdfoot.engine.clocks import device_clocks
-from usdfoot.engine.flight import flight_times, natural_flights
+from usdfoot.engine.flight import natural_flights, takeoff_samples
 from usdfoot.engine.kernels import LibraryArrays, SegmentArrays, pose_bodies
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.plant import measure_legs
@@ -19,7 +19,7 @@ from usdfoot.engine.segments import Segments
 from usdfoot.engine.time_warps import blended_durations
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray, StyleArray
 from usdfoot.model.contact_table import ContactTable
-from usdfoot.model.examples import LIFTOFF_PHASES, Examples
+from usdfoot.model.examples import Examples
 from usdfoot.model.skeleton import Skeleton
 
 __all__ = [
@@ -158,8 +158,7 @@ def device_library(skeleton: Skeleton, examples: Examples, rig: Rig, *, pelvis: 
     settles = examples.landings - examples.swing_balls[:, -1, [0, 2]]
     library.settles = wp.array(settles, dtype=wp.vec2d)
     library.turns = wp.array(examples.turns, dtype=wp.float64)
-    library.flights = wp.array(flight_times(examples), dtype=wp.float64)
-    library.liftoff = LIFTOFF_PHASES[1] * (examples.rotations.shape[1] - 1)
+    library.takeoffs = wp.array(takeoff_samples(examples), dtype=wp.float64)
     library.translations = rig.arrays.translations
     library.chains = rig.arrays.chains
     library.pelvis = pelvis
@@ -201,15 +200,14 @@ def device_segments(setup: Setup, blend: StepBlend) -> SegmentArrays:
     wide = weights.shape[1] > 4
     natural = natural_flights(setup.examples, blend.examples, blend.weights)
     planned = setup.segments.knot_times[:, -1] - setup.segments.knot_times[:, 0]
-    last = setup.examples.rotations.shape[1] - 1
-    anchors = np.where(natural > 0.0, LIFTOFF_PHASES[1], 1.0).astype(np.float32) * last
+    anchors = np.sum(blend.weights * takeoff_samples(setup.examples)[blend.examples], axis=1)
     for name, values, kind in (
         ("examples", chosen[:, :4], wp.vec4i),
         ("weights", weights[:, :4], wp.vec4f),
         ("more_examples", chosen[:, 4:] if wide else 0 * chosen, wp.vec4i),
         ("more_weights", weights[:, 4:] if wide else 0 * weights, wp.vec4f),
         ("support_sides", np.where(stands, -1, contacts.sides[supports]).astype(np.int32), wp.int32),
-        ("anchors", anchors, wp.float32),
+        ("anchors", anchors.astype(np.float32), wp.float32),
         ("seams_after", np.arange(1, len(supports) + 1, dtype=np.int32), wp.int32),
         ("origins", np.zeros((len(supports), 3), dtype=np.float32), wp.vec3f),
     ):

@@ -71,7 +71,7 @@ def step_queries(setup: Setup, steps: IntArray) -> StepQueries:
         speeds=0.5 * np.linalg.norm(strides - departures, axis=1) / durations,
         features=StepFeatures(
             durations=durations,
-            swing_liftoffs=np.maximum(contacts.liftoffs[supports - 1], segments.begins[steps]) - starts,
+            swing_liftoffs=contacts.liftoffs[supports - 1] - starts,
             turns=turns,
             landing_heights=positions[supports + 1, 1] - positions[supports, 1],
             departures=planar.rotate(-headings, departures),

@@ -9,7 +9,7 @@ import warp as wp
 from usdfoot.engine.correction_kernel import TRIES, heading_change
 from usdfoot.engine.kernels import LibraryArrays
 from usdfoot.engine.landing_kernel import BlendArrays, as_left, blend_landing, keep_tried, try_example, turned
-from usdfoot.spaces.corner_kernel import SpaceArrays, adjoin_corners, corners_of, find_corners, triangle_around
+from usdfoot.spaces.corner_kernel import SpaceArrays, adjoin_corners, corners_of, find_corners, way_inside
 from usdfoot.spaces.root_weight import REPLACEMENTS
 from usdfoot.spaces.root_weight_kernel import (
     Corners,
@@ -30,7 +30,7 @@ WIDTH = 8
 """Examples of a step: three around the footstep, five of the root."""
 ZERO = wp.constant(wp.float64(0.0))
 ONE = wp.constant(wp.float64(1.0))
-HALVINGS = wp.constant(20)
+HALF = wp.constant(wp.float64(0.5))
 SLACK = wp.constant(wp.float64(1e-6))
 """A landing this far outside an edge, in barycentric coordinates, still is between its examples."""
 LIMITED = wp.constant(wp.float64(1e-6))
@@ -128,6 +128,25 @@ def replace_corners(own: RootedStep, spaces: SpaceArrays, examples: wp.vec3i, la
 
 
 @wp.func
+def move_corners(
+    own: RootedStep,
+    coordinates: wp.array2d(dtype=wp.float64),
+    spaces: SpaceArrays,
+    options: MixOptions,
+    step: int,
+    corners: wp.vec3i,
+    asked: wp.vec2d,
+    stays: bool,
+) -> wp.vec3i:
+    """Examples around a landing: those that adjoin the ones before if it `stays` with them, else others chosen anew."""
+    set_landing(coordinates, step, asked, options.landing_scale)
+    if stays and options.by_features:
+        return adjoin_corners(spaces, own.space, corners, asked, coordinates, step)
+    found = find_corners(spaces, own.space, asked, coordinates, step, options.by_features)
+    return replace_corners(own, spaces, found.examples, asked)
+
+
+@wp.func
 def find_root_weight(
     own: RootedStep, around: Corners, options: MixOptions, beta: wp.float64, root: wp.vec2d, wanted: wp.vec2d
 ) -> wp.float64:
@@ -147,18 +166,9 @@ def find_root_weight(
 @wp.func
 def within_hull(spaces: SpaceArrays, space: int, beta: wp.float64, landing: wp.vec2d, root: wp.vec2d) -> wp.float64:
     """Beta, or less where the space ends: as much as leaves what the rest of the mix has to land on in the hull."""
-    low = ZERO
-    high = beta
-    trial = beta
-    for _ in range(HALVINGS):
-        if high > low:
-            beyond = landing + trial / wp.max(ONE - trial, LIMITED) * (landing - root)
-            if triangle_around(spaces, space, beyond) >= 0:
-                low = trial
-            else:
-                high = trial
-            trial = wp.float64(0.5) * (low + high)
-    return low
+    most = beta / wp.max(ONE - beta, LIMITED)
+    times = way_inside(spaces, space, landing, landing - root, most)
+    return wp.where(times < most, times / (ONE + times), beta)
 
 
 @wp.func
@@ -179,6 +189,8 @@ def mix_step(
     on lambda4 alone, not on which examples a moved support chooses. The rest of the mix has to land at
     p = (t - lambda4 r) / (1 - lambda4) for the whole to land at t: between the planned examples where nothing was
     moved, else between others. What a blend of poses lands beside the blend of the landings is measured and corrected.
+    Examples with which that comes nearer by half each time are kept, and in the second half of the corrections those
+    there are: landings go on across an edge to those that adjoin, but not to others that are chosen.
     """
     result = MixedStep()
     bias = own.bias
@@ -204,20 +216,16 @@ def mix_step(
     target = nearest + given_up * (root - nearest)
     if options.closest:
         target = nearest
+    asked = (target - root_weight * root) / rest - bias
     asked_before = wp.vec2d()
     change_before = wp.vec2d()
+    distance = wp.float64(wp.inf)
+    tries = wp.int32(0)
     least = wp.float64(wp.inf)
     for round_ in range(1 + options.corrections):
         if least > options.near:
-            asked = (target - root_weight * root) / rest - bias
-            if round_ % TRIES == 0:
-                if round_ > 0 or not is_inside(corners_of(spaces, corners), asked, SLACK):
-                    set_landing(coordinates, step, asked, options.landing_scale)
-                    found = find_corners(spaces, own.space, asked, coordinates, step, options.by_features)
-                    corners = replace_corners(own, spaces, found.examples, asked)
-            elif options.by_features:
-                set_landing(coordinates, step, asked, options.landing_scale)
-                corners = adjoin_corners(spaces, own.space, corners, asked, coordinates, step)
+            if round_ > 0 or not is_inside(corners_of(spaces, corners), asked, SLACK):
+                corners = move_corners(own, coordinates, spaces, options, step, corners, asked, tries > 0)
             around = corners_of(spaces, corners)
             shares = weigh_corners(around, asked)
             aim = target - rest * (asked - mean_corner(around, shares))
@@ -229,11 +237,16 @@ def mix_step(
                 result.move = aim - nearest + given_up * (nearest - wanted)
                 keep_tried(blends, step)
             change = missed / rest
-            if round_ > 0:
+            if tries > 0:
                 change = heading_change(change, change_before, asked - asked_before)
-            bias -= change
             asked_before = asked
             change_before = missed / rest
+            asked += change
+            tries += 1
+            others = options.by_features and tries >= TRIES and 2 * round_ < options.corrections
+            if others and wp.length(missed) > HALF * distance:
+                tries = 0
+            distance = wp.length(missed)
     result.root_weight = root_weight
     if given_up <= ZERO or wp.length(result.move) <= options.near:
         result.move = wp.vec2d()

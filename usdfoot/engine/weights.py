@@ -231,14 +231,15 @@ def _solve(
 ) -> tuple[Setup, StepBlend, _Solution]:
     """Weights of `steps` for contacts as they are; those before the first footsteps are placed by the examples."""
     segments, examples, count = setup.segments, setup.examples, len(setup.segments)
-    queries = step_queries(setup, steps)
-    corrected = correct_steps(setup, spaces, queries, corrections=setup.options.corrections)
-    corrected = continue_styles(setup, spaces, steps, queries, corrected)
     offsets, hull_distances = np.zeros((count, 2)), np.zeros(count)
-    offsets[steps] = planar.rotate(queries.headings + queries.turns, corrected.missed)
-    hull_distances[steps] = corrected.hull_distances
-    twists = blend_twists(setup, queries, corrected.examples, corrected.weights)
-    blend = with_steps(blend, steps, corrected.examples, corrected.weights, twists)
+    if steps.size:
+        queries = step_queries(setup, steps)
+        corrected = correct_steps(setup, spaces, queries, corrections=setup.options.corrections)
+        corrected = continue_styles(setup, spaces, steps, queries, corrected)
+        offsets[steps] = planar.rotate(queries.headings + queries.turns, corrected.missed)
+        hull_distances[steps] = corrected.hull_distances
+        twists = blend_twists(setup, queries, corrected.examples, corrected.weights)
+        blend = with_steps(blend, steps, corrected.examples, corrected.weights, twists)
     setup = place_departures(setup, blend)
     blended = blended_durations(examples, blend.examples, blend.weights)
     planned = segments.knot_times[:, -1] - segments.knot_times[:, 0]

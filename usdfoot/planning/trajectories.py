@@ -26,6 +26,8 @@ __all__ = ["NARROW", "TrajectoryOptions", "lay_plans", "plan_trajectories", "ste
 
 STILL = 0.15
 """Slower people stand [m/s]."""
+SHUFFLE = 0.3
+"""Who is slower when its trajectory begins or ends stands there, and takes no part of a step [m/s]."""
 TURN = np.radians(35.0)
 """Turn that takes a step of its own [rad]."""
 QUICKEST = 1.4
@@ -64,8 +66,8 @@ def plan_trajectories(
     """Footstep plans of people who move as trajectories say, all made together.
 
     Steps are as long and quick as people of that speed choose; those who hardly move stand, and turn on the spot. Who
-    moves at the first or last sample walks there, who does not stands. The feet stay on the level of the terrain they
-    begin on.
+    moves at the first or last sample walks there, who hardly does stands. The feet stay on the level of the terrain
+    they begin on.
 
     Args:
         trajectories: One a person.
@@ -99,7 +101,8 @@ def step_along_curves(curves: RootCurves, body: Proportions) -> FootTable:
     frames = np.clip(np.ceil((curves.ends - curves.starts) / SPACING).astype(int), 1, rates.shape[1] - 1)
     phases = np.concatenate([np.zeros((len(rates), 1)), np.cumsum(rates[:, :-1] * SPACING, axis=1)], axis=1)
     people = np.arange(len(rates))
-    starts_still, ends_still = rates[:, 0] <= 0.0, rates[people, frames - 1] <= 0.0
+    starts_still = (rates[:, 0] <= 0.0) | (speeds[:, 0] < SHUFFLE)
+    ends_still = (rates[people, frames - 1] <= 0.0) | (speeds[people, frames - 1] < SHUFFLE)
     onsets = np.where(starts_still, ONSET, 0.0)
     stepped = np.floor(phases[people, frames] - onsets + 1e-9).astype(int) + 1
     counts = np.maximum(np.maximum(stepped, 0) + 2 * starts_still, 2)

@@ -64,8 +64,8 @@ class Overrides:
 
         Args:
             name: Of the agent.
-            plan_of: The plans of the scene by agent name, of agents that follow trajectories those they last walked;
-                None for a name that no agent has.
+            plan_of: The plans of the scene by agent name, of agents that follow trajectories or paths those they last
+                walked; None for a name that no agent has.
 
         Raises:
             PlanError: If what they made of it is no plan, or no plan is where they point.

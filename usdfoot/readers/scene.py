@@ -208,7 +208,8 @@ class SceneReader:
             return self._sampled(follower, walk) if follower else None
         if isinstance(walk, FootstepPlan):
             agent = self._casting.cast(source, walk, self._roots.get(source.name))
-            return self._sampled(agent, walk) if agent else None
+            planned_here = walk is self._planned.get(source.name)
+            return self._sampled(replace(agent, flights_open=planned_here), walk) if agent else None
         return None
 
     def _sampled(self, performer: Walking, walk: FootstepPlan | RootTrajectory) -> Walking:
@@ -273,11 +274,13 @@ class SceneReader:
         return (planned, ()) if planned is not None else read_plan(source.plan, self.info.units)
 
     def _plan_of_name(self, name: str) -> FootstepPlan | None:
-        """The plan that the scene gives the agent of a name; of one that follows a trajectory, what it last walked."""
+        """The plan that the scene gives the agent of a name; of one that has none there, what it last walked."""
         source = next((source for source in self._everyone if source.name == name), None)
         if source is None:
             return None
-        return self._scene_plan(source)[0] if source.trajectory is None else self._overrides.executed_plan(name)
+        given = source.trajectory is None and source.path is None
+        walked = None if given else self._overrides.executed_plan(name)
+        return self._scene_plan(source)[0] if walked is None and source.trajectory is None else walked
 
 
 def _spans(walks: Iterable[FootstepPlan | RootTrajectory], info: StageInfo) -> FloatArray:

@@ -7,9 +7,17 @@ from __future__ import annotations
 import warp as wp
 
 from usdfoot.spaces.neighbour_kernel import SMALLEST_AREA, best_triple, nearest_examples, square_distance
-from usdfoot.spaces.root_weight_kernel import Corners, areas_at, is_inside, mean_corner, weigh_corners
+from usdfoot.spaces.root_weight_kernel import Corners, areas_at, cross, is_inside, mean_corner, weigh_corners
 
-__all__ = ["FoundCorners", "SpaceArrays", "adjoin_corners", "corners_of", "find_corners", "triangle_around"]
+__all__ = [
+    "FoundCorners",
+    "SpaceArrays",
+    "adjoin_corners",
+    "corners_of",
+    "find_corners",
+    "triangle_around",
+    "way_inside",
+]
 
 SLACK = wp.constant(wp.float64(1e-10))
 """A point this far outside an edge, in barycentric coordinates, still is inside: no gap between two triangles."""
@@ -54,6 +62,26 @@ def triangle_around(spaces: SpaceArrays, space: int, landing: wp.vec2d) -> int:
         if is_inside(corners_of(spaces, spaces.triangles[triangle]), landing, SLACK):
             return triangle
     return -1
+
+
+@wp.func
+def way_inside(spaces: SpaceArrays, space: int, landing: wp.vec2d, way: wp.vec2d, most: wp.float64) -> wp.float64:
+    """How many times its way a landing goes within the hull of a space, at most so many times; 0 outside."""
+    if triangle_around(spaces, space, landing + most * way) >= 0:
+        return most
+    if triangle_around(spaces, space, landing) < 0:
+        return wp.float64(0.0)
+    inside = most
+    for edge in range(spaces.edge_begins[space], spaces.edge_begins[space + 1]):
+        corners = corners_of(spaces, spaces.edges[edge])
+        along = corners[1] - corners[0]
+        turn = cross(way, along)
+        if turn != wp.float64(0.0):
+            times = cross(corners[0] - landing, along) / turn
+            part = cross(corners[0] - landing, way) / turn
+            if times >= -SLACK and part >= -SLACK and part <= wp.float64(1.0) + SLACK:
+                inside = wp.min(inside, wp.max(times, wp.float64(0.0)))
+    return inside
 
 
 @wp.func

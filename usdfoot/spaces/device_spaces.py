@@ -11,11 +11,12 @@ import warp as wp
 from usdfoot.maths.types import IntArray
 from usdfoot.model.device import start_warp
 from usdfoot.spaces.corner_kernel import SpaceArrays
+from usdfoot.spaces.root_choice_kernel import VelocityArrays
 
 if TYPE_CHECKING:
     from usdfoot.spaces.library import FootstepSpaces
 
-__all__ = ["device_spaces"]
+__all__ = ["device_spaces", "device_velocities"]
 
 
 def device_spaces(spaces: FootstepSpaces, *, entered: bool = False) -> SpaceArrays:
@@ -40,6 +41,24 @@ def device_spaces(spaces: FootstepSpaces, *, entered: bool = False) -> SpaceArra
     arrays.triangle_begins, arrays.triangles = _begins(triangles), _triples(triangles)
     arrays.edge_begins, arrays.edges = _begins(edges), _triples(edges)
     return arrays
+
+
+def device_velocities(spaces: FootstepSpaces) -> list[VelocityArrays]:
+    """The vertices of each space's root velocities, in the order of `spaces.spaces`, members among all examples."""
+    start_warp()
+    examples = wp.array(spaces.velocities, dtype=wp.vec2d)
+    coordinates = wp.array(spaces.coordinates, dtype=wp.float64)
+    found = []
+    for space in spaces.spaces.values():
+        roots, arrays = space.roots, VelocityArrays()
+        members = np.where(roots.members >= 0, space.examples[roots.members], -1)
+        arrays.velocities = wp.array(roots.velocities[roots.vertices], dtype=wp.vec2d)
+        arrays.members = wp.array(members, dtype=wp.int32)
+        arrays.triangles = wp.array(roots.triangles.reshape(-1, 3), dtype=wp.vec3i)
+        arrays.edges = wp.array(roots.edges[:, [0, 1, 1]], dtype=wp.vec3i)
+        arrays.example_velocities, arrays.example_coordinates = examples, coordinates
+        found.append(arrays)
+    return found
 
 
 def _begins(parts: Sequence[IntArray]) -> wp.array:

@@ -22,13 +22,14 @@ from usdfoot.maths.types import BoolArray, FloatArray, IntArray, StyleArray
 from usdfoot.model.biped import LEFT, RIGHT, SIDES
 from usdfoot.model.examples import Examples
 from usdfoot.spaces.corner_kernel import SpaceArrays
-from usdfoot.spaces.device_spaces import device_spaces
+from usdfoot.spaces.device_spaces import device_spaces, device_velocities
 from usdfoot.spaces.features import DOUBT, FeatureScales, StepFeatures, example_features, step_coordinates
 from usdfoot.spaces.footsteps import FootstepSpace, build_footstep_space, solve_footsteps
 from usdfoot.spaces.gaits import has_flight
 from usdfoot.spaces.mirror import mirror_partners
 from usdfoot.spaces.neighbours import NeighbourSpace, build_neighbour_space, solve_neighbours
 from usdfoot.spaces.poses import EndPoses, build_end_poses
+from usdfoot.spaces.root_choice_kernel import VelocityArrays
 from usdfoot.spaces.root_velocity import RootVelocitySpace, build_root_velocity_space
 from usdfoot.spaces.tetrahedra import TetrahedronSpace, build_tetrahedron_space, solve_tetrahedra
 
@@ -117,6 +118,11 @@ class FootstepSpaces:
     def device(self) -> SpaceArrays:
         """The spaces as device arrays."""
         return device_spaces(self)
+
+    @cached_property
+    def device_velocities(self) -> list[VelocityArrays]:
+        """The root velocities of each of the `spaces`, in their order, as device arrays."""
+        return device_velocities(self)
 
     def find(self, style: str, flight: bool, side: int) -> SideSpace:
         """The space of a style, gait and swing side; that of the other gait if there is no example of this.

@@ -254,6 +254,19 @@ def set_choice(
         choice.points[step, k] = velocities.example_velocities[choice.examples[step, k]]
 
 
+@wp.func
+def nearest_vertex(velocities: VelocityArrays, wanted: wp.vec2d) -> int:
+    """The vertex whose velocity is nearest to the wanted one, of equally near ones the first."""
+    least = wp.float64(wp.inf)
+    nearest = wp.int32(0)
+    for vertex in range(velocities.velocities.shape[0]):
+        distance = wp.length(velocities.velocities[vertex] - wanted)
+        if distance < least:
+            least = distance
+            nearest = vertex
+    return nearest
+
+
 @wp.kernel(enable_backward=False)
 def choose_roots(
     velocities: VelocityArrays,
@@ -267,13 +280,10 @@ def choose_roots(
     step = wp.tid()
     wanted = queries[step]
     picked = Picked()
-    nearest = wp.int32(0)
     for vertex in range(influences.shape[1]):
         picked = add_heaviest(picked, vertex, influences[step, vertex])
-        if wp.length(velocities.velocities[vertex] - wanted) < wp.length(velocities.velocities[nearest] - wanted):
-            nearest = vertex
     if picked.weights[0] <= ZERO:
-        picked.vertices[0] = nearest
+        picked.vertices[0] = nearest_vertex(velocities, wanted)
         picked.weights[0] = ONE
     picked = keep_picked(picked)
     set_choice(velocities, picked, coordinates, step, choice)

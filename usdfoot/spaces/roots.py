@@ -10,8 +10,8 @@ import warp as wp
 
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray, StyleArray
 from usdfoot.spaces.features import StepFeatures, step_coordinates
-from usdfoot.spaces.library import FootstepSpaces, SideSpace, left_landings
-from usdfoot.spaces.root_choice_kernel import PICKED, POOL, ChoiceArrays, VelocityArrays, choose_roots
+from usdfoot.spaces.library import FootstepSpaces, left_landings
+from usdfoot.spaces.root_choice_kernel import PICKED, POOL, ChoiceArrays, choose_roots
 from usdfoot.spaces.root_velocity import find_vertex_influences
 
 __all__ = ["ROOT_EXAMPLES", "RootSteps", "find_roots"]
@@ -67,14 +67,11 @@ def find_roots(
     coordinates = step_coordinates(left, features.as_left(swing_sides), spaces.scales)
     weights: FloatArray = np.zeros((count, ROOT_EXAMPLES))
     examples: IntArray = np.zeros((count, ROOT_EXAMPLES), dtype=np.intp)
-    example_velocities = wp.array(spaces.velocities, dtype=wp.vec2d)
-    example_coordinates = wp.array(spaces.coordinates, dtype=wp.float64)
+    order = {id(space): number for number, space in enumerate(spaces.spaces.values())}
     for space, steps in spaces.group(left, swing_sides=swing_sides, flights=flights, styles=styles):
-        vertices = _device_vertices(space)
-        vertices.example_velocities, vertices.example_coordinates = example_velocities, example_coordinates
         choice = _empty_choice(len(steps))
         inputs = [
-            vertices,
+            spaces.device_velocities[order[id(space)]],
             wp.array(find_vertex_influences(space.roots, queries[steps]), dtype=wp.float64, copy=False),
             wp.array(queries[steps], dtype=wp.vec2d),
             wp.array(coordinates[steps], dtype=wp.float64),
@@ -84,17 +81,6 @@ def find_roots(
         examples[steps] = choice.examples.numpy()[:, :ROOT_EXAMPLES]
         weights[steps] = (choice.tilted if meet else choice.weights).numpy()[:, :ROOT_EXAMPLES]
     return RootSteps(examples=examples, weights=weights)
-
-
-def _device_vertices(space: SideSpace) -> VelocityArrays:
-    """The vertices of a space's root velocities, their members among the library's examples."""
-    roots, arrays = space.roots, VelocityArrays()
-    members = np.where(roots.members >= 0, space.examples[roots.members], -1)
-    arrays.velocities = wp.array(roots.velocities[roots.vertices], dtype=wp.vec2d)
-    arrays.members = wp.array(members, dtype=wp.int32)
-    arrays.triangles = wp.array(roots.triangles.reshape(-1, 3), dtype=wp.vec3i)
-    arrays.edges = wp.array(roots.edges[:, [0, 1, 1]], dtype=wp.vec3i)
-    return arrays
 
 
 def _empty_choice(count: int) -> ChoiceArrays:
