@@ -97,10 +97,10 @@ def give_way(setup: Setup, moved: FloatArray, excess: FloatArray) -> FloatArray:
 
 def unreached_steps(agents: Sequence[Agent], motions: Sequence[Motion]) -> list[Problem]:
     """Warnings of agents whose feet miss footsteps: no leg reaches them, or IK may not pull so far."""
-    plans = {agent.name: agent for agent in agents}
+    by_name = {agent.name: agent for agent in agents}
     problems = []
     for motion in motions:
-        agent, statuses = plans[motion.name], np.array(motion.results.status)
+        agent, statuses = by_name[motion.name], np.array(motion.results.status)
         far = np.flatnonzero(statuses == "unreachable")
         pulled = np.flatnonzero((statuses == "ikLimited") & (motion.results.blend_error > agent.ik_reach))
         if far.size:
