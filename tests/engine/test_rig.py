@@ -10,9 +10,10 @@ from numpy.testing import assert_allclose
 
 from tests.engine.plans import way
 from tests.engine.walkers import in_world
+from usdfoot.analysis.figures import sole_offsets
 from usdfoot.engine.animate import prepare_library
 from usdfoot.engine.options import EngineOptions
-from usdfoot.engine.rig import build_rig
+from usdfoot.engine.rig import build_rig, measure_feet
 from usdfoot.maths import quaternion
 
 
@@ -33,6 +34,15 @@ def test_feet_are_flat_whatever_the_rest_pose_shows(walker_library, tiptoe_libra
         drops = [quaternion.rotate(foot.flat_rotation, foot.ball_offset)[1] for foot in (level, found)]
         assert drops[1] == pytest.approx(drops[0], abs=0.005)
         assert_allclose(found.heel_offset, level.heel_offset, atol=0.01)
+
+
+def test_heels_are_those_that_validate_measures_though_clips_lean_the_feet(walker_library):
+    source = walker_library.source
+    skeleton, biped = source.skeleton, source.biped
+    level, leaning = (measure_feet(skeleton, biped, np.array(rolls)) for rolls in ((0.0, 0.0), (0.2, -0.2)))
+    for side, heel in enumerate(sole_offsets(skeleton, biped)):
+        assert_allclose(leaning[side].heel_offset, heel, atol=1e-9)
+        assert abs(leaning[side].flat_rotation @ level[side].flat_rotation) < 0.999
 
 
 def test_planted_feet_do_not_stand_as_the_rest_pose_does(animate, walker_library, tiptoe_library):

@@ -132,7 +132,7 @@ def lay_prints(layout: Layout, ground: Ground) -> tuple[FloatArray, BoolArray]:
     for attempt in range(HEEL_RAISES if ground.has_terrain else 0):
         found, gaps = _under_heels(layout, ground, frames)
         follow = found & ((gaps > 0.0) | (np.abs(gaps) < EDGE_HEIGHT) & (attempt == 0))
-        rises = np.minimum(rises + np.where(follow, gaps * up[:, 1], 0.0), lengths)
+        rises = np.clip(rises + np.where(follow, gaps * up[:, 1], 0.0), -lengths, lengths)
         frames = _turned_feet(layout, slope, across, rises)
     return frames, ~np.bool_(ground.has_terrain) | (under.hit & under.walkable & near)
 
