@@ -24,9 +24,8 @@ __all__ = [
     "MixOptions",
     "RootedStep",
     "TriedMix",
-    "choose_corners",
-    "follow_corners",
     "land_mix",
+    "move_corners",
     "replace_corners",
     "set_landing",
     "settle_mix",
@@ -170,22 +169,7 @@ def try_mix(
 
 
 @wp.func
-def choose_corners(
-    own: RootedStep,
-    coordinates: wp.array2d(dtype=wp.float64),
-    spaces: SpaceArrays,
-    options: MixOptions,
-    step: int,
-    asked: wp.vec2d,
-) -> wp.vec3i:
-    """Examples to ask for a landing."""
-    set_landing(coordinates, step, asked, options.landing_scale)
-    found = find_corners(spaces, own.space, asked, coordinates, step, options.by_features)
-    return replace_corners(own, spaces, found.examples, asked)
-
-
-@wp.func
-def follow_corners(
+def move_corners(
     own: RootedStep,
     coordinates: wp.array2d(dtype=wp.float64),
     spaces: SpaceArrays,
@@ -193,12 +177,14 @@ def follow_corners(
     step: int,
     corners: wp.vec3i,
     asked: wp.vec2d,
+    stays: bool,
 ) -> wp.vec3i:
-    """Examples to ask for a landing a little beside that of others, so that the mix goes on from theirs."""
-    if not options.by_features:
-        return choose_corners(own, coordinates, spaces, options, step, asked)
+    """Examples around a landing: those that adjoin the ones before if it `stays` with them, else others chosen anew."""
     set_landing(coordinates, step, asked, options.landing_scale)
-    return adjoin_corners(spaces, own.space, corners, asked, coordinates, step)
+    if stays and options.by_features:
+        return adjoin_corners(spaces, own.space, corners, asked, coordinates, step)
+    found = find_corners(spaces, own.space, asked, coordinates, step, options.by_features)
+    return replace_corners(own, spaces, found.examples, asked)
 
 
 @wp.func
@@ -233,13 +219,13 @@ def settle_mix(
     best = nearest
     here = nearest
     for _ in range(SETTLES):
-        if wp.length(best.missed) > options.near:
+        if options.corrections > 0 and wp.length(best.missed) > options.near:
             way = wp.vec2d(wp.float64(SLOPE), ZERO)
-            corners = follow_corners(own, coordinates, spaces, options, step, here.corners, here.asked + way)
+            corners = move_corners(own, coordinates, spaces, options, step, here.corners, here.asked + way, True)
             beside = try_mix(own, aim, corners, here.asked + way, spaces, library, blends, step)
             missed_x = beside.missed
             way = wp.vec2d(ZERO, wp.float64(SLOPE))
-            corners = follow_corners(own, coordinates, spaces, options, step, here.corners, here.asked + way)
+            corners = move_corners(own, coordinates, spaces, options, step, here.corners, here.asked + way, True)
             beside = try_mix(own, aim, corners, here.asked + way, spaces, library, blends, step)
             way = newton_way(here.missed / aim.rest, missed_x / aim.rest, beside.missed / aim.rest)
             low = wp.float64(0.0)
@@ -249,7 +235,7 @@ def settle_mix(
                 if halving == 0 or wp.length(there.missed) > HALF * wp.length(here.missed):
                     part = HALF * (low + high)
                     asked = here.asked + part * way
-                    corners = follow_corners(own, coordinates, spaces, options, step, here.corners, asked)
+                    corners = move_corners(own, coordinates, spaces, options, step, here.corners, asked, True)
                     there = try_mix(own, aim, corners, asked, spaces, library, blends, step)
                     if wp.length(there.missed) < wp.length(best.missed):
                         best = there

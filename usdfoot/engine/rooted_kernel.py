@@ -14,9 +14,8 @@ from usdfoot.engine.mix_kernel import (
     MixOptions,
     RootedStep,
     TriedMix,
-    choose_corners,
-    follow_corners,
     land_mix,
+    move_corners,
     replace_corners,
     set_landing,
     settle_mix,
@@ -123,17 +122,14 @@ def mix_step(
         result.beta = within_hull(spaces, own.space, result.beta, nearest - bias, root - bias)
     for corner in range(3):
         around[corner] = around[corner] + bias
-    root_weight = find_root_weight(own, around, options, result.beta, root, wanted)
-    given_up = find_given_up(root_weight, result.beta)
-    rest = wp.max(ONE - root_weight, LIMITED)
-    target = nearest + given_up * (root - nearest)
-    if options.closest:
-        target = nearest
     aim = MixAim()
-    aim.root_weight = root_weight
-    aim.rest = rest
-    aim.target = target
-    asked = (target - root_weight * root) / rest - bias
+    aim.root_weight = find_root_weight(own, around, options, result.beta, root, wanted)
+    aim.rest = wp.max(ONE - aim.root_weight, LIMITED)
+    given_up = find_given_up(aim.root_weight, result.beta)
+    aim.target = nearest
+    if not options.closest:
+        aim.target = nearest + given_up * (root - nearest)
+    asked = (aim.target - aim.root_weight * root) / aim.rest - bias
     asked_before = wp.vec2d()
     change_before = wp.vec2d()
     distance = wp.float64(wp.inf)
@@ -142,31 +138,28 @@ def mix_step(
     best.missed = wp.vec2d(wp.float64(wp.inf), ZERO)
     for round_ in range(1 + options.corrections):
         if wp.length(best.missed) > options.near:
-            if tries > 0:
-                corners = follow_corners(own, coordinates, spaces, options, step, corners, asked)
-            elif round_ > 0 or not is_inside(corners_of(spaces, corners), asked, SLACK):
-                corners = choose_corners(own, coordinates, spaces, options, step, asked)
+            if round_ > 0 or not is_inside(corners_of(spaces, corners), asked, SLACK):
+                corners = move_corners(own, coordinates, spaces, options, step, corners, asked, tries > 0)
             tried = try_mix(own, aim, corners, asked, spaces, library, blends, step)
             if wp.length(tried.missed) < wp.length(best.missed):
                 best = tried
                 keep_tried(blends, step)
-            change = tried.missed / rest
+            change = tried.missed / aim.rest
             if tries > 0:
                 change = heading_change(change, change_before, asked - asked_before)
             asked_before = asked
-            change_before = tried.missed / rest
+            change_before = tried.missed / aim.rest
             asked += change
             tries += 1
             others = options.by_features and tries >= TRIES and 2 * round_ < options.corrections
             if others and wp.length(tried.missed) > HALF * distance:
                 tries = 0
             distance = wp.length(tried.missed)
-    if options.corrections > 0:
-        best = settle_mix(own, aim, best, coordinates, spaces, library, blends, options, step)
+    best = settle_mix(own, aim, best, coordinates, spaces, library, blends, options, step)
     result.expected = wanted - best.aim
     result.missed = result.expected + best.missed
     result.move = best.aim - nearest + given_up * (nearest - wanted)
-    result.root_weight = root_weight
+    result.root_weight = aim.root_weight
     if given_up <= ZERO or wp.length(result.move) <= options.near:
         result.move = wp.vec2d()
     return result

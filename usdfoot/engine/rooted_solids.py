@@ -160,8 +160,9 @@ def _mix(setup: Setup, spaces: FootstepSpaces, asked: _Asked) -> _Mix:
         missed, missed_before = again.strays, missed
         moved = _heading_changes(missed, missed_before, moved)
         best = _nearer(best, rows, again)
-    for row in rows[best.distances[rows] > options.landing_tolerance] if options.correction else ():
-        best = _nearer(best, np.array([row]), _settle(setup, spaces, asked[[row]], best.shifts[[row]]))
+    far = rows[best.distances[rows] > options.landing_tolerance]
+    for one in far[:, None] if options.correction else ():
+        best = _nearer(best, one, _settle(setup, spaces, asked[one], best.shifts[one]))
     return best
 
 
