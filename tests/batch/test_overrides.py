@@ -11,6 +11,7 @@ from tests.batch.conftest import AGENTS, digests, write_crowd_scene
 from usdfoot.bridge.tokens import File
 from usdfoot.pipeline.animate import animate
 from usdfoot.pipeline.validate import validate
+from usdfoot.readers.scene import SceneReader
 
 
 @pytest.fixture
@@ -207,3 +208,40 @@ def test_a_shot_can_reference_the_crowd_twice_with_other_offsets(crowd):
         for name in ("Now", "Later")
     ]
     assert strike[1] - strike[0] == pytest.approx(12.0)
+
+
+def test_what_is_said_of_a_written_agent_goes_over_what_the_scene_says(shot):
+    scene, folder = shot
+    said = (
+        ("Agent_0", "rootWeight", Sdf.ValueTypeNames.Float, 0.5),
+        ("Agent_1", "motion", Sdf.ValueTypeNames.Token, "physics"),
+        ("Agent_2", "ikReach", Sdf.ValueTypeNames.Float, 0.1),
+        ("Agent_2", "crouch", Sdf.ValueTypeNames.Float, 0.2),
+    )
+    with edited(folder) as stage:
+        for name, option, kind, value in said:
+            prim = stage.GetPrimAtPath(f"/Crowd/Agents/{name}")
+            prim.CreateAttribute(f"usdfoot:agent:{option}", kind, False).Set(value)
+    report = remake(scene, folder)
+    assert report.kept == 0
+    assert report.results["Agent_0"].root_weight.max() == 0.5
+    assert [report.results[f"Agent_{number}"].clip_counts.any() for number in range(AGENTS)] == [True, False, True]
+    rooted, _, crouched = SceneReader(scene, crowd=folder).read().crowd.agents
+    assert crouched.tuning.given == pytest.approx({"crouch": 0.2}) and not rooted.tuning.given
+    assert (crouched.ik_reach, rooted.ik_reach) == pytest.approx((0.1, 0.3))
+
+
+def test_agents_hidden_in_the_scene_are_hidden_in_the_crowd_and_share_their_prototype(shot):
+    scene, folder = shot
+    stage = Usd.Stage.Open(str(scene))
+    UsdGeom.Imageable(stage.GetPrimAtPath("/World/Crowd/Agent_0")).MakeInvisible()
+    blinking = UsdGeom.Imageable(stage.GetPrimAtPath("/World/Crowd/Agent_1")).CreateVisibilityAttr()
+    blinking.Set("inherited", 30.0)
+    blinking.Set("invisible", 60.0)
+    stage.Save()
+    assert animate(scene, folder, chunk_size=1).kept == AGENTS - 2
+    crowd = Usd.Stage.Open(str(folder / File.CROWD))
+    agents = [crowd.GetPrimAtPath(f"/Crowd/Agents/Agent_{number}") for number in range(AGENTS)]
+    seen = [[str(UsdGeom.Imageable(agent).ComputeVisibility(code)) for code in (40.0, 80.0)] for agent in agents]
+    assert seen == [["invisible"] * 2, ["inherited", "invisible"], ["inherited"] * 2]
+    assert len({agent.GetPrototype().GetPath() for agent in agents}) == 1

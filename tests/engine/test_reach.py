@@ -199,3 +199,13 @@ def test_a_footstep_whose_foot_is_pulled_along_is_not_called_ok(animate):
     pulled = np.flatnonzero(results.slide > 3e-3)
     assert pulled.size
     assert {results.status[step] for step in pulled} == {"ikLimited"}
+
+
+def test_a_footstep_that_only_ik_may_not_pull_to_is_ik_limited(walker_library):
+    """The legs reach it: with a longer `reach` the same plan is kept."""
+    plan = way(length=0.5, width=0.45)
+    for reach, statuses in ((0.05, {"ikLimited", "outsideHull"}), (0.5, {"outsideHull"})):
+        (motion,), problems = animate_crowd(crowd(walker_library.source, [plan], reach=reach))
+        assert set(motion.results.status[1:]) == statuses
+        warned = [problem.message for problem in problems if "usdfoot:agent:ikReach" in problem.message]
+        assert len(warned) == ("ikLimited" in statuses)

@@ -7,15 +7,20 @@ import pytest
 from numpy.testing import assert_allclose
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdUtils
 
-from tests.scenes import Units, add_character, new_stage
+from tests.few_clips import copy_stages
+from tests.scenes import Units, add_agent, add_character, new_stage
 from usdfoot.bridge.tokens import Agent, Schema
 from usdfoot.bridge.tokens import Path as PathToken
 from usdfoot.cli.main import main
+from usdfoot.engine.animate import PreparedLibraries
+from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import OutputError, SceneError
 from usdfoot.pipeline.plan import plan_scene_paths
 from usdfoot.pipeline.plan_trajectories import plan_scene_trajectories
+from usdfoot.planning.flights import fly_like_clips
 from usdfoot.readers.agents import list_agents
 from usdfoot.readers.plans import read_plan
+from usdfoot.readers.scene import read_scene
 from usdfoot.readers.stage import collect_prims, read_stage_info
 
 CURVE = np.array([(0.0, 0.0, 0.0), (0.0, 0.0, 3.0), (1.0, 0.0, 5.0), (4.0, 0.0, 5.0)])
@@ -130,6 +135,39 @@ def test_start_time_is_the_stages_unless_the_path_has_one(tmp_path):
     stage.GetRootLayer().Save()
     plan = plan_scene_paths(scene, tmp_path / "plans.usda").plans["Walker"]
     assert plan.strike_times[0] == pytest.approx(3.0)
+
+
+def test_a_run_that_is_planned_first_has_the_flights_of_the_clips_as_one_that_is_animated_at_once(stages, tmp_path):
+    copy = copy_stages(stages, tmp_path, kept=("jog_180", "jog_220", "run_260", "run_320", "stand"))
+    points = np.array([(0.0, 0.0, 0.0), (0.0, 0.0, 3.0), (0.0, 0.0, 6.0), (0.0, 0.0, 9.0)])
+    scene = tmp_path / "scene.usda"
+    stage = new_stage(scene, Units())
+    for name, asset in (("Motion", "clips.usdc"), ("Person", "human.usdc")):
+        stage.DefinePrim(f"/World/{name}").GetReferences().AddReference(str(copy / asset))
+    add_curve(stage, "/World/Way", Units(), points, speed=2.8)
+    add_curve(stage, "/World/Nobodys", Units(), points, speed=2.8)
+    agent = add_agent(stage, "/World/Runner", path="/World/Way", character="/World/Person", clips="/World/Motion/Clips")
+    stage.GetRootLayer().Save()
+    planned = plan_scene_paths(scene, tmp_path / "plans.usdc").plans
+    (runner,) = _flown(read_scene(scene))
+    (again,) = _flown(read_scene(composed(tmp_path / "plans.usdc", scene), agents="Runner"))
+    assert_allclose(planned["Runner"].liftoff_times, runner.liftoff_times, atol=1e-9)
+    assert_allclose(again.liftoff_times, runner.liftoff_times, atol=1e-9)
+    assert_allclose(again.strike_times, runner.strike_times, atol=1e-9)
+    generic = planned["Nobodys"]
+    assert_allclose(generic.strike_times, runner.strike_times, atol=1e-9)
+    assert (generic.liftoff_times - runner.liftoff_times).max() > 0.02
+    agent.CreateAttribute(Agent.MOTION, Sdf.ValueTypeNames.Token, custom=False).Set("physics")
+    stage.GetRootLayer().Save()
+    moved = plan_scene_paths(scene, tmp_path / "moved.usdc", agents="Runner").plans["Runner"]
+    assert_allclose(moved.liftoff_times, generic.liftoff_times, atol=1e-9)
+
+
+def _flown(scene):
+    """Plans as animating them has them."""
+    options = EngineOptions()
+    crowd = fly_like_clips(scene.crowd, options=options, libraries=PreparedLibraries(options))
+    return [agent.plan for agent in crowd.agents]
 
 
 def test_agents_points_and_xforms_that_move_get_plans(tmp_path):

@@ -150,6 +150,16 @@ def test_joints_that_are_nowhere_are_an_error(crowd):
     assert "moves joints to nowhere" in str(validation.problems[0])
 
 
+def test_an_animation_without_samples_is_an_error(crowd):
+    layer = Sdf.Layer.FindOrOpen(str(crowd.parent / "anims.0000.usdc"))
+    for name in ("rotations", "translations", "scales"):
+        layer.GetAttributeAtPath(f"/Crowd/Anims/Walker.{name}").ClearInfo("timeSamples")
+    layer.Save()
+    assert [problem.message.split(". ")[0] for problem in validate(crowd).problems] == [
+        "/Crowd/Anims/Walker: has no samples"
+    ]
+
+
 def test_what_files_do_not_hold_is_said(crowd):
     """An animation that ends too early, contacts at other times than the footsteps', and results that are gone."""
     stage = Usd.Stage.Open(str(crowd))

@@ -68,6 +68,17 @@ def test_frames_are_whole_codes_around_all_plans():
         read_scene(stage, frames=(9, 3))
 
 
+def test_frames_in_which_nobody_walks_are_named():
+    stage = simple_scene(units=Units(1.0, "Y", 30.0))
+    begin, *_, end = read_scene(stage).frame_codes.astype(int).tolist()
+    for frames in ((end - 1, end + 9), (begin - 9, begin)):
+        assert read_scene(stage, frames=frames).crowd.problems == ()
+    for frames in ((end + 1, end + 9), (begin - 9, begin - 1)):
+        (message,) = messages(read_scene(stage, frames=frames), "warning")
+        assert f"nobody walks in {frames[0]}:{frames[1]}" in message
+        assert f"lie in {begin}:" in message
+
+
 def test_tuning_is_read_in_the_scenes_units_and_what_is_given_goes_over_it():
     stage = simple_scene(units=Units(0.01))
     prim = stage.GetPrimAtPath("/World/Hero")
@@ -135,6 +146,19 @@ def test_agents_share_character_and_clips_and_have_names_of_their_own(tmp_path):
     assert len(scene.crowd.libraries) == 1
     assert scene.characters[0].asset == str((tmp_path / "hero.usda").resolve())
     assert scene.stage.layers == tuple(sorted(str((tmp_path / n).resolve()) for n in ("hero.usda", "scene.usda")))
+
+
+def test_agents_are_hidden_with_what_is_above_them(tmp_path):
+    stage = crowd_stage(tmp_path)
+    groups = [UsdGeom.Imageable(UsdGeom.Xform.Define(stage, f"/World/Group{i}")) for i in range(3)]
+    groups[0].MakeInvisible()
+    groups[1].CreateVisibilityAttr().Set("invisible", 10.0)
+    groups[1].GetVisibilityAttr().Set("inherited", 20.0)
+    walker = UsdGeom.Imageable(stage.GetPrimAtPath("/World/Group1/Walker"))
+    walker.CreateVisibilityAttr().Set("inherited", 5.0)
+    walker.GetVisibilityAttr().Set("invisible", 30.0)
+    blinks = ((5.0, "invisible"), (10.0, "invisible"), (20.0, "inherited"), (30.0, "invisible"))  # held to both sides
+    assert read_scene(stage).visibility == {"Walker": ((None, "invisible"),), "Walker_1": blinks}
 
 
 def test_agents_are_chosen_by_name_or_path(tmp_path):

@@ -1,5 +1,7 @@
 """Terrain: which meshes, which triangles, which way up."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
@@ -267,10 +269,10 @@ def test_each_instance_of_a_point_instancer_is_a_mesh_of_its_own(units):
     lifted.Set(Gf.Vec3d(*units.points((0.0, 0.5, 0.0)).tolist()))
     UsdGeom.Xformable(instancer).AddTranslateOp().Set(Gf.Vec3d(*units.points((0.0, 0.25, 0.0)).tolist()))
     instancer.CreatePrototypesRel().SetTargets([Sdf.Path(path).GetParentPath() for path in paths])
-    instancer.CreateProtoIndicesAttr([0, 1, 0, 1])
-    instancer.CreatePositionsAttr([Gf.Vec3f(*place) for place in units.points([(3.0 * i, 0.0, i) for i in range(4)])])
-    instancer.CreateScalesAttr([(2, 2, 2), (1, 1, 1), (-1, 1, 1), (1, 1, 1)])
-    instancer.CreateIdsAttr([7, 8, 9, 10])
+    instancer.CreateProtoIndicesAttr([0, 1, 0, 1, 0])
+    instancer.CreatePositionsAttr([Gf.Vec3f(*place) for place in units.points([(3.0 * i, 0.0, i) for i in range(5)])])
+    instancer.CreateScalesAttr([(2, 2, 2), (1, 1, 1), (-1, 1, 1), (1, 1, 1), (0, 0, 0)])
+    instancer.CreateIdsAttr([7, 8, 9, 10, 11])
     instancer.CreateInvisibleIdsAttr([10])
     assert read(stage)[0].meshes == (), "unmarked it is none"
     instancer.GetPrim().AddAppliedSchema(Schema.TERRAIN)
@@ -305,3 +307,17 @@ def test_a_broken_instancer_becomes_a_problem(kinds, places, message):
     instancer.GetPrim().AddAppliedSchema(Schema.TERRAIN)
     terrain, (problem,) = read(stage)
     assert terrain.meshes == () and problem.message.startswith(message)
+
+
+def test_an_instancer_of_instancers_becomes_a_problem():
+    stage = new_stage()
+    paths = ["/World/Stones", "/World/Stones/Heap", "/World/Stones/Heap/Stone"]
+    for path, prototype in pairwise(paths):
+        instancer = UsdGeom.PointInstancer.Define(stage, path)
+        instancer.CreatePrototypesRel().SetTargets([prototype])
+        instancer.CreateProtoIndicesAttr([0])
+        instancer.CreatePositionsAttr([(0, 0, 0)])
+    add_mesh(stage, paths[-1], SQUARE, [(0, 1, 2, 3)], Units())
+    stage.GetPrimAtPath(paths[0]).AddAppliedSchema(Schema.TERRAIN)
+    (problem,) = read(stage)[1]
+    assert problem.message.startswith("/World/Stones: scatters the PointInstancer /World/Stones/Heap. ")

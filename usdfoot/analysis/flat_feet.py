@@ -42,7 +42,7 @@ def flat_turns(rest: FloatArray, stances: Sequence[FloatArray], offsets: FloatAr
     flats = standing_turns(rest, stances, offsets)
     for flat, turn, stance, offset in zip(flats, rest, stances, offsets, strict=True):
         rested, pitches = _elevations(turn, offset), _elevations(stance, offset)
-        spread = 4.0 * _closest_half(pitches)[1] if len(stance) else 0.0
+        spread = 4.0 * _closest_half(pitches)[1] if len(stance) else 0.0  # of all, were they spread evenly
         alike = np.count_nonzero(np.abs(pitches - rested) < LEVEL / 2.0)
         if abs(_elevations(flat, offset) - rested) > max(LEVEL, spread) and 4 * alike < len(stance):
             return flats

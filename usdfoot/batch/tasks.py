@@ -118,6 +118,7 @@ class _Hashes:
         versions = {"usdfoot": __version__, **library_versions()}
         self._times = crowd.frame_times
         self._frames = scene.plan_frames
+        self._visibility = scene.visibility
         self._common = content_hash(
             versions, options, stage.units, stage.frames_per_second, crowd.terrain, crowd.frame_rate
         )
@@ -133,9 +134,9 @@ class _Hashes:
         begin = np.searchsorted(self._times, start, side="right") - 1
         end = np.searchsorted(self._times, stop)
         frames = self._times[np.clip([begin, end], 0, last)]
-        frame = self._frames.get(agent.name)
+        placed = self._frames.get(agent.name), self._visibility.get(agent.name)
         shared = self._common, self._libraries[agent.library], self._characters[agent.character]
-        return content_hash(agent, frame, frames, *shared)
+        return content_hash(agent, placed, frames, *shared)
 
 
 def _inputs(layers: Sequence[str]) -> str:

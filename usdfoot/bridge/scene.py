@@ -12,7 +12,10 @@ from usdfoot.model.agent import Crowd
 from usdfoot.model.biped import Biped
 from usdfoot.model.skeleton import Pose, Skeleton
 
-__all__ = ["BlendShapes", "Character", "Scene", "StageInfo"]
+__all__ = ["BlendShapes", "Character", "Scene", "StageInfo", "Visibility"]
+
+Visibility = tuple[tuple[float | None, str], ...]
+"""Time codes, None = at all times, and USD's visibility from each on; empty = always inherited."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,3 +122,5 @@ class Scene:
     plan_frames: Mapping[str, FloatArray] = field(default_factory=dict)
     """From the written plan prim to the world, of agents whose plan prim artists moved (row vectors, stage units),
     by agent name, shape (4, 4)."""
+    visibility: Mapping[str, Visibility] = field(default_factory=dict)
+    """Of agents that are not always to be seen, by agent name."""

@@ -20,7 +20,7 @@ DESCRIPTION = (
 EPILOG = """\
 example:
   usdfoot plan stones river.usda -o plans.usda
-  usdfoot plan stones river.usda -o plans.usda --on '/World/River/Stones/*' --reach biped
+  usdfoot plan stones river.usda -o plans.usda --on '/World/Terrain/*' --reach biped
 
 where there is no way the error says how far one leads, and from where the next foothold is how far.
 

@@ -126,13 +126,13 @@ def lay_prints(layout: Layout, ground: Ground) -> tuple[FloatArray, BoolArray]:
     ahead = np.cross(across, up)
     ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
     slope = np.stack([np.cross(up, ahead), up, ahead], axis=-1)  # (C, 3, 3)
-    lengths = layout.rig.foot_lengths[contacts.sides]
-    rises = np.zeros(len(lengths))
+    most = np.sin(MOST_TOES_DOWN) * layout.rig.foot_lengths[contacts.sides]
+    rises = np.zeros(len(most))
     frames = _turned_feet(layout, slope, across, rises)
     for attempt in range(HEEL_RAISES if ground.has_terrain else 0):
         found, gaps = _under_heels(layout, ground, frames)
         follow = found & ((gaps > 0.0) | (np.abs(gaps) < EDGE_HEIGHT) & (attempt == 0))
-        rises = np.minimum(rises + np.where(follow, gaps * up[:, 1], 0.0), np.sin(MOST_TOES_DOWN) * lengths)
+        rises = np.clip(rises + np.where(follow, gaps * up[:, 1], 0.0), -most, most)
         frames = _turned_feet(layout, slope, across, rises)
     return frames, ~np.bool_(ground.has_terrain) | (under.hit & under.walkable & near)
 

@@ -12,7 +12,7 @@ from usdfoot.model.agent import Agent
 from usdfoot.model.motion import Motion
 from usdfoot.model.report import Problem
 
-__all__ = ["beyond_reach", "find_high_steps", "give_way", "unreached_steps"]
+__all__ = ["beyond_reach", "find_high_steps", "find_long_steps", "give_way", "unreached_steps"]
 
 LEAST_GAIN = 0.5
 """A foot gives way to the next footstep only where each metre of it brings that nearer by so much."""
@@ -28,7 +28,7 @@ def beyond_reach(setup: Setup, steps: IntArray, offsets: FloatArray, reach: Floa
     beyond_ik = offsets * np.maximum(1.0 - reach[segments.agents[steps]] / np.maximum(distance, 1e-12), 0.0)[:, None]
     supports = segments.supports[steps]
     strides = (positions[supports + 1] - positions[supports])[:, [0, 2]]
-    longest = np.where(_grounded(setup, steps), setup.options.longest_step * setup.leg_length, np.inf)
+    longest = _longest(setup, steps)
     lengths = np.linalg.norm(strides, axis=1)
     beyond_leg = strides * np.maximum(1.0 - longest / np.maximum(lengths, 1e-12), 0.0)[:, None]
     farther = np.linalg.norm(beyond_leg, axis=1) > np.linalg.norm(beyond_ik, axis=1)
@@ -43,6 +43,24 @@ def find_high_steps(setup: Setup, steps: IntArray) -> BoolArray:
     heights, supports = setup.contacts.positions[:, 1], setup.segments.supports[steps]
     rises = np.abs(heights[supports + 1] - heights[supports])
     return np.asarray(_grounded(setup, steps) & (rises > setup.options.highest_step * setup.leg_length))
+
+
+def find_long_steps(setup: Setup, steps: IntArray, planned: FloatArray) -> BoolArray:
+    """Which of the segments `steps` (N,) no leg could take from where the support foot stands, shape (N,).
+
+    Args:
+        setup: Contacts as executed.
+        steps: Segments.
+        planned: Positions of the contacts as planned [m], shape (C, 3).
+    """
+    supports = setup.segments.supports[steps]
+    strides = (planned[supports + 1] - setup.contacts.positions[supports])[:, [0, 2]]
+    return np.asarray(np.linalg.norm(strides, axis=1) > _longest(setup, steps))
+
+
+def _longest(setup: Setup, steps: IntArray) -> FloatArray:
+    """Longest step of segments `steps` (N,) that legs take; there is none with a flight [m], shape (N,)."""
+    return np.where(_grounded(setup, steps), setup.options.longest_step * setup.leg_length, np.inf)
 
 
 def _grounded(setup: Setup, steps: IntArray) -> BoolArray:
@@ -78,21 +96,31 @@ def give_way(setup: Setup, moved: FloatArray, excess: FloatArray) -> FloatArray:
 
 
 def unreached_steps(agents: Sequence[Agent], motions: Sequence[Motion]) -> list[Problem]:
-    """A warning for every agent with footsteps out of reach: which, by how much, and what would be right."""
-    plans = {agent.name: (agent.source, agent.plan) for agent in agents}
+    """Warnings of agents whose feet miss footsteps: no leg reaches them, or IK may not pull so far."""
+    by_name = {agent.name: agent for agent in agents}
     problems = []
     for motion in motions:
-        out = np.flatnonzero(np.array(motion.results.status) == "unreachable")
-        if not out.size:
-            continue
-        source, plan = plans[motion.name]
-        rises = np.diff(plan.positions[:, 1], prepend=plan.positions[0, 1])[out]
-        missed = motion.results.placement_error[out]
-        worst = int(np.argmax(np.maximum(missed, np.abs(rises))))
-        message = (
-            f"{plan.name}: {out.size} footstep(s) are out of reach, first footstep {out[0]}; the foot comes down "
-            f"{missed[worst]:.2f} m from footstep {out[worst]}, which is {rises[worst]:+.2f} m above the one before. "
-            "put them nearer, or a footstep between (`usdfoot plan lint` names each)"
-        )
-        problems.append(Problem(severity="warning", where=source, message=message))
+        agent, statuses = by_name[motion.name], np.array(motion.results.status)
+        far = np.flatnonzero(statuses == "unreachable")
+        pulled = np.flatnonzero((statuses == "ikLimited") & (motion.results.blend_error > agent.ik_reach))
+        if far.size:
+            remedy = "put them nearer, or a footstep between (`usdfoot plan lint` names each)"
+            problems.append(_missed(agent, motion, far, "out of reach", remedy))
+        if pulled.size:
+            remedy = "raise usdfoot:agent:ikReach, or add clips that step there"
+            problems.append(_missed(agent, motion, pulled, "farther from what the clips step than IK may pull", remedy))
     return problems
+
+
+def _missed(agent: Agent, motion: Motion, out: IntArray, fault: str, remedy: str) -> Problem:
+    """A warning that footsteps `out` of an agent are missed: which, by how much, and what would be right."""
+    plan = agent.plan
+    rises = np.diff(plan.positions[:, 1], prepend=plan.positions[0, 1])[out]
+    missed = motion.results.placement_error[out]
+    worst = int(np.argmax(np.fmax(missed, np.abs(rises))))
+    message = (
+        f"{plan.name}: {out.size} footstep(s) are {fault}, first footstep {out[0]}; the foot comes down "
+        f"{missed[worst]:.2f} m from footstep {out[worst]}, which is {rises[worst]:+.2f} m above the one before. "
+        f"{remedy}"
+    )
+    return Problem(severity="warning", where=agent.source, message=message)

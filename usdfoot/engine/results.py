@@ -128,7 +128,7 @@ def _by_landing(setup: Setup, blend: StepBlend, landings: Landings, real: IntArr
     known = segment >= 0
     values: dict[str, FloatArray] = {"segment": segment}
     neutral = {"time_warp": 1.0}
-    for name in ("blend_error", "hull_distance", "time_warp", "limited", "velocity_error"):
+    for name in ("blend_error", "hull_distance", "time_warp", "limited", "beyond_legs", "velocity_error"):
         values[name] = np.where(known, getattr(landings, name)[segment].astype(float), neutral.get(name, 0.0))
     for name in ("root_weights", "betas", "given_up"):
         values[name] = np.where(known, getattr(landings.rooted, name)[segment].astype(float), 0.0)
@@ -141,7 +141,8 @@ def _statuses(figures: ContactFigures, values: dict[str, FloatArray]) -> list[st
     statuses[values["hull_distance"] > 1e-4] = "outsideHull"
     statuses[np.fmax(figures.placement_error, figures.slide) > PLACED] = "ikLimited"
     statuses[values["given_up"] > 0.0] = "rootWeighted"
-    statuses[values["limited"] > 0.0] = "unreachable"
+    statuses[values["limited"] > 0.0] = "ikLimited"
+    statuses[values["beyond_legs"] > 0.0] = "unreachable"
     statuses[~figures.on_ground] = "offTerrain"
     return [str(status) for status in statuses]
 

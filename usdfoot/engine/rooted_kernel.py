@@ -128,6 +128,25 @@ def replace_corners(own: RootedStep, spaces: SpaceArrays, examples: wp.vec3i, la
 
 
 @wp.func
+def move_corners(
+    own: RootedStep,
+    coordinates: wp.array2d(dtype=wp.float64),
+    spaces: SpaceArrays,
+    options: MixOptions,
+    step: int,
+    corners: wp.vec3i,
+    asked: wp.vec2d,
+    stays: bool,
+) -> wp.vec3i:
+    """Examples around a landing: those that adjoin the ones before if it `stays` with them, else others chosen anew."""
+    set_landing(coordinates, step, asked, options.landing_scale)
+    if stays and options.by_features:
+        return adjoin_corners(spaces, own.space, corners, asked, coordinates, step)
+    found = find_corners(spaces, own.space, asked, coordinates, step, options.by_features)
+    return replace_corners(own, spaces, found.examples, asked)
+
+
+@wp.func
 def find_root_weight(
     own: RootedStep, around: Corners, options: MixOptions, beta: wp.float64, root: wp.vec2d, wanted: wp.vec2d
 ) -> wp.float64:
@@ -205,14 +224,8 @@ def mix_step(
     least = wp.float64(wp.inf)
     for round_ in range(1 + options.corrections):
         if least > options.near:
-            if tries == 0 or not options.by_features:
-                if round_ > 0 or not is_inside(corners_of(spaces, corners), asked, SLACK):
-                    set_landing(coordinates, step, asked, options.landing_scale)
-                    found = find_corners(spaces, own.space, asked, coordinates, step, options.by_features)
-                    corners = replace_corners(own, spaces, found.examples, asked)
-            else:
-                set_landing(coordinates, step, asked, options.landing_scale)
-                corners = adjoin_corners(spaces, own.space, corners, asked, coordinates, step)
+            if round_ > 0 or not is_inside(corners_of(spaces, corners), asked, SLACK):
+                corners = move_corners(own, coordinates, spaces, options, step, corners, asked, tries > 0)
             around = corners_of(spaces, corners)
             shares = weigh_corners(around, asked)
             aim = target - rest * (asked - mean_corner(around, shares))

@@ -11,7 +11,7 @@ from usdfoot.engine.flight import centre_flights, natural_flights
 from usdfoot.engine.landings import blend_twists, stand_blend, with_steps
 from usdfoot.engine.poses import Setup, StepBlend
 from usdfoot.engine.queries import step_queries
-from usdfoot.engine.reach import beyond_reach, find_high_steps, give_way
+from usdfoot.engine.reach import beyond_reach, find_high_steps, find_long_steps, give_way
 from usdfoot.engine.root import lay_root
 from usdfoot.engine.root_goals import RootGoals
 from usdfoot.engine.root_weights import RootedSteps, weigh_rooted
@@ -43,7 +43,9 @@ class Landings:
     time_warp: FloatArray
     """Planned duration over the blended one."""
     limited: BoolArray
-    """Whether the footstep is out of reach: of IK from the landing, or of the legs."""
+    """Whether the footstep is given up: IK may not pull so far from the landing, or no leg reaches it."""
+    beyond_legs: BoolArray
+    """Whether the legs do not reach it."""
     velocity_error: FloatArray
     """Mean root velocity of the blended examples, at their own pace, to the wanted one [m/s]."""
     rooted: RootedSteps
@@ -67,11 +69,13 @@ def weigh_steps(
     """
     blend = stand_blend(len(setup.segments), stand, width=8 if goals.rooted.any() else 4)
     weigh = weigh_solid if setup.options.space == "3d" else weigh_rooted
+    planned = setup.contacts.positions
     setup, blend, rooted = weigh(setup, spaces, goals, blend, reach=reach)
     setup, blend, reached = reach_footsteps(setup, spaces, ~setup.segments.stands & ~goals.rooted, blend, reach=reach)
-    offsets, high = np.linalg.norm(reached.offsets, axis=1), np.zeros(len(setup.segments), dtype=bool)
+    offsets, limited = np.linalg.norm(reached.offsets, axis=1), reached.limited | rooted.limited
+    high, long = (np.zeros(len(setup.segments), dtype=bool) for _ in range(2))
     steps = np.flatnonzero(~setup.segments.stands)
-    high[steps] = find_high_steps(setup, steps)
+    high[steps], long[steps] = find_high_steps(setup, steps), find_long_steps(setup, steps, planned)
     return (
         align_events(setup, blend),
         blend,
@@ -79,7 +83,8 @@ def weigh_steps(
             blend_error=np.where(goals.rooted, rooted.blend_errors, offsets),
             hull_distance=np.where(goals.rooted, rooted.hull_distances, reached.hull_distances),
             time_warp=reached.time_warps,
-            limited=reached.limited | rooted.limited | high,
+            limited=limited,
+            beyond_legs=high | limited & long,
             velocity_error=_velocity_errors(setup, spaces, goals, blend),
             rooted=rooted,
         ),

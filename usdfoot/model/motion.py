@@ -32,7 +32,7 @@ class StepResults:
     blend_error: FloatArray
     """Blended landing to footstep, horizontal, before IK [m]."""
     placement_error: FloatArray
-    """Ball to footstep after IK, horizontal, mean over the planted frames [m]."""
+    """Ball to footstep after IK, horizontal, mean over the planted frames [m]; NaN, as slide and yaw, where none is."""
     slide: FloatArray
     """Largest distance between two positions of the ball over the planted frames [m]."""
     yaw_error: FloatArray
@@ -48,7 +48,7 @@ class StepResults:
     root_velocity_error: FloatArray
     """Mean root velocity of the blended clips, at their own pace, to the wanted one [m/s]."""
     status: tuple[str, ...]
-    """One of STATUSES a step."""
+    """One of STATUSES a step; where `placement_error` is NaN, what the step is to be, not measured."""
     clip_counts: IntArray
     """Number of clips blended in each step."""
     clips: tuple[str, ...]

@@ -12,21 +12,24 @@ from usdfoot.readers.written import WrittenAgent, WrittenCrowd
 __all__ = ["find_omissions"]
 
 ROUNDING = 1e-6
-"""[time codes]"""
+"""Of times written as time codes [time codes]."""
+FRAME = 1.0
+"""Motions begin and end on whole frames, so within one of their footsteps [time codes]."""
 
 
 def find_omissions(agent: WrittenAgent, crowd: WrittenCrowd) -> list[Problem]:
-    """What is missing of an agent in the crowd's time range: samples and contacts (errors), results (a warning)."""
+    """What is missing in the crowd's time range of an agent with samples: some of them and contacts, results.
+
+    Missing results are a warning, the others errors.
+    """
     plan, units = agent.plan, crowd.units
     start, end = crowd.stage.GetStartTimeCode(), crowd.stage.GetEndTimeCode()
     begins = max(float(units.times_to_codes(plan.strike_times.min())), start)
     ends = min(float(units.times_to_codes(plan.liftoff_times.max())), end)
-    where = str(agent.query.GetAnimQuery().GetPrim().GetPath())
-    problems = []
-    codes = agent.frame_codes
-    if ends > begins and (not len(codes) or codes[0] > begins + 1.0 + ROUNDING or codes[-1] < ends - 1.0 - ROUNDING):
-        sampled = f"from {codes[0]:g} to {codes[-1]:g}" if len(codes) else "nowhere"
-        message = f"{where}: is sampled {sampled}. its footsteps need {begins:g} to {ends:g}"
+    first, last = agent.frame_codes[[0, -1]]
+    where, problems = agent.animation, []
+    if ends > begins and (first > begins + FRAME + ROUNDING or last < ends - FRAME - ROUNDING):
+        message = f"{where}: is sampled from {first:g} to {last:g}. its footsteps need {begins:g} to {ends:g}"
         problems.append(Problem(severity="error", where=where, message=message))
     strikes = units.times_to_codes(plan.strike_times)
     flat = units.times_to_codes(plan.strike_times + LONGEST_ROLL)

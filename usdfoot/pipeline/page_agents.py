@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdfoot.analysis.figures import frames_between
-from usdfoot.errors import SceneError, UsdfootError
+from usdfoot.errors import UsdfootError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.report import Problem
@@ -94,8 +94,6 @@ def _ground(crowd: WrittenCrowd) -> Ground | None:
 def _see_agent(crowd: WrittenCrowd, name: str, ground: Ground | None) -> SeenAgent | Problem:
     try:
         agent = read_agent(crowd, name)
-        if not len(agent.frame_codes):
-            raise SceneError(name, "has an animation without samples", "animate it again")
         measures = measure_agent(agent, crowd.units, ground)
     except UsdfootError as error:
         return Problem(severity="error", where=error.where, message=str(error))

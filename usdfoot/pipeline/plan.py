@@ -10,15 +10,20 @@ from typing import Any
 
 from usdfoot import __version__
 from usdfoot.bridge.scene import StageInfo
+from usdfoot.engine.animate import PreparedLibraries
+from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import SceneError, UsdfootError
+from usdfoot.model.agent import Crowd
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Outcome, Problem
 from usdfoot.model.terrain import Terrain
+from usdfoot.planning.flights import fly_like_clips
 from usdfoot.planning.lint import lint_plans
 from usdfoot.planning.path import PathOptions
 from usdfoot.planning.proportions import Proportions
-from usdfoot.readers.agents import list_agents, select_agents
+from usdfoot.readers.agents import AgentSource, list_agents, select_agents
+from usdfoot.readers.casting import Casting
 from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
 from usdfoot.readers.walkers import plan_walkers, read_walkers
@@ -48,7 +53,7 @@ def plan_scene_paths(
     """Plan footsteps along the paths of a scene and write them as a layer ([P] 2.1).
 
     Every agent with usdfoot:agent:path gets a plan; every curve with UsdfootPathAPI (or every curve, if none has it)
-    that no agent follows gets one too.
+    that no agent follows gets one too. Agents that have clips run with the flights of these, as if they were animated.
 
     Args:
         scene: The USD scene; never changed.
@@ -87,6 +92,7 @@ def plan_scene_paths(
     ]
     if not planned:
         raise _no_paths(info, problems)
+    planned = _flying_like_clips(planned, sources, terrain, Casting.to_look(stage, prims, info.units))
     problems += _doubts(planned, terrain, [walker.proportions for walker in walkers if walker.name in _names(planned)])
     progress("write", 0, 0)
     file = save_plans(planned, output, info, made_by={"planner": "path", "options": asdict(options)})
@@ -115,6 +121,28 @@ def save_plans(
         sources=info.layers,
         provenance={"version": __version__, **made_by},
     )
+
+
+def _flying_like_clips(
+    planned: Sequence[PlannedAgent], sources: Sequence[AgentSource], terrain: Terrain, casting: Casting
+) -> list[PlannedAgent]:
+    """The plans, those of agents with clips with the flights that animating them gives."""
+    source_of = {source.name: source for source in sources}
+    cast = [casting.cast(source_of[part.name], part.plan) for part in planned if part.agent and part.plan.flies]
+    crowd = Crowd(
+        agents=tuple(replace(agent, flights_open=True) for agent in cast if agent),
+        libraries=tuple(casting.libraries),
+        terrain=terrain,
+        frame_times=casting.frame_codes,
+        frame_rate=casting.units.time_codes_per_second,
+    )
+    options = EngineOptions()
+    flown = fly_like_clips(crowd, options=options, libraries=PreparedLibraries(options))
+    liftoffs = {agent.name: agent.plan.liftoff_times for agent in flown.agents}
+    return [
+        replace(part, plan=replace(part.plan, liftoff_times=liftoffs.get(part.name, part.plan.liftoff_times)))
+        for part in planned
+    ]
 
 
 def _names(planned: Sequence[PlannedAgent]) -> set[str]:

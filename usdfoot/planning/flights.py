@@ -33,7 +33,7 @@ def fly_like_clips(crowd: Crowd, *, options: EngineOptions, libraries: PreparedL
         options: Of the engine.
         libraries: Of the crowd.
     """
-    flying = [agent for agent in crowd.agents if agent.motion == CLIPS and agent.flights_open and _flies(agent)]
+    flying = [agent for agent in crowd.agents if agent.motion == CLIPS and agent.flights_open and agent.plan.flies]
     flown: dict[str, Agent] = {}
     for index in sorted({agent.library for agent in flying}):
         own = [agent for agent in flying if agent.library == index]
@@ -44,11 +44,6 @@ def fly_like_clips(crowd: Crowd, *, options: EngineOptions, libraries: PreparedL
         found, _ = animate_apart(partial(_flown, prepared, options=options), own)
         flown.update({agent.name: agent for agent in found})
     return replace(crowd, agents=tuple(flown.get(agent.name, agent) for agent in crowd.agents))
-
-
-def _flies(agent: Agent) -> bool:
-    """Whether the plan has a flight."""
-    return bool((agent.plan.liftoff_times[:-1] < agent.plan.strike_times[1:]).any())
 
 
 def _flown(library: PreparedLibrary, agents: Sequence[Agent], *, options: EngineOptions) -> list[Agent]:

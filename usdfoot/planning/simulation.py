@@ -23,7 +23,7 @@ SAMPLE_STEP = 0.1
 ARRIVAL = 0.2
 """A goal is reached at this distance [m]."""
 AROUND, HALTED = 0.4, 0.1
-"""A place around a goal of several is too at this one, by who goes no faster [m/s] for those who stand there."""
+"""So is a place around a goal of several at this one [m], by who goes no faster [m/s] for those who stand there."""
 SETTLE = 2.0
 """Who is so close [m] to the places around a goal of several takes one."""
 PATIENCE, STUCK = 25.0, 0.5
@@ -134,8 +134,12 @@ def _is_stuck(samples: list[FloatArray]) -> bool:
 class _Legs:
     """Which point of its itinerary each seeker is on its way to.
 
-    Those with one goal (N, 2) take the places around it from the middle outwards as they come: nobody has to get past
+    Those with one last goal take the places around it from the middle outwards as they come: nobody has to get past
     those who stand.
+
+    Args:
+        itineraries: One a seeker, to a place of its own at its last goal.
+        goals: Last goals (x, z) [m], shape (N, 2).
     """
 
     def __init__(self, itineraries: Sequence[Itinerary], goals: FloatArray) -> None:

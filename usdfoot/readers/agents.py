@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Any
 
-from pxr import Sdf, Usd
+from pxr import Sdf, Usd, UsdGeom
 
+from usdfoot.bridge.scene import Visibility
 from usdfoot.bridge.tokens import Agent as Token
 from usdfoot.bridge.tokens import Motion, Schema
 from usdfoot.bridge.units import StageUnits
@@ -24,6 +25,8 @@ __all__ = [
     "list_agents",
     "list_agents_without_plans",
     "read_agent_options",
+    "read_visibility",
+    "said_of",
     "select_agents",
 ]
 
@@ -54,6 +57,8 @@ class AgentSource:
     """What an agent without plan and path follows."""
     number: int | None = None
     """Which of the points of a trajectory is the agent's."""
+    override: Usd.Prim | None = None
+    """What artists say of the written agent in overrides.usda, over the agent prim."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -135,13 +140,32 @@ def select_agents(sources: Sequence[AgentSource], patterns: str | Sequence[str])
     return chosen
 
 
+def said_of(source: AgentSource, names: Collection[str]) -> dict[str, Any]:
+    """Values authored for attributes of an agent, by name, those of the artists' overrides over the scene's."""
+    overriding = authored_values(source.override, names) if source.override else {}
+    return {**authored_values(source.prim, names), **overriding}
+
+
+def read_visibility(source: AgentSource) -> Visibility:
+    """When an agent's prim, with all that is above it, is to be seen; without UsdfootAgentAPI on the stage always."""
+    prims = [source.prim.GetStage().GetPrimAtPath(path) for path in source.prim.GetPath().GetPrefixes()]
+    imageables = [UsdGeom.Imageable(prim) for prim in prims if prim.IsA(UsdGeom.Imageable)]
+    if not (source.is_authored and imageables):
+        return ()
+    codes = sorted({code for seen in imageables for code in seen.GetVisibilityAttr().GetTimeSamples()})
+    if codes:
+        return tuple((code, str(imageables[-1].ComputeVisibility(code))) for code in codes)
+    seen = str(imageables[-1].ComputeVisibility())
+    return ((None, seen),) if seen == UsdGeom.Tokens.invisible else ()
+
+
 def read_agent_options(source: AgentSource, units: StageUnits) -> AgentOptions:
-    """Options authored on the agent prim.
+    """Options authored on the agent prim, and over it.
 
     Raises:
         SceneError: If a value is outside its range.
     """
-    said = authored_values(source.prim, _OPTIONS)
+    said = said_of(source, _OPTIONS)
     motion = str(said.get(Token.MOTION) or Motion.CLIPS)
     if motion not in Motion.ALL:
         raise SceneError(source.prim.GetPath(), f"{Token.MOTION} is {motion}", f"author one of {', '.join(Motion.ALL)}")

@@ -149,7 +149,7 @@ class Casting:
 
     def _tuning(self, source: AgentSource) -> BodyTuning:
         if source.name not in self._tuning_of:
-            self._tuning_of[source.name] = self.tuning.over(read_tuning(source.prim, self.units))
+            self._tuning_of[source.name] = self.tuning.over(read_tuning(source, self.units))
         return self._tuning_of[source.name]
 
     def _only_character(self) -> Usd.Prim:

@@ -30,7 +30,8 @@ def placed_meshes(stage: Usd.Stage, instancer: Usd.Prim) -> list[PlacedMesh]:
     """The meshes of a PointInstancer's prototypes where they are at the stage's start, without those hidden.
 
     Raises:
-        TerrainError: If its arrays do not match, a prototype is missing, or there is no mesh in its prototypes.
+        TerrainError: If its arrays do not match, a prototype is missing, or its prototypes have no mesh or are
+            PointInstancers themselves.
     """
     where, code, schema = instancer.GetPath(), start_code(stage), UsdGeom.PointInstancer(instancer)
     kinds = np.array(schema.GetProtoIndicesAttr().Get(code) or (), dtype=int)
@@ -51,6 +52,8 @@ def placed_meshes(stage: Usd.Stage, instancer: Usd.Prim) -> list[PlacedMesh]:
     for kind, prototype in enumerate(prototypes):
         own = matrices[shown & (kinds == kind)]
         for prim in Usd.PrimRange(prototype, Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded)):
+            if prim.IsA(UsdGeom.PointInstancer):
+                raise TerrainError(where, f"scatters the PointInstancer {prim.GetPath()}", "give it meshes instead")
             if prim.IsA(UsdGeom.Mesh) and len(own):
                 inside = np.array(cache.ComputeRelativeTransform(prim, prototype)[0])
                 found.append(PlacedMesh(prim=prim, instancer=instancer, matrices=inside @ own))

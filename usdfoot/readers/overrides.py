@@ -54,6 +54,11 @@ class Overrides:
         spec = self.layer.GetPrimAtPath(f"{Prim.AGENTS}/{name}") if self.layer else None
         return bool(spec and spec.HasInfo("active") and not spec.active)
 
+    def agent(self, name: str) -> Usd.Prim | None:
+        """What the artists say of an agent; None = nothing."""
+        prim = self.stage.GetPrimAtPath(f"{Prim.AGENTS}/{name}") if self.stage else None
+        return prim or None
+
     def plan(self, name: str, plan_of: Callable[[str], FootstepPlan | None]) -> OverriddenPlan | None:
         """An agent's plan with what the artists changed of it; None if they changed nothing.
 

@@ -12,7 +12,7 @@ from typing import TypeVar
 import numpy as np
 from pxr import Usd
 
-from usdfoot.bridge.scene import Scene, StageInfo
+from usdfoot.bridge.scene import Scene, StageInfo, Visibility
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.agent import Agent, Crowd, Follower
@@ -22,7 +22,7 @@ from usdfoot.model.report import Problem
 from usdfoot.model.sampling import ALL_FRAMES, SamplingOptions
 from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.model.tuning import BodyTuning
-from usdfoot.readers.agents import AgentSource, list_agents, select_agents
+from usdfoot.readers.agents import AgentSource, list_agents, read_visibility, select_agents
 from usdfoot.readers.casting import Casting, skipped
 from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.far_agents import SamplingReader
@@ -117,7 +117,11 @@ class SceneReader:
         chosen = select_agents(self._everyone, agents)
         self.names = tuple(source.name for source in chosen)
         listed(len(chosen))
-        self._chosen = tuple(source for source in chosen if not self._overrides.is_muted(source.name))
+        self._chosen = tuple(
+            replace(source, override=self._overrides.agent(source.name))
+            for source in chosen
+            if not self._overrides.is_muted(source.name)
+        )
         self._walks: dict[str, FootstepPlan | RootTrajectory | UsdfootError] = {}
         self._walk_problems: list[Problem] = []
         self._roots: dict[str, RootTrajectory] = {}
@@ -126,7 +130,9 @@ class SceneReader:
         self._cast: dict[str, Agent | Follower | None] = {}
         self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units, limits=limits)
         self._planned = self._plan_paths(stage, prims)
-        codes = _frame_codes(self._all_walks(), self.info, frames, limits.frames)
+        spans = _spans(self._all_walks(), self.info)
+        codes = _frame_codes(spans, self.info, frames, limits.frames)
+        self._walk_problems += _outside(spans, codes)
         foreign = (
             *(source.plan for source in self._everyone),
             *(stage.GetPrimAtPath(path) for path in self._terrain.meshes),
@@ -181,7 +187,13 @@ class SceneReader:
             characters=tuple(casting.characters),
             frame_codes=self._codes,
             plan_frames={agent.name: self._frames[agent.name] for agent in cast if agent.name in self._frames},
+            visibility=self._visibility({performer.name for performer in (*cast, *followers)}),
         )
+
+    def _visibility(self, names: Collection[str]) -> dict[str, Visibility]:
+        """Of the agents with these names, those that are not always to be seen."""
+        found = {source.name: read_visibility(source) for source in self._chosen if source.name in names}
+        return {name: visibility for name, visibility in found.items() if visibility}
 
     def _performer_of(self, source: AgentSource) -> Agent | Follower | None:
         """An agent with all it needs, None if it cannot be used; read once."""
@@ -271,21 +283,34 @@ class SceneReader:
         return self._scene_plan(source)[0] if walked is None and source.trajectory is None else walked
 
 
-def _frame_codes(
-    walks: Iterable[FootstepPlan | RootTrajectory], info: StageInfo, frames: tuple[int, int] | None, most: int
-) -> FloatArray:
-    """Whole time codes around all walks, shape (F,): a plan's from its first strike to its last liftoff."""
+def _spans(walks: Iterable[FootstepPlan | RootTrajectory], info: StageInfo) -> FloatArray:
+    """Time codes at which each of W walks begins and ends, a plan with its first strike and last liftoff, (W, 2)."""
+    return info.units.times_to_codes(np.array([(walk.start, walk.end) for walk in walks]).reshape(-1, 2))
+
+
+def _frame_codes(spans: FloatArray, info: StageInfo, frames: tuple[int, int] | None, most: int) -> FloatArray:
+    """Whole time codes, those asked for or those around all walks, shape (F,)."""
     if frames is not None:
         if frames[1] < frames[0]:
             raise SceneError("frames", f"{frames[0]}:{frames[1]} is empty", "give the first and the last time code")
         check_limit("frames", "frames", frames[1] - frames[0] + 1, most)
         return np.arange(frames[0], frames[1] + 1, dtype=float)
-    ranges = np.array([(walk.start, walk.end) for walk in walks])
-    if not len(ranges):
+    if not len(spans):
         return np.zeros(1)
-    start, end = info.units.times_to_codes(np.array([ranges[:, 0].min(), ranges[:, 1].max()]))
+    start, end = spans.min(), spans.max()
     check_limit(info.identifier, "frames", end - start + 1, most)
     return np.arange(np.floor(start + _ROUNDING), np.ceil(end - _ROUNDING) + 1.0)
+
+
+def _outside(spans: FloatArray, codes: FloatArray) -> list[Problem]:
+    """A warning if nobody walks in the frames."""
+    if not len(spans) or ((spans[:, 0] <= codes[-1]) & (spans[:, 1] >= codes[0])).any():
+        return []
+    message = (
+        f"frames: nobody walks in {codes[0]:g}:{codes[-1]:g}, all hold a pose. plans and trajectories lie in "
+        f"{spans.min():g}:{spans.max():g}"
+    )
+    return [Problem(severity="warning", where="frames", message=message)]
 
 
 def _require_agents(info: StageInfo, everyone: Sequence[AgentSource], usable: int, problems: Sequence[Problem]) -> None:

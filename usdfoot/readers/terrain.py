@@ -107,7 +107,7 @@ def _in_place(stage: Usd.Stage, prim: Usd.Prim) -> PlacedMesh:
 
 
 def _read_mesh(stage: Usd.Stage, placed: PlacedMesh, units: StageUnits) -> list[_MeshTriangles]:
-    """Its triangles in each place where it is. Raises TerrainError if it is empty, inconsistent or not finite."""
+    """Its triangles in each place where they have area. Raises TerrainError if nowhere, inconsistent or not finite."""
     prim = placed.prim
     where = prim.GetPath()
     points, counts, indices, holes = _polygons(stage, prim)
@@ -124,10 +124,11 @@ def _read_mesh(stage: Usd.Stage, placed: PlacedMesh, units: StageUnits) -> list[
         world = units.points_to_canonical(points @ matrix[:3, :3] + matrix[3, :3])
         faces = triangles[:, [0, 2, 1]] if is_flipped != (np.linalg.det(matrix[:3, :3]) < 0.0) else triangles
         faces = faces[_areas(world, faces) > _THINNEST]
-        if not len(faces):
-            raise TerrainError(where, "has only faces without area", remedy)
-        name = str(placed.instancer.GetPath())
-        parts.append(_MeshTriangles(path=name, points=world, triangles=faces, walkable=is_walkable))
+        if len(faces):  # instances are often hidden by a scale of zero
+            name = str(placed.instancer.GetPath())
+            parts.append(_MeshTriangles(path=name, points=world, triangles=faces, walkable=is_walkable))
+    if not parts:
+        raise TerrainError(where, "has only faces without area", remedy)
     return parts
 
 

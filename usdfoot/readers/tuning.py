@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from pxr import Usd
-
 from usdfoot.bridge.tokens import Agent as Token
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.model.tuning import BodyTuning
-from usdfoot.readers.stage import authored_values
+from usdfoot.readers.agents import AgentSource, said_of
 
 __all__ = ["read_tuning"]
 
@@ -26,13 +24,13 @@ _TOKENS = {
 _COM_AXES = ("com_left", "com_up", "com_ahead")
 
 
-def read_tuning(prim: Usd.Prim, units: StageUnits) -> BodyTuning:
-    """What an agent prim says, lengths in metres.
+def read_tuning(source: AgentSource, units: StageUnits) -> BodyTuning:
+    """What is said of an agent on its prim, and over it, lengths in metres.
 
     Raises:
         SceneError: If a value is out of its range.
     """
-    said = authored_values(prim, _TOKENS.values())
+    said = said_of(source, _TOKENS.values())
     values = {name: said.get(token) for name, token in _TOKENS.items() if name not in _COM_AXES}
     shift, gravity = said.get(Token.COM_SHIFT), values["gravity"]
     if shift is not None:
@@ -42,4 +40,4 @@ def read_tuning(prim: Usd.Prim, units: StageUnits) -> BodyTuning:
     try:
         return BodyTuning(**values)
     except UsdfootError as error:
-        raise SceneError(prim.GetPath(), f"{_TOKENS[error.where]} {error.what}", error.remedy) from error
+        raise SceneError(source.prim.GetPath(), f"{_TOKENS[error.where]} {error.what}", error.remedy) from error

@@ -70,6 +70,11 @@ class WrittenAgent:
     """Instance proxy of the Skeleton."""
     query: UsdSkel.SkeletonQuery
 
+    @property
+    def animation(self) -> str:
+        """Path of its SkelAnimation."""
+        return str(self.query.GetAnimQuery().GetPrim().GetPath())
+
 
 @dataclass(frozen=True, kw_only=True)
 class WrittenCrowd:
@@ -198,8 +203,10 @@ def read_joint_tracks(agent: WrittenAgent, units: StageUnits, codes: FloatArray)
     """Joints at time codes (F,), whole or not, interpolated as any USD program does.
 
     Raises:
-        SceneError: If a joint is nowhere: not finite.
+        SceneError: If there are no time codes, or a joint is nowhere: not finite.
     """
+    if not len(codes):
+        raise SceneError(agent.animation, "has no samples", "animate the crowd again")
     local, skel, above = [], [], []
     xforms = UsdGeom.XformCache()
     for code in codes.tolist():
@@ -211,8 +218,7 @@ def read_joint_tracks(agent: WrittenAgent, units: StageUnits, codes: FloatArray)
     world = np.stack(skel) @ np.stack(above)[:, None]  # row vectors, (F, J, 4, 4)
     nowhere = np.flatnonzero(~np.isfinite(world).all(axis=(1, 2, 3)))
     if nowhere.size:
-        animation = agent.query.GetAnimQuery().GetPrim().GetPath()
-        raise SceneError(animation, f"moves joints to nowhere at {codes[nowhere[0]]:g}", "author finite values")
+        raise SceneError(agent.animation, f"moves joints to nowhere at {codes[nowhere[0]]:g}", "author finite values")
     shape = world.shape[:2]
     _, turns, _ = split_matrices(world.reshape(-1, 4, 4))
     _, rotations, _ = split_matrices(np.stack(local).reshape(-1, 4, 4))

@@ -67,11 +67,14 @@ def find_roots(
     coordinates = step_coordinates(left, features.as_left(swing_sides), spaces.scales)
     weights: FloatArray = np.zeros((count, ROOT_EXAMPLES))
     examples: IntArray = np.zeros((count, ROOT_EXAMPLES), dtype=np.intp)
-    order = {id(space): number for number, space in enumerate(spaces.spaces.values())}
-    for space, steps in spaces.group(left, swing_sides=swing_sides, flights=flights, styles=styles):
+    numbers = spaces.numbers(left, swing_sides=swing_sides, flights=flights, styles=styles)
+    for number, space in enumerate(spaces.spaces.values()):
+        steps = np.flatnonzero(numbers == number)
+        if not steps.size:
+            continue
         choice = _empty_choice(len(steps))
         inputs = [
-            spaces.device_velocities[order[id(space)]],
+            spaces.device_velocities[number],
             wp.array(find_vertex_influences(space.roots, queries[steps]), dtype=wp.float64, copy=False),
             wp.array(queries[steps], dtype=wp.vec2d),
             wp.array(coordinates[steps], dtype=wp.float64),

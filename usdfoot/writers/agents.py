@@ -6,7 +6,7 @@ import numpy as np
 from pxr import Gf, Sdf, Vt
 
 from usdfoot.bridge import tokens
-from usdfoot.bridge.scene import Character
+from usdfoot.bridge.scene import Character, Visibility
 from usdfoot.bridge.units import StageUnits
 from usdfoot.model.motion import Motion
 from usdfoot.writers.layers import (
@@ -26,7 +26,9 @@ UPRIGHT_TOLERANCE = 1e-7
 """Rotations and scales of a character closer than this to none are left out."""
 
 
-def write_agent(layer: Sdf.Layer, agent: PosedAgent, *, reference: Sdf.Reference, units: StageUnits) -> None:
+def write_agent(
+    layer: Sdf.Layer, agent: PosedAgent, *, reference: Sdf.Reference, units: StageUnits, visibility: Visibility = ()
+) -> None:
     """Author /Crowd/Agents/<name> into a layer.
 
     Args:
@@ -34,6 +36,7 @@ def write_agent(layer: Sdf.Layer, agent: PosedAgent, *, reference: Sdf.Reference
         agent: Its motion, posed.
         reference: How the layer refers to the asset.
         units: Of the written stage.
+        visibility: When it is to be seen.
     """
     motion = agent.motion
     prim = define_prim(layer, f"{tokens.Prim.AGENTS}/{motion.name}", "SkelRoot")
@@ -46,6 +49,16 @@ def write_agent(layer: Sdf.Layer, agent: PosedAgent, *, reference: Sdf.Reference
     author(prim, "xformOpOrder", ValueTypes.TokenArray, Vt.TokenArray(order), uniform=True)
     extents = frame_arrays(Vt.Vec3fArray.FromNumpy(agent.extents.reshape(-1, 3)), 2)
     author_samples(author(prim, "extent", ValueTypes.Float3Array), agent.codes, extents)
+    _write_visibility(prim, visibility)
+
+
+def _write_visibility(prim: Sdf.PrimSpec, visibility: Visibility) -> None:
+    """On the instance itself, which shares its prototype with others whatever it says."""
+    if not visibility:
+        return
+    attribute = author(prim, "visibility", ValueTypes.Token, visibility[0][1])
+    samples = {code: seen for code, seen in visibility if code is not None}
+    author_samples(attribute, list(samples), list(samples.values()))
 
 
 def _write_root_path(prim: Sdf.PrimSpec, motion: Motion, codes: list[float], units: StageUnits) -> list[str]:

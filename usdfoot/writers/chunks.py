@@ -86,7 +86,13 @@ def _chunk_layers(
     for agent, reference in zip(pose_agents(held, units), references, strict=True):
         source = by_name[agent.motion.name]
         with Sdf.ChangeBlock():
-            write_agent(layers.agents, agent, reference=Sdf.Reference(*reference), units=units)
+            write_agent(
+                layers.agents,
+                agent,
+                reference=Sdf.Reference(*reference),
+                units=units,
+                visibility=scene.visibility.get(source.name, ()),
+            )
             write_animation(layers.anims, agent, units=units)
             write_executed_plan(
                 layers.footsteps,
