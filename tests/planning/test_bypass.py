@@ -45,6 +45,25 @@ def test_a_path_on_good_ground_is_as_drawn():
     assert_array_equal(go_round(beside, ground(width=6.0), body=Proportions()).points, beside.points)
 
 
+def test_a_path_across_dead_ends_does_not_turn_back_in_them():
+    """A court walled by slopes on its line: one could walk in from this side, but not out on that one."""
+    slopes = [slab((-3.0, 3.0), (1.5, 2.0), (0.0, 2.0)), slab((-3.0, 3.0), (2.0, 2.5), (2.0, 0.0))]
+    sides = [np.array([(x, 0.0, -2.5), (x, 0.0, 2.5), (x + 0.4, 2.0, 2.5), (x + 0.4, 2.0, -2.5)]) for x in (-3.0, 2.6)]
+    court = Ground(terrain_of([slab((-6.0, 6.0), (-6.0, 6.0), (0.0, 0.0)), *slopes, *sides]))
+    led = go_round(STRAIGHT, court, body=Proportions())
+    assert np.diff(led.points[:, 2]).min() > -0.01, "it leaves the line before the court"
+    plan = plan_path(STRAIGHT, court, options=PathOptions(around=True))
+    assert lint_plans([plan], court, bodies=[Proportions()]) == []
+
+
+def test_a_path_that_crosses_itself_goes_round_on_its_loop_too():
+    angles = np.linspace(-0.5 * np.pi, 3.5 * np.pi, 161)
+    loops = np.stack([3.5 + 2.0 * np.cos(angles), 0.0 * angles, 2.0 * np.sin(angles)], axis=-1)
+    eight = np.where(np.arange(161)[:, None] <= 80, loops, loops * (-1.0, 1.0, 1.0) + (3.0, 0.0, 0.0))
+    led = go_round(path(*eight), ground(width=6.0), body=Proportions())
+    assert led.length > 0.9 * path(*eight).length
+
+
 def test_where_there_is_no_way_round_place_and_slope_are_named():
     with pytest.raises(PlanError, match=r"/Path: leads over ground of 58 degrees at \(0\.20, .* no way round"):
         go_round(STRAIGHT, ground(width=1.0), body=Proportions())

@@ -215,6 +215,31 @@ def test_who_queues_before_a_gap_stands_aside_only_if_somebody_comes_the_other_w
     assert widest(*queue) < 0.5 < 0.8 < widest(*queue, back)
 
 
+def simulated(*people: Seeker, obstacles):
+    """Tracks of people, before they become footsteps."""
+    pytest.importorskip("jupedsim")
+    from usdfoot.planning.places import find_places
+    from usdfoot.planning.simulation import simulate
+
+    (party,), problems = find_places(scenario(*people, obstacles=obstacles), FLAT)
+    assert problems == ()
+    return simulate(party, duration=60.0)
+
+
+def test_behind_somebody_slow_people_queue_and_nobody_steps_back():
+    slow = seeker("/Slow", (0.0, -1.0), (0.0, 6.0), speed=0.12)
+    others = [seeker(f"/{i}", (0.0, -1.6 - 0.6 * i), (0.0, 5.3 - 0.7 * i)) for i in range(4)]
+    along = simulated(slow, *others, obstacles=corridor(1.0, 3.0)).points[..., 1]
+    assert (np.maximum.accumulate(along, axis=0) - along).max() < 0.4
+
+
+def test_those_who_wedge_before_a_door_come_loose_and_all_arrive():
+    places = [(i % 5 - 2, i // 5) for i in range(20)]
+    people = [seeker(f"/{x}_{z}", (0.6 * x, -1.5 - 0.6 * z), (0.7 * x, 5.0 - 0.7 * z)) for x, z in places]
+    tracks = simulated(*people, obstacles=corridor(1.8, 1.0))
+    assert tracks.arrived.all() and tracks.times[-1] < 25.0
+
+
 def test_two_who_meet_where_it_is_tight_turn_their_shoulders_and_pass_without_waiting():
     pytest.importorskip("jupedsim")
     there, back = seeker("/There", (0.0, -4.5), (0.0, 4.5)), seeker("/Back", (0.0, 4.5), (0.0, -4.5))

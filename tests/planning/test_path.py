@@ -66,6 +66,16 @@ def test_steps_become_shorter_in_curves_and_on_slopes_both_ways():
     assert len(down) > 1.3 * len(plan_path(straight(), LEVEL))
 
 
+def test_feet_have_time_to_swing_up_and_down_however_short_the_way():
+    def swings(plan):
+        return plan.strike_times[2:] - plan.liftoff_times[:-2]
+
+    block = Ground(terrain_of([slab((-9.0, 9.0), (-9.0, 0.6), (0.0, 0.0)), slab((-9.0, 9.0), (0.6, 9.0), (0.3, 0.3))]))
+    up = plan_path(straight(1.4, speed=1.9), block)
+    rises = up.positions[2:, 1] - up.positions[:-2, 1]
+    assert swings(up)[rises > 0.1].min() > 0.5 > 0.39 > swings(plan_path(straight(8.0, speed=1.9), LEVEL)).min()
+
+
 def test_plans_turn_and_move_with_their_path():
     turn, shift = 1.1, np.array([3.0, 0.0, -2.0])
     path = circle(4.0, speed=1.1)
@@ -79,12 +89,14 @@ def test_plans_turn_and_move_with_their_path():
     assert_allclose(other.strike_times, plan.strike_times, atol=1e-9)
 
 
-def test_a_plan_in_a_batch_is_the_plan_alone():
+@pytest.mark.parametrize("stands", [True, False])
+def test_a_plan_in_a_batch_is_the_plan_alone(stands):
     stairs = terrain_of([slab((-60.0, 60.0), (-60.0, 0.4), (0.0, 0.0)), *treads(0.15, 0.3, 5)])
     ground = Ground(stairs)
     paths = [straight(9.0), circle(2.0), straight(2.1, speed=0.8), circle(5.0, speed=2.5)]
-    for path, plan in zip(paths, plan_paths(paths, ground), strict=True):
-        alone = plan_path(path, ground)
+    options = PathOptions(starts_standing=stands)
+    for path, plan in zip(paths, plan_paths(paths, ground, options=options), strict=True):
+        alone = plan_path(path, ground, options=options)
         assert_allclose(plan.positions, alone.positions, atol=1e-7)
         assert_allclose(plan.strike_times, alone.strike_times, atol=1e-7)
 

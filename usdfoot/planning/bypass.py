@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.sparse.csgraph import dijkstra
 
 from usdfoot.errors import PlanError
-from usdfoot.maths.types import FloatArray
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
 from usdfoot.planning.proportions import Proportions
@@ -25,6 +26,8 @@ ROUNDING = 0.25
 """Standard deviation along the way of the filter that rounds its corners [m]."""
 VIEW = 40
 """Cells ahead that are looked at for the next corner."""
+DETOUR = 1.25
+"""What way round costs over what way along the path costs."""
 ASIDE = 10.0
 """A path may go round by this much [m]."""
 
@@ -43,25 +46,70 @@ def go_round(path: WalkingPath, ground: Ground, *, body: Proportions) -> Walking
     if not ground.has_terrain:
         return path
     points = _dense(path, ground)
-    spots = _spots(points, ground, headroom=HEADROOM * body.leg_length)
+    narrow = _spots(points, ground, headroom=HEADROOM * body.leg_length)
+    if (narrow.at(points[:, [0, 2]], points[:, 1], within=STEP) >= 0).all():
+        return path
+    try:
+        led = _led(path.name, points, narrow.only(~narrow.is_edge), ground)
+    except PlanError:  # where it is narrow there is no keeping away from the rims
+        led = _led(path.name, points, narrow, ground)
+    return replace(path, points=_rounded(_even(led)))
+
+
+def _led(name: str, points: FloatArray, spots: Spots, ground: Ground) -> FloatArray:
+    """Points (K, 3) of a path and of ways on spots round where it has none, shape (M, 3)."""
     found = spots.at(points[:, [0, 2]], points[:, 1], within=STEP)
     on = found >= 0
-    if on.all():
-        return path
     for index, end in ((0, "begins"), (-1, "ends")):
         if not on[index]:
-            raise PlanError(path.name, f"{end} {_where(points[index], ground)}", "move its end to where one can stand")
-    leaves = np.flatnonzero(on[:-1] & ~on[1:])
-    returns = np.flatnonzero(~on[:-1] & on[1:]) + 1
+            raise PlanError(name, f"{end} {_where(points[index], ground)}", "move its end to where one can stand")
+    stretches = _stretches(on)
+    lasts = _trodden(spots, found, stretches)
+    if lasts[-1] != len(stretches) - 1:
+        place = _where(points[stretches[lasts[-1], 1] + 1], ground)
+        raise PlanError(name, f"leads {place}, and there is no way round", "lead it elsewhere")
     pieces, begin = [], 0
-    for leave, back in zip(leaves.tolist(), returns.tolist(), strict=True):
-        way = _way(spots, int(found[leave]), int(found[back]))
-        if way is None:
-            place = _where(points[leave + 1], ground)
-            raise PlanError(path.name, f"leads {place}, and there is no way round", "lead it elsewhere")
-        pieces += [points[begin : leave + 1], way]
-        begin = back
-    return replace(path, points=_rounded(_even(np.concatenate([*pieces, points[begin:]]))))
+    for (_, leave), (back, stop) in pairwise(stretches[lasts].tolist()):
+        start = leave - _turnoff(spots, found[begin : leave + 1][::-1], int(found[back]), back - leave)
+        end = back + _turnoff(spots, found[back : stop + 1], int(found[start]), back - start)
+        pieces += [points[begin : start + 1], _way(spots, int(found[start]), int(found[end]))]
+        begin = end
+    return np.concatenate([*pieces, points[begin:]])
+
+
+def _stretches(on: BoolArray) -> IntArray:
+    """First and last point of every stretch of a path that is on spots, shape (S, 2)."""
+    changes = np.diff(np.concatenate([[False], on, [False]]).astype(int))
+    return np.stack([np.flatnonzero(changes > 0), np.flatnonzero(changes < 0) - 1], axis=1)
+
+
+def _trodden(spots: Spots, found: IntArray, stretches: IntArray) -> list[int]:
+    """Which stretches (S, 2) to go along: not those to which it is farther than past them.
+
+    Way round counts as at least as long as what it replaces, so that a path that crosses itself is not cut short. Ends
+    with the farthest stretch there is a way to.
+    """
+    firsts, lasts = stretches.T
+    round_by = dijkstra(spots.links, directed=False, indices=found[lasts])[:, found[firsts]]
+    costs = DETOUR * np.maximum(round_by, SPACING * (firsts - lasts[:, None]))
+    totals, before = np.zeros(len(stretches)), np.zeros(len(stretches), dtype=int)
+    for to in range(1, len(stretches)):
+        through = totals[:to] + SPACING * (lasts - firsts)[:to] + costs[:to, to]
+        before[to], totals[to] = np.argmin(through), through.min()
+    chosen = [int(np.flatnonzero(np.isfinite(totals))[-1])]
+    while chosen[-1]:
+        chosen.append(int(before[chosen[-1]]))
+    return chosen[::-1]
+
+
+def _turnoff(spots: Spots, along: IntArray, goal: int, between: int) -> int:
+    """Which spot of those along a path (K,) to leave it at for a goal, `between` points from the first of them.
+
+    The one from which the way is no farther than turning back later; it is no shortcut, as in `_trodden`.
+    """
+    numbers = np.arange(len(along))
+    lengths = np.maximum(dijkstra(spots.links, directed=False, indices=goal)[along], SPACING * (between + numbers))
+    return int(np.argmin(DETOUR * lengths - SPACING * numbers))
 
 
 def _dense(path: WalkingPath, ground: Ground) -> FloatArray:
@@ -96,12 +144,9 @@ def _spots(points: FloatArray, ground: Ground, *, headroom: float) -> Spots:
     return spots.only(~spots.is_edge)
 
 
-def _way(spots: Spots, start: int, end: int) -> FloatArray | None:
-    """The corners (K, 3) of the shortest way from spot to spot; None if there is none."""
-    following = dijkstra(spots.links, directed=False, indices=end, return_predecessors=True)[1]
-    way = trace_way(following, start)
-    if way[-1] != end:
-        return None
+def _way(spots: Spots, start: int, end: int) -> FloatArray:
+    """The corners (K, 3) of the shortest way from spot to spot; there is one."""
+    way = trace_way(dijkstra(spots.links, directed=False, indices=end, return_predecessors=True)[1], start)
     places = np.insert(spots.points[way], 1, spots.heights[way], axis=1)
     corners, last = [0], len(places) - 1
     while corners[-1] < last:

@@ -35,8 +35,8 @@ class Paces:
 def pace_steps(ways: Ways, gaits: list[Gait], *, rows: IntArray, arcs: FloatArray, heights: FloatArray) -> Paces:
     """Times of steps along ways.
 
-    A step takes the gait's time, longer where steps are shorter since the walk ratio holds; how long both feet stand
-    follows from the speed there, and from the time a foot needs to swing.
+    A step takes the gait's time, longer where steps are shorter since the walk ratio holds, and at least as long as a
+    walking foot needs to swing; how long both feet stand follows from the speed there, and from that time.
 
     Args:
         ways: All ways.
@@ -59,15 +59,24 @@ def pace_steps(ways: Ways, gaits: list[Gait], *, rows: IntArray, arcs: FloatArra
     local = np.minimum(times / shares, np.maximum(times, longest))
     stretches = np.clip((arcs - previous) / (lengths * shares), 1.0 - STRETCH, 1.0 + STRETCH)
     durations = np.where(arcs > previous, local * stretches, local)
-    speeds, overlaps = lengths * shares / local, np.empty(len(rows))
+    speeds, parts = lengths * shares / local, np.empty(len(rows))
     for rule in dict.fromkeys(gait.rule for gait in gaits):
         own = np.array([gait.rule == rule for gait in gaits])[rows]
-        overlaps[own] = overlap_shares(speeds[own], rule) * durations[own]
-    climbs = np.maximum(heights - np.concatenate([heights[:2], heights[:-2]]), 0.0)
-    swings = SWING * longest / 0.7 + LIFT * climbs
+        parts[own] = overlap_shares(speeds[own], rule)
+    level, rises = SWING * longest / 0.7, _rises(rows, heights)
+    least = np.minimum(local, level / (1.0 - LEAST_OVERLAP)) + LIFT * np.abs(rises)
+    durations = np.where(parts > 0.0, np.maximum(durations, least), durations)
+    overlaps, swings = parts * durations, level + LIFT * np.maximum(rises, 0.0)
     limits = np.maximum(np.roll(durations - swings, -1), LEAST_OVERLAP * durations)  # the swing is in the next step
     limits[-1] = durations[-1]
     return Paces(durations=durations, overlaps=np.where(overlaps > 0.0, np.minimum(overlaps, limits), overlaps))
+
+
+def _rises(rows: IntArray, heights: FloatArray) -> FloatArray:
+    """How far each foot rises from where it stood before [m], 0 where it stood nowhere, shape (N,)."""
+    rises = np.zeros(len(rows))
+    rises[2:] = np.where(rows[2:] == rows[:-2], heights[2:] - heights[:-2], 0.0)
+    return rises
 
 
 def stance_times(

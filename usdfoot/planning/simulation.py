@@ -249,6 +249,7 @@ class _Detours:
         gaps = points[other] - points[one]
         before = (np.sum(gaps * ways[one], axis=1) > 0.0) & (np.linalg.norm(gaps, axis=1) <= self._width + QUEUE)
         same = (np.sum(ways[one] * ways[other], axis=1) > SAME_WAY) & ~waits[other]
+        before &= ~np.roll(before, len(pairs))  # two who wedge side by side hold up nobody but themselves
         held_up = np.bincount(one, weights=before & same, minlength=len(points)) > 0.0
         return np.asarray(held_up & (np.bincount(one, weights=~same, minlength=len(points)) == 0.0))
 
