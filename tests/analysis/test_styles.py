@@ -17,6 +17,7 @@ def clip(name: str, *, speed: float, duty: float = 0.6, height: float = 1.1, **a
         turn_rate=0.0,
         step_lengths=np.zeros(0),
         root_height=height,
+        leg_length=0.85,
         duty_factor=duty,
         period=None,
         in_place=False,
@@ -45,3 +46,9 @@ def test_clips_with_a_style_or_without_steps_are_left_alone() -> None:
 def test_backward_the_ball_leaves_early_without_flight() -> None:
     back = clip("back", speed=1.0, duty=0.35, direction=np.pi)
     assert group_styles([clip("walk", speed=1.0), back]) == {"walk": "walk", "back": "walk"}
+
+
+def test_a_run_with_long_contacts_is_told_by_its_pace() -> None:
+    walks = [clip("walk", speed=1.4), clip("quick walk", speed=1.8, duty=0.43)]
+    assert group_styles([*walks, clip("run", speed=2.6, duty=0.43)])["run"] == "run"
+    assert set(group_styles(walks).values()) == {"walk"}

@@ -73,6 +73,13 @@ def test_feet_strike_and_leave_when_the_plan_says_however_long_it_takes(walker_l
     assert problem.severity == "warning" and "first to footstep 4" in problem.message
 
 
+def test_a_mid_gait_start_whose_feet_stand_together_for_long_is_walked(walker_library):
+    plan = way(6, step_time=2.0)
+    plan = replace(plan, liftoff_times=plan.strike_times + 2.8)
+    motion, _ = animated(walker_library, plan)
+    assert motion.results.placement_error.max() < 1e-3
+
+
 def test_hurried_steps_are_named_with_what_would_be_right(walker_library):
     motion, problems = animated(walker_library, way(8, step_time=0.2))
     assert motion.results.time_warp[3] < 0.5

@@ -47,6 +47,13 @@ def test_styles_are_read_as_authored():
     assert read(stage)[0].styles == styles
 
 
+def test_an_empty_array_of_root_weights_says_as_little_as_none():
+    stage = new_stage()
+    prim = add_plan(stage, "/World/Plan", Units()).GetPrim()
+    prim.CreateAttribute(Token.ROOT_WEIGHTS, Sdf.ValueTypeNames.FloatArray, False).Set([])
+    assert_array_equal(read(stage)[0].root_weights, 0.0)
+
+
 def test_the_identity_faces_plus_z_on_y_up_and_minus_y_on_z_up():
     for up, forward in (("Y", (0.0, 0.0, 1.0)), ("Z", (0.0, -1.0, 0.0))):
         stage = new_stage(None, Units(1.0, up))

@@ -12,11 +12,11 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from tests.spaces.corners import weigh_triples
 from tests.strategies import seeds
+from usdfoot.analysis.gaits import has_flight
 from usdfoot.errors import ClipError
 from usdfoot.model.examples import Examples
 from usdfoot.spaces.corner_kernel import SpaceArrays, adjoin_corners
 from usdfoot.spaces.features import DOUBT, FeatureScales, StepFeatures, example_features
-from usdfoot.spaces.gaits import has_flight
 from usdfoot.spaces.library import StepWeights, build_spaces, end_landings, solve_steps
 from usdfoot.spaces.mirror import mirror_partners
 

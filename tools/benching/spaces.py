@@ -6,12 +6,12 @@ import numpy as np
 
 from benching.rigs import walking_crowd
 from benching.stopwatch import function_times
+from usdfoot.analysis.gaits import has_flight
 from usdfoot.engine.animate import PreparedLibrary, prepare_library, prepare_steps
 from usdfoot.engine.options import EngineOptions
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.spaces.features import example_features
-from usdfoot.spaces.gaits import has_flight
 from usdfoot.spaces.library import SideSpace, end_landings, left_landings
 from usdfoot.spaces.roots import find_roots
 from usdfoot.spaces.tetrahedra import solve_tetrahedra

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from replaying.takes import Take, motion_positions
+from usdfoot.analysis.gaits import has_flight
 from usdfoot.analysis.smoothness import body_joints
 from usdfoot.engine.animate import PreparedLibrary, animate_agents
 from usdfoot.engine.options import EngineOptions
@@ -22,7 +23,6 @@ from usdfoot.model.motion import Motion
 from usdfoot.model.terrain import Terrain
 from usdfoot.physics.animate import animate_hybrids
 from usdfoot.physics.motion_options import MotionOptions
-from usdfoot.spaces.gaits import has_flight
 from usdfoot.spaces.library import build_spaces, end_landings
 
 __all__ = ["ReplayErrors", "nearest_clips", "replay_takes", "with_clips", "with_examples"]

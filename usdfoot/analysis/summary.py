@@ -40,6 +40,8 @@ class ClipSummary:
     """From the ball of the support foot to where the swing foot's ball lands, over the ground [m], shape (steps,)."""
     root_height: float
     """Mean height of the pelvis above the ground the feet stand on [leg lengths]."""
+    leg_length: float
+    """Hip to ankle with the knee straight [m]."""
     duty_factor: float
     """Part of a stride for which a foot stands; below 0.5 there is flight."""
     period: float | None
@@ -84,6 +86,7 @@ def _summary(library: ClipLibrary, world: WorldClip, steps: tuple[Step, ...], wa
         turn_rate=turn_rate,
         step_lengths=lengths,
         root_height=_root_height(world),
+        leg_length=world.leg_length,
         duty_factor=_duty_factor(world.contacts),
         period=world.period,
         in_place=world.root_motion.in_place,
@@ -149,6 +152,7 @@ def _unusable(name: str, style: str, reason: str) -> ClipSummary:
         turn_rate=float("nan"),
         step_lengths=np.zeros(0),
         root_height=float("nan"),
+        leg_length=float("nan"),
         duty_factor=float("nan"),
         period=None,
         in_place=False,

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdfoot.analysis.gaits import has_flight
 from usdfoot.engine.poses import Setup
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray, StyleArray
 from usdfoot.spaces.features import StepFeatures
-from usdfoot.spaces.gaits import has_flight
 from usdfoot.spaces.library import FootstepSpaces, StepWeights, solve_steps
 
 __all__ = ["StepQueries", "ask_tetrahedra", "step_queries"]

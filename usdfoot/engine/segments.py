@@ -58,8 +58,8 @@ def cut_segments(contacts: ContactTable, options: EngineOptions, *, longest_step
     standing_start = (strikes == contacts.strikes[candidates - 1]) & ~contacts.has_previous[candidates - 1]
     following = contacts.strikes[np.minimum(candidates + 1, len(contacts.sides) - 1)]
     known = contacts.steps[candidates - 1] >= 0  # before a mid-gait start the clips say when it lifts off
-    drawn_out = known & (following - strikes > longest_step) & (released - strikes > SHORTEST_STAND)
-    waits = (released - strikes > options.stand_time) | drawn_out | standing_start
+    drawn_out = (following - strikes > longest_step) & (released - strikes > SHORTEST_STAND)
+    waits = known & ((released - strikes > options.stand_time) | drawn_out) | standing_start
     stands = np.where(has_next, waits, ends > strikes)
     stand_ends = np.where(has_next, np.minimum(released, following), ends)
     step_begins = np.where(stands, released, strikes)

@@ -80,8 +80,7 @@ def _draw_landings(axes: Any, library: PreparedLibrary, space: SideSpace, side: 
     else:
         axes.plot(*np.moveaxis(vertices[footsteps.edges], -1, 0).swapaxes(1, 2).reshape(2, -1), color="0.25", lw=0.6)
     axes.plot(*vertices.T, "o", color="black", ms=3.0, label="landings of examples")
-    axes.plot(0.0, 0.0, "s", color="tab:red", ms=7.0, label="support ball")
-    _frame(axes, "footsteps", "to the left [m]", "ahead [m]")
+    _frame(axes, "footsteps", "to the left [m]", "ahead [m]", origin="support ball")
 
 
 def _draw_velocities(axes: Any, space: SideSpace) -> None:
@@ -89,10 +88,10 @@ def _draw_velocities(axes: Any, space: SideSpace) -> None:
     roots = space.roots
     _shade(axes, map_velocities(space), 1.0, "blended root velocity to wanted one, bands alone [m/s]")
     others = np.setdiff1d(np.arange(len(roots.velocities)), roots.vertices)
-    axes.plot(*roots.velocities[others].T, ".", color="0.45", ms=3.0, label="examples merged into these")
+    if others.size:
+        axes.plot(*roots.velocities[others].T, ".", color="0.45", ms=3.0, label="examples merged into these")
     axes.plot(*roots.velocities[roots.vertices].T, "o", color="black", ms=4.0, label="root examples")
-    axes.plot(0.0, 0.0, "s", color="tab:red", ms=7.0, label="standing")
-    _frame(axes, "root velocities", "to the left [m/s]", "ahead [m/s]")
+    _frame(axes, "root velocities", "to the left [m/s]", "ahead [m/s]", origin="standing")
 
 
 def _shade(axes: Any, errors: ErrorMap, scale: float, label: str) -> None:
@@ -108,7 +107,8 @@ def _shade(axes: Any, errors: ErrorMap, scale: float, label: str) -> None:
         )
 
 
-def _frame(axes: Any, title: str, x: str, y: str) -> None:
+def _frame(axes: Any, title: str, x: str, y: str, *, origin: str) -> None:
+    axes.plot(0.0, 0.0, "s", color="tab:blue", mec="white", ms=8.0, label=origin)  # no colour of the errors
     axes.set(title=title, xlabel=x, ylabel=y, aspect="equal")
     axes.invert_xaxis()  # seen from above, facing up the page: left is left
     axes.grid(color="0.9", lw=0.5)

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from usdfoot.analysis.gaits import has_flight
 from usdfoot.engine.animate import PreparedLibraries, PreparedLibrary, animate_apart, blend_steps
 from usdfoot.engine.flight import natural_flights
 from usdfoot.engine.options import EngineOptions
@@ -15,7 +16,6 @@ from usdfoot.errors import UsdfootError
 from usdfoot.maths.planar import GROUND_AXES
 from usdfoot.model.agent import Agent, Crowd
 from usdfoot.model.contact_table import lay_contacts
-from usdfoot.spaces.gaits import has_flight
 
 __all__ = ["fly_like_clips"]
 

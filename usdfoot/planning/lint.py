@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdfoot.analysis.gaits import has_flight
 from usdfoot.analysis.timing import EARTH_GRAVITY
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
@@ -15,7 +16,6 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.planning.collisions import FootTable, feet_of, find_collisions
 from usdfoot.planning.proportions import Proportions
-from usdfoot.spaces.gaits import has_flight
 from usdfoot.spaces.library import FootstepSpaces, solve_steps
 
 __all__ = ["Fault", "LintLimits", "lint_clips", "lint_plans", "lint_steps"]

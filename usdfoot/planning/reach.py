@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
+from usdfoot.analysis.gaits import has_flight
 from usdfoot.errors import ClipError
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.examples import Examples
-from usdfoot.spaces.gaits import has_flight
 from usdfoot.spaces.library import end_landings, left_landings
 
 __all__ = ["Reach", "reach_of_biped", "reach_of_examples", "step_costs"]

@@ -103,7 +103,7 @@ def read_prints(prim: Usd.Prim, units: StageUnits) -> tuple[PlanDraft, tuple[Pro
         orientations=orientations,
         strike_times=np.zeros(len(sides)),
         liftoff_times=np.zeros(len(sides)),
-        root_weights=np.zeros(len(sides)) if weights is None else np.array(weights, dtype=float),
+        root_weights=np.array(weights, dtype=float) if weights else np.zeros(len(sides)),
         styles=tuple(str(style) for style in authored(prim, Token.STYLES) or ()),
     )
     return draft, (*problems, *_ignored(prim))

@@ -15,6 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
+from usdfoot.analysis.gaits import has_flight
 from usdfoot.analysis.timing import HUMAN_LEG
 from usdfoot.errors import ClipError
 from usdfoot.maths import planar
@@ -25,7 +26,6 @@ from usdfoot.spaces.corner_kernel import SpaceArrays
 from usdfoot.spaces.device_spaces import device_spaces, device_velocities
 from usdfoot.spaces.features import DOUBT, FeatureScales, StepFeatures, example_features, step_coordinates
 from usdfoot.spaces.footsteps import FootstepSpace, build_footstep_space, solve_footsteps
-from usdfoot.spaces.gaits import has_flight
 from usdfoot.spaces.mirror import mirror_partners
 from usdfoot.spaces.neighbours import NeighbourSpace, build_neighbour_space, solve_neighbours
 from usdfoot.spaces.poses import EndPoses, build_end_poses

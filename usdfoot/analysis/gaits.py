@@ -18,7 +18,11 @@ RUNNING_FROUDE = 0.5
 
 
 def has_flight(
-    durations: FloatArray, support_liftoffs: FloatArray, strides: FloatArray, *, leg_length: float = HUMAN_LEG
+    durations: FloatArray,
+    support_liftoffs: FloatArray,
+    strides: FloatArray,
+    *,
+    leg_length: float | FloatArray = HUMAN_LEG,
 ) -> BoolArray:
     """Whether both feet are in the air for a good part of the step, shape (N,).
 
@@ -29,7 +33,7 @@ def has_flight(
         durations: Strike of the support foot to strike of the swing foot [s], shape (N,).
         support_liftoffs: Liftoff of the support foot after its strike [s], shape (N,).
         strides: Support ball to swing ball, (x, z) [m], shape (N, 2).
-        leg_length: From hip to ankle [m].
+        leg_length: From hip to ankle [m], of all or shape (N,).
     """
     durations = np.asarray(durations)
     fast = np.linalg.norm(strides, axis=1) > durations * np.sqrt(RUNNING_FROUDE * EARTH_GRAVITY * leg_length)
