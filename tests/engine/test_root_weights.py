@@ -201,6 +201,20 @@ def test_the_mean_error_of_real_scenes_never_falls_and_kept_footsteps_are_met(sh
     assert kept.any() and np.mean(errors[kept] > 1e-3) < 2e-3
 
 
+@pytest.mark.parametrize(("space", "agent"), [("3d", 12), ("delaunay", 1)])
+def test_the_error_is_predicted_where_landings_turn_sharply(shared_data, space, agent):
+    """A step of each of these walks lies where examples that land close together blend to land far apart."""
+    options, grid = EngineOptions(space=space), np.linspace(0.02, 1.0, 50)
+    crowd_ = read_scene(shared_data / "scenes" / "crowd_zara.usda").crowd
+    libraries = PreparedLibraries(options)
+    crowd_ = plan_followers(
+        replace(crowd_, agents=crowd_.agents[agent : agent + 1]), options=options, libraries=libraries
+    )[0]
+    agents = [replace(crowd_.agents[0], plan=weighted(crowd_.agents[0].plan, weight)) for weight in grid]
+    rooted = prepare_steps(libraries.prepared(crowd_, 0), agents, crowd_, options=options).landings.rooted
+    assert_allclose(rooted.predicted_errors, rooted.blend_errors, atol=1e-3)
+
+
 @pytest.mark.parametrize(
     ("about", "message"),
     [

@@ -10,16 +10,11 @@ import warp as wp
 
 from usdfoot.engine.corrections import correct_steps, empty_blends
 from usdfoot.engine.landings import blend_twists, with_steps
+from usdfoot.engine.mix_kernel import WIDTH, MixOptions, RootedStep
 from usdfoot.engine.poses import Setup, StepBlend
 from usdfoot.engine.queries import StepQueries, step_queries
 from usdfoot.engine.root_goals import RootGoals
-from usdfoot.engine.rooted_kernel import (
-    WIDTH,
-    MixedStep,
-    MixOptions,
-    RootedStep,
-    mix_in_turn,
-)
+from usdfoot.engine.rooted_kernel import MixedStep, mix_in_turn
 from usdfoot.engine.styles import continue_styles
 from usdfoot.maths.planar import GROUND_AXES
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray

@@ -8,9 +8,20 @@ import warp as wp
 
 from usdfoot.engine.correction_kernel import TRIES, heading_change
 from usdfoot.engine.kernels import LibraryArrays
-from usdfoot.engine.landing_kernel import BlendArrays, as_left, blend_landing, keep_tried, try_example, turned
-from usdfoot.spaces.corner_kernel import SpaceArrays, adjoin_corners, corners_of, find_corners, way_inside
-from usdfoot.spaces.root_weight import REPLACEMENTS
+from usdfoot.engine.landing_kernel import BlendArrays, as_left, keep_tried, turned
+from usdfoot.engine.mix_kernel import (
+    MixAim,
+    MixOptions,
+    RootedStep,
+    TriedMix,
+    land_mix,
+    move_corners,
+    replace_corners,
+    set_landing,
+    settle_mix,
+    try_mix,
+)
+from usdfoot.spaces.corner_kernel import SpaceArrays, corners_of, find_corners, way_inside
 from usdfoot.spaces.root_weight_kernel import (
     Corners,
     find_beta,
@@ -18,16 +29,13 @@ from usdfoot.spaces.root_weight_kernel import (
     find_largest,
     is_inside,
     mean_corner,
-    replaces_corner,
     weigh_corners,
 )
 
-__all__ = ["MixOptions", "MixedStep", "RootedStep", "mix_in_turn"]
+__all__ = ["MixedStep", "mix_in_turn"]
 
 wp.set_module_options({"enable_backward": False, "max_unroll": 3})
 
-WIDTH = 8
-"""Examples of a step: three around the footstep, five of the root."""
 ZERO = wp.constant(wp.float64(0.0))
 ONE = wp.constant(wp.float64(1.0))
 HALF = wp.constant(wp.float64(0.5))
@@ -35,42 +43,6 @@ SLACK = wp.constant(wp.float64(1e-6))
 """A landing this far outside an edge, in barycentric coordinates, still is between its examples."""
 LIMITED = wp.constant(wp.float64(1e-6))
 """A foot that has to stand farther from its footstep than this [m] is limited."""
-
-RootExamples = wp.types.vector(length=WIDTH - 3, dtype=wp.int32)
-RootWeights = wp.types.vector(length=WIDTH - 3, dtype=wp.float64)
-
-
-@wp.struct
-class RootedStep:
-    """A step with a root weight; vectors in left-swing coordinates."""
-
-    support: wp.int32  # contact
-    swing_side: wp.int32
-    space: wp.int32
-    start: wp.float64  # heading at the step's start [rad]
-    end: wp.float64  # and at its end
-    wanted: wp.float64  # lambda4
-    epsilon: wp.float64  # replacement distance [m]
-    reach: wp.float64  # of IK [m]
-    longest: wp.float64  # step [m]
-    corners: wp.vec3i  # examples around the footstep as planned
-    bias: wp.vec2d  # from their mean landing to where their blend lands [m]
-    hull_distance: wp.float64  # of the footstep [m]
-    roots: RootExamples
-    root_weights: RootWeights
-
-
-@wp.struct
-class MixOptions:
-    """How steps are mixed."""
-
-    by_features: bool
-    closest: bool
-    tolerance: wp.float64  # lambda4 is the largest within this distance [m]; below 0 as wanted
-    corrections: wp.int32
-    near: wp.float64  # a landing this near to where it should be is left [m]
-    landing_scale: wp.float64  # [m]
-    departure_scale: wp.float64  # [m]
 
 
 @wp.struct
@@ -84,66 +56,6 @@ class MixedStep:
     move: wp.vec2d  # from the footstep to where the foot is planted instead [m], 0 up to beta
     hull_distance: wp.float64  # of the footstep [m]
     limited: bool  # whether the foot has to stand farther off than IK or the leg reach
-
-
-@wp.func
-def set_landing(coordinates: wp.array2d(dtype=wp.float64), step: int, landing: wp.vec2d, scale: wp.float64):
-    """Has a step be compared with examples at another landing [m]."""
-    for axis in range(2):
-        coordinates[step, axis] = landing[axis] / scale
-
-
-@wp.func
-def land_mix(
-    own: RootedStep,
-    corners: wp.vec3i,
-    shares: wp.vec3d,
-    root_weight: wp.float64,
-    library: LibraryArrays,
-    blends: BlendArrays,
-    step: int,
-) -> wp.vec2d:
-    """Where three examples, which weigh 1 - lambda4 together, land with the root's, as if the left foot swung [m]."""
-    for corner in range(3):
-        try_example(blends, step, corner, corners[corner], (ONE - root_weight) * shares[corner])
-    for k in range(WIDTH - 3):
-        try_example(blends, step, 3 + k, own.roots[k], root_weight * own.root_weights[k])
-    return blend_landing(library, blends.tried_examples, blends.tried_weights, step, own.swing_side)
-
-
-@wp.func
-def replace_corners(own: RootedStep, spaces: SpaceArrays, examples: wp.vec3i, landing: wp.vec2d) -> wp.vec3i:
-    """Examples around a landing, those near root examples replaced by them ([B] Algorithm 1, lines 1 to 14)."""
-    found = examples
-    corners = corners_of(spaces, examples)
-    for corner in range(3):
-        replaced = bool(False)
-        for k in range(REPLACEMENTS):
-            other = spaces.landings[own.roots[k]]
-            if not replaced and replaces_corner(corners, corner, other, landing, own.epsilon):
-                corners[corner] = other
-                found[corner] = own.roots[k]
-                replaced = bool(True)
-    return found
-
-
-@wp.func
-def move_corners(
-    own: RootedStep,
-    coordinates: wp.array2d(dtype=wp.float64),
-    spaces: SpaceArrays,
-    options: MixOptions,
-    step: int,
-    corners: wp.vec3i,
-    asked: wp.vec2d,
-    stays: bool,
-) -> wp.vec3i:
-    """Examples around a landing: those that adjoin the ones before if it `stays` with them, else others chosen anew."""
-    set_landing(coordinates, step, asked, options.landing_scale)
-    if stays and options.by_features:
-        return adjoin_corners(spaces, own.space, corners, asked, coordinates, step)
-    found = find_corners(spaces, own.space, asked, coordinates, step, options.by_features)
-    return replace_corners(own, spaces, found.examples, asked)
 
 
 @wp.func
@@ -210,44 +122,44 @@ def mix_step(
         result.beta = within_hull(spaces, own.space, result.beta, nearest - bias, root - bias)
     for corner in range(3):
         around[corner] = around[corner] + bias
-    root_weight = find_root_weight(own, around, options, result.beta, root, wanted)
-    given_up = find_given_up(root_weight, result.beta)
-    rest = wp.max(ONE - root_weight, LIMITED)
-    target = nearest + given_up * (root - nearest)
-    if options.closest:
-        target = nearest
-    asked = (target - root_weight * root) / rest - bias
+    aim = MixAim()
+    aim.root_weight = find_root_weight(own, around, options, result.beta, root, wanted)
+    aim.rest = wp.max(ONE - aim.root_weight, LIMITED)
+    given_up = find_given_up(aim.root_weight, result.beta)
+    aim.target = nearest
+    if not options.closest:
+        aim.target = nearest + given_up * (root - nearest)
+    asked = (aim.target - aim.root_weight * root) / aim.rest - bias
     asked_before = wp.vec2d()
     change_before = wp.vec2d()
     distance = wp.float64(wp.inf)
     tries = wp.int32(0)
-    least = wp.float64(wp.inf)
+    best = TriedMix()
+    best.missed = wp.vec2d(wp.float64(wp.inf), ZERO)
     for round_ in range(1 + options.corrections):
-        if least > options.near:
+        if wp.length(best.missed) > options.near:
             if round_ > 0 or not is_inside(corners_of(spaces, corners), asked, SLACK):
                 corners = move_corners(own, coordinates, spaces, options, step, corners, asked, tries > 0)
-            around = corners_of(spaces, corners)
-            shares = weigh_corners(around, asked)
-            aim = target - rest * (asked - mean_corner(around, shares))
-            missed = aim - land_mix(own, corners, shares, root_weight, library, blends, step)
-            if wp.length(missed) < least:
-                least = wp.length(missed)
-                result.expected = wanted - aim
-                result.missed = result.expected + missed
-                result.move = aim - nearest + given_up * (nearest - wanted)
+            tried = try_mix(own, aim, corners, asked, spaces, library, blends, step)
+            if wp.length(tried.missed) < wp.length(best.missed):
+                best = tried
                 keep_tried(blends, step)
-            change = missed / rest
+            change = tried.missed / aim.rest
             if tries > 0:
                 change = heading_change(change, change_before, asked - asked_before)
             asked_before = asked
-            change_before = missed / rest
+            change_before = tried.missed / aim.rest
             asked += change
             tries += 1
             others = options.by_features and tries >= TRIES and 2 * round_ < options.corrections
-            if others and wp.length(missed) > HALF * distance:
+            if others and wp.length(tried.missed) > HALF * distance:
                 tries = 0
-            distance = wp.length(missed)
-    result.root_weight = root_weight
+            distance = wp.length(tried.missed)
+    best = settle_mix(own, aim, best, coordinates, spaces, library, blends, options, step)
+    result.expected = wanted - best.aim
+    result.missed = result.expected + best.missed
+    result.move = best.aim - nearest + given_up * (nearest - wanted)
+    result.root_weight = aim.root_weight
     if given_up <= ZERO or wp.length(result.move) <= options.near:
         result.move = wp.vec2d()
     return result

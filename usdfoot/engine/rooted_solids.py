@@ -12,6 +12,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from usdfoot.engine.landings import blend_landings, blend_twists, with_steps
+from usdfoot.engine.mix_kernel import FARTHEST, SETTLES, SLOPE
 from usdfoot.engine.poses import Setup, StepBlend
 from usdfoot.engine.queries import StepQueries, ask_tetrahedra, step_queries
 from usdfoot.engine.reach import beyond_reach
@@ -29,6 +30,8 @@ __all__ = ["weigh_solid"]
 
 ROOT_EXAMPLES = 4
 """Root examples beside the four of a tetrahedron."""
+PARTS = np.linspace(0.0, 1.0, 65)[1:]
+"""Of the way Newton's method says: where along it the miss turns is looked for."""
 INWARD = 1e-6
 """How far along its way a ray is looked at to tell whether it leaves the hull at once."""
 
@@ -63,6 +66,20 @@ class _Mix:
     expected: FloatArray  # from where they should land to the footstep
     missed: FloatArray  # from where they land as measured to the footstep
     moves: FloatArray  # from the footstep to where the foot is planted instead
+    shifts: FloatArray  # what everything was said to land beside where it says
+
+    def __getitem__(self, rows: IntArray) -> _Mix:
+        return _Mix(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
+
+    @property
+    def strays(self) -> FloatArray:
+        """From where they land as measured to where they should [m], shape (N, 2)."""
+        return self.missed - self.expected
+
+    @property
+    def distances(self) -> FloatArray:
+        """How far that is [m], shape (N,)."""
+        return np.asarray(np.linalg.norm(self.strays, axis=1))
 
 
 def weigh_solid(
@@ -130,24 +147,48 @@ def _mix(setup: Setup, spaces: FootstepSpaces, asked: _Asked) -> _Mix:
     options = setup.options
     shifts: FloatArray = np.zeros_like(asked.root_landings)
     best = _try(setup, spaces, asked, shifts)
-    missed: FloatArray = best.missed - best.expected
+    missed: FloatArray = best.strays
     moved: FloatArray = missed
     rows = np.arange(len(missed))
-    least: FloatArray = np.linalg.norm(missed, axis=1)
     for _ in range(MIX_CORRECTIONS * options.corrections * options.correction):
-        far = np.flatnonzero(least[rows] > options.landing_tolerance)
+        far = np.flatnonzero(best.distances[rows] > options.landing_tolerance)
         if not far.size:
-            break
+            return best
         rows, missed, moved = rows[far], missed[far], moved[far]
         shifts[rows] -= moved
         again = _try(setup, spaces, asked[rows], shifts[rows])
-        missed, missed_before = again.missed - again.expected, missed
+        missed, missed_before = again.strays, missed
         moved = _heading_changes(missed, missed_before, moved)
-        distances = np.linalg.norm(missed, axis=1)
-        better = np.flatnonzero(distances < least[rows])
-        least[rows[better]] = distances[better]
-        for field in fields(_Mix):
-            getattr(best, field.name)[rows[better]] = getattr(again, field.name)[better]
+        best = _nearer(best, rows, again)
+    far = rows[best.distances[rows] > options.landing_tolerance]
+    for one in far[:, None] if options.correction else ():
+        best = _nearer(best, one, _settle(setup, spaces, asked[one], best.shifts[one]))
+    return best
+
+
+def _nearer(mixes: _Mix, rows: IntArray, tried: _Mix) -> _Mix:
+    """The mixes, with those tried for `rows` in the place of such as are farther off."""
+    better = np.flatnonzero(tried.distances < mixes.distances[rows])
+    found = {field.name: getattr(mixes, field.name).copy() for field in fields(_Mix)}
+    for name, values in found.items():
+        values[rows[better]] = getattr(tried, name)[better]
+    return _Mix(**found)
+
+
+def _settle(setup: Setup, spaces: FootstepSpaces, asked: _Asked, shifts: FloatArray) -> _Mix:
+    """The mix of one step that Newton's method finds from shifts (1, 2) [m] on, as `mix_kernel.settle_mix` has it."""
+    here = best = _try(setup, spaces, asked, shifts)
+    for _ in range(SETTLES):
+        if best.distances[0] <= setup.options.landing_tolerance:
+            break
+        beside = _try(setup, spaces, asked[np.zeros(2, dtype=np.intp)], here.shifts + SLOPE * np.eye(2))
+        slopes = (beside.strays - here.strays).T / SLOPE
+        way = -np.linalg.lstsq(slopes, here.strays[0], rcond=None)[0]
+        way *= min(1.0, FARTHEST * here.distances[0] / max(np.linalg.norm(way), 1e-12))
+        ways = _try(setup, spaces, asked[np.zeros(len(PARTS), dtype=np.intp)], here.shifts + PARTS[:, None] * way)
+        turns = np.append(np.flatnonzero(ways.strays @ here.strays[0] <= 0.0), len(PARTS) - 1)
+        best = _nearer(best, np.zeros(1, dtype=np.intp), ways[np.argsort(ways.distances)[:1]])
+        here = ways[turns[:1]]
     return best
 
 
@@ -188,6 +229,7 @@ def _try(setup: Setup, spaces: FootstepSpaces, asked: _Asked, shifts: FloatArray
         expected=footsteps - landings,
         missed=queries.landings - _land(setup, queries, examples, weights),
         moves=moves,
+        shifts=shifts.copy(),
     )
 
 
