@@ -207,10 +207,9 @@ def test_the_error_is_predicted_where_landings_turn_sharply(shared_data, space, 
     options, grid = EngineOptions(space=space), np.linspace(0.02, 1.0, 50)
     crowd_ = read_scene(shared_data / "scenes" / "crowd_zara.usda").crowd
     libraries = PreparedLibraries(options)
-    crowd_ = plan_followers(
-        replace(crowd_, agents=crowd_.agents[agent : agent + 1]), options=options, libraries=libraries
-    )[0]
-    agents = [replace(crowd_.agents[0], plan=weighted(crowd_.agents[0].plan, weight)) for weight in grid]
+    crowd_ = plan_followers(crowd_, options=options, libraries=libraries)[0]
+    walker = crowd_.agents[agent]
+    agents = [replace(walker, plan=weighted(walker.plan, weight)) for weight in grid]
     rooted = prepare_steps(libraries.prepared(crowd_, 0), agents, crowd_, options=options).landings.rooted
     assert_allclose(rooted.predicted_errors, rooted.blend_errors, atol=1e-3)
 
