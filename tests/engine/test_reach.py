@@ -81,6 +81,15 @@ def test_footsteps_out_of_reach_are_named(walker_library):
     assert f"first footstep {FAR}" in warnings[0]
 
 
+def test_footsteps_that_no_frame_shows_are_not_named(walker_library):
+    plan = with_far_step((0.0, 0.0, 1.5))
+    scene = crowd(walker_library.source, [plan])
+    early = replace(scene, frame_times=scene.frame_times[scene.frame_times < plan.strike_times[FAR - 2]])
+    (motion,), problems = animate_crowd(early)
+    assert motion.results.status[FAR] == "unreachable"
+    assert not [problem for problem in problems if "out of reach" in problem.message]
+
+
 def test_an_unreachable_step_is_placed_as_far_as_ik_may_pull(animate):
     """It reports how far the clips' landing is from it; IK takes `reach` of that."""
     for reach in (0.05, 0.1, 0.15):

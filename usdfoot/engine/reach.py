@@ -96,13 +96,14 @@ def give_way(setup: Setup, moved: FloatArray, excess: FloatArray) -> FloatArray:
 
 
 def unreached_steps(agents: Sequence[Agent], motions: Sequence[Motion]) -> list[Problem]:
-    """Warnings of agents whose feet miss footsteps: no leg reaches them, or IK may not pull so far."""
+    """Warnings of agents whose feet miss footsteps in their frames: no leg reaches them, or IK may not pull so far."""
     by_name = {agent.name: agent for agent in agents}
     problems = []
     for motion in motions:
         agent, statuses = by_name[motion.name], np.array(motion.results.status)
-        far = np.flatnonzero(statuses == "unreachable")
-        pulled = np.flatnonzero((statuses == "ikLimited") & (motion.results.blend_error > agent.ik_reach))
+        shown = np.isfinite(motion.results.placement_error)
+        far = np.flatnonzero(shown & (statuses == "unreachable"))
+        pulled = np.flatnonzero(shown & (statuses == "ikLimited") & (motion.results.blend_error > agent.ik_reach))
         if far.size:
             remedy = "put them nearer, or a footstep between (`usdfoot plan lint` names each)"
             problems.append(_missed(agent, motion, far, "out of reach", remedy))
