@@ -13,8 +13,8 @@ from tests.engine.plans import bumps, moved, slope, stairs, way
 from tests.engine.synthesis import synthesise
 from tests.engine.walkers import between, in_world
 from tests.planning.terrains import slab, terrain_of
-from usdfoot.engine.feet import lay_prints
 from usdfoot.engine.options import EngineOptions
+from usdfoot.engine.slopes import lie_in_slopes
 from usdfoot.maths import planar, quaternion
 from usdfoot.model.ground import Ground
 from usdfoot.planning.prints import print_orientations
@@ -305,7 +305,7 @@ def test_feet_that_stand_on_a_pad_find_ground_lower_behind_it_than_they_are_long
         replace(foot, heel_offset=foot.ball_offset + quaternion.rotate(quaternion.inverse(foot.flat_rotation), pad))
         for foot in layout.rig.feet
     )
-    frames, on_ground = lay_prints(replace(layout, rig=replace(layout.rig, feet=feet)), Ground(terrain))
+    frames, on_ground = lie_in_slopes(replace(layout, rig=replace(layout.rig, feet=feet)), Ground(terrain))
     assert on_ground.all()
     assert_allclose(np.linalg.norm(frames, axis=1), 1.0)
 
