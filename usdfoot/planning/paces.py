@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.contact_table import EDGE_HEIGHT
 from usdfoot.planning.gait import Gait, overlap_shares
 from usdfoot.planning.ways import Ways
 
@@ -35,8 +36,9 @@ class Paces:
 def pace_steps(ways: Ways, gaits: list[Gait], *, rows: IntArray, arcs: FloatArray, heights: FloatArray) -> Paces:
     """Times of steps along ways.
 
-    A step takes the gait's time, longer where steps are shorter since the walk ratio holds, and at least as long as a
-    walking foot needs to swing; how long both feet stand follows from the speed there, and from that time.
+    A step takes the gait's time, longer where steps are shorter since the walk ratio holds, and up or down an edge at
+    least as long as a walking foot needs to swing; how long both feet stand follows from the speed there, and from that
+    time.
 
     Args:
         ways: All ways.
@@ -65,7 +67,7 @@ def pace_steps(ways: Ways, gaits: list[Gait], *, rows: IntArray, arcs: FloatArra
         parts[own] = overlap_shares(speeds[own], rule)
     level, rises = SWING * longest / 0.7, _rises(rows, heights)
     least = np.minimum(local, level / (1.0 - LEAST_OVERLAP)) + LIFT * np.abs(rises)
-    durations = np.where(parts > 0.0, np.maximum(durations, least), durations)
+    durations = np.where((parts > 0.0) & (np.abs(rises) > EDGE_HEIGHT), np.maximum(durations, least), durations)
     overlaps, swings = parts * durations, level + LIFT * np.maximum(rises, 0.0)
     limits = np.maximum(np.roll(durations - swings, -1), LEAST_OVERLAP * durations)  # the swing is in the next step
     limits[-1] = durations[-1]
