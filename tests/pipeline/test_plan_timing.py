@@ -110,7 +110,7 @@ def test_what_cannot_be_timed_is_named(tmp_path):
     ("lengths", "speed", "message"),
     [
         ([0.6, 1e7, 0.6], 0.0, "1 of its 4 footsteps cannot be walked; footstep 2 needs "),
-        (LENGTHS, 100.0, "5 of its 8 footsteps cannot be walked; footstep 2 needs "),
+        (LENGTHS, 100.0, "6 of its 8 footsteps cannot be walked; footstep 2 needs "),
     ],
 )
 def test_times_that_nobody_can_keep_are_warned_of(lengths, speed, message, tmp_path):
