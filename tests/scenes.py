@@ -240,3 +240,24 @@ def simple_scene(path=None, units: Units | None = None, *, schemas: bool = True,
     if path:
         stage.GetRootLayer().Save()
     return stage
+
+
+def crowd_stage(tmp_path, count=3):
+    """Agents with one asset each of their own, one plan each, all clips shared."""
+    source = new_stage(tmp_path / "hero.usda")
+    add_character(source, "/World/Hero", Units())
+    source.GetRootLayer().Save()
+    stage = new_stage(tmp_path / "scene.usda")
+    times = np.arange(0.0, 1.0, 1.0 / 30.0)
+    add_clip(stage, "/World/Clips/walk", Units(), times, *walk_pose(times))
+    for i in range(count):
+        add_plan(stage, f"/World/Plans/P{i}", Units(), yaws=np.zeros(6))
+        prim = stage.DefinePrim(f"/World/Group{i}/Walker")
+        prim.GetReferences().AddReference("./hero.usda", "/World/Hero")
+        add_agent(stage, str(prim.GetPath()), plan=f"/World/Plans/P{i}")
+    return stage
+
+
+def messages(scene, severity="error"):
+    """What is said of a scene that was read."""
+    return [problem.message for problem in scene.crowd.problems if problem.severity == severity]
