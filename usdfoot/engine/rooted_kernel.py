@@ -31,6 +31,7 @@ from usdfoot.spaces.root_weight_kernel import (
     mean_corner,
     weigh_corners,
 )
+from usdfoot.spaces.solid_kernel import weights_of
 
 __all__ = ["MixedStep", "mix_in_turn"]
 
@@ -66,7 +67,7 @@ def find_root_weight(
     if options.tolerance < ZERO:
         return own.wanted
     most = wp.float64(1.0)
-    if options.closest:
+    if options.closest and not options.solid:
         shares = weigh_corners(around, wanted)
         offset = mean_corner(around, shares) - wanted
         most = find_largest(around, shares, root, options.tolerance, offset, True)
@@ -107,9 +108,13 @@ def mix_step(
     result = MixedStep()
     bias = own.bias
     corners = replace_corners(own, spaces, own.corners, planned - bias)
+    root = land_mix(own, weights_of(corners, wp.vec3d()), options.solid, ONE, library, blends, step)
+    if options.solid:
+        corners = find_corners(spaces, own.space, planned - bias, coordinates, step, False).examples
+        result.beta = within_hull(spaces, own.space, ONE, planned - bias, root - bias)
     around = corners_of(spaces, corners)
-    root = land_mix(own, corners, wp.vec3d(), ONE, library, blends, step)
-    result.beta = find_beta(around, weigh_corners(around, planned - bias), root - bias)
+    if not options.solid:
+        result.beta = find_beta(around, weigh_corners(around, planned - bias), root - bias)
     nearest = wanted
     if own.hull_distance > ZERO or not is_inside(around, wanted - bias, SLACK):
         set_landing(coordinates, step, wanted - bias, options.landing_scale)
@@ -140,7 +145,7 @@ def mix_step(
         if wp.length(best.missed) > options.near:
             if round_ > 0 or not is_inside(corners_of(spaces, corners), asked, SLACK):
                 corners = move_corners(own, coordinates, spaces, options, step, corners, asked, tries > 0)
-            tried = try_mix(own, aim, corners, asked, spaces, library, blends, step)
+            tried = try_mix(own, aim, corners, asked, spaces, library, blends, options, step)
             if wp.length(tried.missed) < wp.length(best.missed):
                 best = tried
                 keep_tried(blends, step)
