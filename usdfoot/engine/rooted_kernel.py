@@ -84,6 +84,40 @@ def within_hull(spaces: SpaceArrays, space: int, beta: wp.float64, landing: wp.v
     return wp.where(times < most, times / (ONE + times), beta)
 
 
+@wp.struct
+class PlannedMix:
+    """A step as planned; vectors in left-swing coordinates."""
+
+    corners: wp.vec3i  # examples around its footstep
+    root: wp.vec2d  # where the root's examples land as measured [m]
+    beta: wp.float64
+
+
+@wp.func
+def plan_mix(
+    own: RootedStep,
+    coordinates: wp.array2d(dtype=wp.float64),
+    spaces: SpaceArrays,
+    library: LibraryArrays,
+    blends: BlendArrays,
+    options: MixOptions,
+    step: int,
+    planned: wp.vec2d,
+) -> PlannedMix:
+    """Beta in the examples around the footstep as planned, in the 3-D space in all of its hull."""
+    plain = PlannedMix()
+    footstep = planned - own.bias
+    plain.corners = replace_corners(own, spaces, own.corners, footstep)
+    plain.root = land_mix(own, weights_of(plain.corners, wp.vec3d()), options.solid, ONE, library, blends, step)
+    if options.solid:
+        plain.corners = find_corners(spaces, own.space, footstep, coordinates, step, False).examples
+        plain.beta = within_hull(spaces, own.space, ONE, footstep, plain.root - own.bias)
+    else:
+        around = corners_of(spaces, plain.corners)
+        plain.beta = find_beta(around, weigh_corners(around, footstep), plain.root - own.bias)
+    return plain
+
+
 @wp.func
 def mix_step(
     own: RootedStep,
@@ -107,14 +141,11 @@ def mix_step(
     """
     result = MixedStep()
     bias = own.bias
-    corners = replace_corners(own, spaces, own.corners, planned - bias)
-    root = land_mix(own, weights_of(corners, wp.vec3d()), options.solid, ONE, library, blends, step)
-    if options.solid:
-        corners = find_corners(spaces, own.space, planned - bias, coordinates, step, False).examples
-        result.beta = within_hull(spaces, own.space, ONE, planned - bias, root - bias)
+    plain = plan_mix(own, coordinates, spaces, library, blends, options, step, planned)
+    result.beta = plain.beta
+    root = plain.root
+    corners = plain.corners
     around = corners_of(spaces, corners)
-    if not options.solid:
-        result.beta = find_beta(around, weigh_corners(around, planned - bias), root - bias)
     nearest = wanted
     if own.hull_distance > ZERO or not is_inside(around, wanted - bias, SLACK):
         set_landing(coordinates, step, wanted - bias, options.landing_scale)
