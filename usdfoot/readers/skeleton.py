@@ -16,9 +16,11 @@ from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.limits import Limits, check_limit
 from usdfoot.model.skeleton import Skeleton
 from usdfoot.readers.joints import parent_indices
+from usdfoot.readers.stage import start_code
 
 __all__ = [
     "RawSkeleton",
+    "StartTransforms",
     "check_skeletons",
     "fold_scales",
     "is_moving",
@@ -175,11 +177,40 @@ def matrices_of(prim: Usd.Prim, codes: FloatArray) -> FloatArray:
 def is_moving(prim: Usd.Prim, below: Usd.Prim | None = None) -> bool:
     """Whether a transform on the prim or above it changes over time, up to but without the prim `below` which it is."""
     while prim and not prim.IsPseudoRoot() and prim != below:
-        xformable = UsdGeom.Xformable(prim)
-        if xformable and xformable.TransformMightBeTimeVarying():
+        if _moves(prim):
             return True
         prim = prim.GetParent()
     return False
+
+
+def _moves(prim: Usd.Prim) -> bool:
+    """Whether the prim's own transform changes over time."""
+    xformable = UsdGeom.Xformable(prim)
+    return bool(xformable) and xformable.TransformMightBeTimeVarying()
+
+
+class StartTransforms:
+    """Where many prims of a stage are at its start; what is above them is looked at once. The stage must stay as it is.
+
+    Args:
+        stage: Open stage.
+    """
+
+    def __init__(self, stage: Usd.Stage) -> None:
+        self._cache = UsdGeom.XformCache(start_code(stage))
+        self._moving: dict[Sdf.Path, bool] = {}
+
+    def matrix_of(self, prim: Usd.Prim) -> FloatArray:
+        """Local-to-world matrix (row vectors) of a prim, shape (4, 4)."""
+        return np.array(self._cache.GetLocalToWorldTransform(prim))
+
+    def is_moving(self, prim: Usd.Prim) -> bool:
+        """Whether a transform on the prim or above it changes over time."""
+        parent = prim.GetParent()
+        above = self._moving.get(parent.GetPath())
+        if above is None:
+            above = self._moving[parent.GetPath()] = is_moving(parent)
+        return above or _moves(prim)
 
 
 def _matrices(attribute: Usd.Attribute, joints: Sequence[str]) -> FloatArray | None:
