@@ -42,6 +42,12 @@ FEWEST_FOOTSTEPS = 3
 """Of a clip that shows a stride."""
 AVERAGE = 1.0
 """As many clips stand for average people: what few clips show may be chance."""
+SLOWEST = 0.1
+"""Slower clips, in parts of the speed at which a leg would leave the ground (Froude number 1), go nowhere or aside."""
+QUIET = 1e-3
+"""Signals that vary little say little: added to their variance."""
+FARTHEST = 0.2
+"""A pelvis farther off, in legs (root mean square), is no walk, or its footsteps were not found."""
 STEADY = 0.1
 """Clips whose speeds spread little say little of how the carriage changes with speed: added to the sum of their squared
 differences from the mean [m^2/s^2]."""
@@ -87,7 +93,7 @@ class CarriedClips:
     values: FloatArray
     """[m], shape (C, VALUES)."""
     walks: BoolArray
-    """Whether it is a walk, shape (C,). In runs a strike 20 ms late moves the pelvis farther than carriage."""
+    """Whether it walks ahead or back, shape (C,). In runs a strike 20 ms late moves the pelvis farther."""
 
 
 def measure_carriage(
@@ -130,7 +136,10 @@ def find_carried(com: ComMotion, tracks: Sequence[PelvisTrack]) -> CarriedClips:
         apart = track.positions[inside] - hung_pelvises(com, agents, times, np.zeros(3))
         values.append(_values(quaternion.rotate(quaternion.inverse(turns), apart), _rhythm(com, agents, times)))
         speeds.append(abs(float(np.mean(_speeds_ahead(com, agents, times)))))
-        walks.append(bool(np.mean(com.footing.run_shares(agents, times)) < 0.5))
+        length = com.biped.nominal_length
+        travels = speeds[-1] > SLOWEST * np.sqrt(com.options.gravity * length)
+        near = np.mean(np.sum(apart**2, axis=1)) < (FARTHEST * length) ** 2
+        walks.append(bool(travels and near and np.mean(com.footing.run_shares(agents, times)) < 0.5))
     return CarriedClips(speeds=np.array(speeds), values=np.array(values), walks=np.array(walks))
 
 
@@ -171,10 +180,15 @@ def carried_offsets(values: FloatArray, rhythm: Rhythm) -> FloatArray:
 
 def _values(offsets: FloatArray, rhythm: Rhythm) -> FloatArray:
     """The values that fit offsets (T, 3) best, shape (VALUES,)."""
-    ones = np.ones(len(offsets))
-    aside = np.linalg.lstsq(np.column_stack([ones, rhythm.lean]), offsets[:, 0], rcond=None)[0]
-    ahead = np.linalg.lstsq(np.column_stack([ones, _parting(rhythm)]), offsets[:, 2], rcond=None)[0]
-    return np.array([aside[0], offsets[:, 1].mean(), ahead[0], aside[1], ahead[1]])
+    left, sway = _line(rhythm.lean, offsets[:, 0])
+    ahead, surge = _line(_parting(rhythm), offsets[:, 2])
+    return np.array([left, offsets[:, 1].mean(), ahead, sway, surge])
+
+
+def _line(signal: FloatArray, offsets: FloatArray) -> tuple[float, float]:
+    """Offset where a signal (T,) is zero, and its rise with the signal."""
+    rise = np.cov(signal, offsets, bias=True)[0, 1] / (np.var(signal) + QUIET)
+    return float(offsets.mean() - rise * signal.mean()), float(rise)
 
 
 def _parting(rhythm: Rhythm) -> FloatArray:
