@@ -59,7 +59,7 @@ class RawSkeleton:
 
 
 def read_skeleton(prim: Usd.Prim) -> RawSkeleton:
-    """Joints and rest pose of a Skeleton; without a rest pose that of the bind pose.
+    """Joints and rest pose of a Skeleton; without a rest pose, or with all joints of it on one spot, the bind pose.
 
     Raises:
         SkeletonError: If joints are missing, listed twice or after their children, or there is no usable pose.
@@ -73,6 +73,9 @@ def read_skeleton(prim: Usd.Prim) -> RawSkeleton:
     parents = parent_indices(joints)
     bind = _matrices(skeleton.GetBindTransformsAttr(), joints)
     rest = _matrices(skeleton.GetRestTransformsAttr(), joints)
+    why = "are not authored for every joint"
+    if rest is not None and bind is not None and (parents >= 0).any() and not rest[parents >= 0, 3, :3].any():
+        rest, why = None, "put all joints on one spot"
     if rest is None:
         if bind is None:
             raise SkeletonError(
@@ -80,7 +83,7 @@ def read_skeleton(prim: Usd.Prim) -> RawSkeleton:
                 f"has neither restTransforms nor bindTransforms for its {len(joints)} joints",
                 "author restTransforms, one matrix a joint",
             )
-        _logger.warning("%s: restTransforms are not authored for every joint, the bind pose is used", prim.GetPath())
+        _logger.warning("%s: restTransforms %s, the bind pose is used", prim.GetPath(), why)
         try:
             rest = _joint_local(bind, parents)
         except np.linalg.LinAlgError:
