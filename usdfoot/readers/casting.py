@@ -77,7 +77,7 @@ class Casting:
         performer = self._performer(source)
         if performer is None:
             return None
-        if authored(source.plan, Plan.ROOT_WEIGHTS) or plan.root_weights.any():  # artists add some
+        if plan.root_weights.any() or authored(source.plan, Plan.ROOT_WEIGHTS):  # artists add some
             performer = replace(performer, root_weight=0.0)
         elif (plan.root_weights != performer.root_weight).any():
             plan = replace(plan, root_weights=np.full(len(plan), performer.root_weight))

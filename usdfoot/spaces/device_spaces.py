@@ -12,6 +12,7 @@ from usdfoot.maths.types import IntArray
 from usdfoot.model.device import start_warp
 from usdfoot.spaces.corner_kernel import SpaceArrays
 from usdfoot.spaces.root_choice_kernel import VelocityArrays
+from usdfoot.spaces.tetrahedra import SPEED_SCALE, device_solids
 
 if TYPE_CHECKING:
     from usdfoot.spaces.library import FootstepSpaces
@@ -40,6 +41,9 @@ def device_spaces(spaces: FootstepSpaces, *, entered: bool = False) -> SpaceArra
     arrays.coordinates = wp.array(coordinates[members], dtype=wp.float64)
     arrays.triangle_begins, arrays.triangles = _begins(triangles), _triples(triangles)
     arrays.edge_begins, arrays.edges = _begins(edges), _triples(edges)
+    known = np.column_stack([spaces.landings, SPEED_SCALE * np.linalg.norm(spaces.velocities, axis=1)])
+    solids = [space.tetrahedra for space in spaces.spaces.values()]
+    arrays.solids = device_solids(solids, [space.examples for space in spaces.spaces.values()], known)
     return arrays
 
 

@@ -14,7 +14,7 @@ from usdfoot.spaces.library import FootstepSpaces, left_landings
 from usdfoot.spaces.root_choice_kernel import PICKED, POOL, ChoiceArrays, choose_roots
 from usdfoot.spaces.root_velocity import find_vertex_influences
 
-__all__ = ["ROOT_EXAMPLES", "RootSteps", "find_roots"]
+__all__ = ["ROOT_EXAMPLES", "RootSteps", "fewer_roots", "find_roots"]
 
 ROOT_EXAMPLES = PICKED
 """Root examples a step is blended from: with the three of its footstep, as many as the kernels take."""
@@ -84,6 +84,18 @@ def find_roots(
         examples[steps] = choice.examples.numpy()[:, :ROOT_EXAMPLES]
         weights[steps] = (choice.tilted if meet else choice.weights).numpy()[:, :ROOT_EXAMPLES]
     return RootSteps(examples=examples, weights=weights)
+
+
+def fewer_roots(roots: RootSteps, count: int) -> RootSteps:
+    """The `count` heaviest; what the next one weighs is taken off all of them, so that none leaves with a jump."""
+    order = np.argsort(-roots.weights, axis=1, kind="stable")
+    examples, weights = (
+        np.take_along_axis(roots.examples, order, axis=1),
+        np.take_along_axis(roots.weights, order, axis=1),
+    )
+    kept = weights[:, :count] - weights[:, count, None]
+    kept = np.where(kept.sum(axis=1, keepdims=True) > 0.0, kept, weights[:, :count])
+    return RootSteps(examples=examples[:, :count], weights=kept / kept.sum(axis=1, keepdims=True))
 
 
 def _empty_choice(count: int) -> ChoiceArrays:
