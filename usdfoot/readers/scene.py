@@ -26,6 +26,7 @@ from usdfoot.readers.agents import AgentSource, list_agents, read_visibility, se
 from usdfoot.readers.casting import Casting, skipped
 from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.far_agents import SamplingReader
+from usdfoot.readers.obstacles import read_obstacles
 from usdfoot.readers.overrides import read_overrides
 from usdfoot.readers.plans import read_plan
 from usdfoot.readers.skeleton import StartTransforms, check_skeletons
@@ -224,7 +225,8 @@ class SceneReader:
     def _plan_paths(self, stage: Usd.Stage, prims: StagePrims) -> dict[str, FootstepPlan | UsdfootError]:
         """Plans of all agents that follow a path, or why there is none, by agent name."""
         walkers, errors = read_walkers(stage, prims, self.info.units, sources=self._chosen)
-        return {**plan_walkers(walkers, self._terrain), **errors}
+        obstacles = read_obstacles(stage, prims, self.info.units)[0] if walkers else ()
+        return {**plan_walkers(walkers, self._terrain, obstacles=obstacles), **errors}
 
     def _all_walks(self) -> Iterator[FootstepPlan | RootTrajectory]:
         """Every plan and trajectory that can be read."""
