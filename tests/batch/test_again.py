@@ -86,3 +86,19 @@ def test_a_chunk_that_somebody_wrote_into_is_made_again(shot, is_only_change):
     if not is_only_change:
         delay_plan(scene, 2, 3.0)
     assert assert_as_new(scene, folder) == int(is_only_change)
+
+
+def test_a_clips_analysis_that_cannot_be_kept_costs_nobody_the_motion(shot, tmp_path, monkeypatch, caplog):
+    scene, folder = shot
+    whole = digests(folder)
+    monkeypatch.setattr("usdfoot.batch.tasks.LARGE_CROWD", 2)
+    (tmp_path / "elsewhere").mkdir()
+    foreign = tmp_path / "elsewhere" / "foreign.npz"
+    foreign.write_bytes(b"not ours")
+    shutil.rmtree(folder)
+    folder.mkdir()
+    (folder / File.EXAMPLES).symlink_to(foreign.parent)
+    animate(scene, folder, chunk_size=2)
+    assert f"{File.EXAMPLES}: leads out of" in caplog.text and list(foreign.parent.iterdir()) == [foreign]
+    (folder / File.EXAMPLES).unlink()
+    assert digests(folder) == whole
