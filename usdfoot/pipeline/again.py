@@ -179,7 +179,7 @@ def _edit_plans(crowd: WrittenCrowd, edits: Mapping[str, Callable[[FootstepPlan]
         restore_layer(file, kept[0])
         if report is not None:
             remake(crowd)
-        where = ", ".join(was.name for _, was, _ in changes)
+        where = ", ".join(change.plan.name for change in changes)
         raise PlanError(where, "cannot be walked as edited, and stays as it was", names=reasons)
     return report
 

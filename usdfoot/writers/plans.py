@@ -80,7 +80,7 @@ def _layer_of(
     plans: Sequence[PlannedAgent], edits: Sequence[PlanEdit], units: StageUnits, frames_per_second: float
 ) -> Sdf.Layer:
     """The layer in memory."""
-    every = [part.plan for part in (*plans, *edits)]
+    every = [part.plan for part in plans] + [edit.plan for edit in edits]
     codes = [units.times_to_codes(plan.strike_times[0]) for plan in every]
     ends = [units.times_to_codes(plan.liftoff_times.max()) for plan in every]
     layer_format = LayerFormat(
