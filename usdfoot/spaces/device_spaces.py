@@ -12,6 +12,7 @@ from usdfoot.maths.types import IntArray
 from usdfoot.model.device import start_warp
 from usdfoot.spaces.corner_kernel import SpaceArrays
 from usdfoot.spaces.root_choice_kernel import VelocityArrays
+from usdfoot.spaces.root_velocity import device_bands
 from usdfoot.spaces.tetrahedra import SPEED_SCALE, device_solids
 
 if TYPE_CHECKING:
@@ -60,6 +61,7 @@ def device_velocities(spaces: FootstepSpaces) -> list[VelocityArrays]:
         arrays.members = wp.array(members, dtype=wp.int32)
         arrays.triangles = wp.array(roots.triangles.reshape(-1, 3), dtype=wp.vec3i)
         arrays.edges = wp.array(roots.edges[:, [0, 1, 1]], dtype=wp.vec3i)
+        arrays.bands = device_bands(roots)
         arrays.example_velocities, arrays.example_coordinates = examples, coordinates
         found.append(arrays)
     return found
