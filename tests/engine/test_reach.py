@@ -82,7 +82,6 @@ def test_footsteps_out_of_reach_are_named(walker_library):
     assert f"first footstep {FAR}" in warnings[0]
 
 
-<<<<<<< HEAD
 @pytest.mark.parametrize("motion", ["clips", "physics", "hybrid"])
 def test_footsteps_off_the_terrain_are_named(walker_library, motion):
     plan = way()
@@ -94,7 +93,8 @@ def test_footsteps_off_the_terrain_are_named(walker_library, motion):
     x, _, z = plan.positions[-2]
     last = len(plan) - 2
     assert f"2 footstep(s) are off the terrain, first footstep {last} at ({x:.2f}, 0.00, {z:.2f}) m" in message
-=======
+
+
 def test_footsteps_planted_between_two_frames_are_named_as_not_measured(walker_library):
     plan = way(8)
     liftoffs = plan.liftoff_times.copy()
@@ -105,7 +105,6 @@ def test_footsteps_planted_between_two_frames_are_named_as_not_measured(walker_l
     assert np.flatnonzero(np.isnan(motions[0].results.placement_error[1:])).tolist() == [3]
     assert [problem.where for problem in unmeasured] == ["/World/agent0"]
     assert "first footstep 4, which lasts 0.01 s" in unmeasured[0].message
->>>>>>> main
 
 
 def test_footsteps_that_no_frame_shows_are_not_named(walker_library):

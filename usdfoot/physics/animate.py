@@ -12,10 +12,7 @@ import numpy as np
 from usdfoot.engine.animate import PreparedLibraries, PreparedLibrary, animate_apart, animate_crowd, prepare_steps
 from usdfoot.engine.planting import Planting, cut_motions, plant_samples, prepare_planting
 from usdfoot.engine.poses import ClipPoses, Layout
-<<<<<<< HEAD
 from usdfoot.engine.reach import steps_off_terrain
-from usdfoot.engine.results import PLACED, ContactFigures, measure_contacts, measure_steps, step_ranges
-=======
 from usdfoot.engine.results import (
     PLACED,
     ContactFigures,
@@ -24,7 +21,6 @@ from usdfoot.engine.results import (
     step_ranges,
     unmeasured_steps,
 )
->>>>>>> main
 from usdfoot.engine.rig import Rig, build_rest_rig
 from usdfoot.engine.root import lay_root
 from usdfoot.engine.segments import cut_segments
