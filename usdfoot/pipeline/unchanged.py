@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,6 +22,9 @@ from usdfoot.readers.provenance import read_provenance, read_scene_files
 from usdfoot.writers.root import SUBLAYERS
 
 __all__ = ["EarlierCrowd", "find_earlier"]
+
+_AGENTS = re.compile(r"(?<=\n \"agents\": \[)\n(?:  .*\n)*(?= \])")
+"""Entries of a report's agents, a line each."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +53,7 @@ def find_earlier(scene: Any, folder: Path, *, options: MotionOptions, call: Call
         SceneError: If the scene or overrides.usda cannot be opened.
     """
     is_same = _is_same(scene, folder, options, call)
-    report = _read_report(folder)
+    report = _read_report(folder, with_agents=is_same)
     if report is None:
         return EarlierCrowd()
     intact = intact_files(report["files"], folder, since=None if is_same else folder / File.REPORT)
@@ -71,10 +75,11 @@ def _is_same(scene: Any, folder: Path, options: MotionOptions, call: CallRecord)
     return made_from == (said.get("scene"), said.get("contentHash"))
 
 
-def _read_report(folder: Path) -> dict[str, Any] | None:
-    """report.json, None if there is none that these versions wrote."""
+def _read_report(folder: Path, *, with_agents: bool) -> dict[str, Any] | None:
+    """report.json, None if there is none that these versions wrote; its agents are most of it."""
     try:
-        report = json.loads((folder / File.REPORT).read_text(encoding="utf-8"))
+        text = (folder / File.REPORT).read_text(encoding="utf-8")
+        report = json.loads(text if with_agents else _AGENTS.sub("", text))
         is_ours = report["versions"] == {"usdfoot": __version__, **library_versions()}
         return report if is_ours and isinstance(report["files"], dict) else None
     except (OSError, ValueError, KeyError, TypeError):
