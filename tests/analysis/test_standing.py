@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from tests.builders import BALL_HEIGHT, HIP_WIDTH, Gait, build_walker
+from tests.builders import Gait, build_walker
+from tests.walker_body import BALL_HEIGHT, HIP_WIDTH
 from usdfoot.analysis.examples import build_examples
 from usdfoot.analysis.mirror import mirror_map
 from usdfoot.analysis.standing import StandingPose, find_standing_pose

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from tests.builders import BALL_HEIGHT
 from tests.engine.plans import bumps, moved, slope, stairs, way
 from tests.engine.synthesis import synthesise
 from tests.engine.walkers import between, in_world
 from tests.planning.terrains import slab, terrain_of
+from tests.walker_body import BALL_HEIGHT
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.slopes import lie_in_slopes
 from usdfoot.maths import planar, quaternion

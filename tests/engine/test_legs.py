@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from tests.builders import SHIN, THIGH
 from tests.strategies import seeds
+from tests.walker_body import SHIN, THIGH
 from usdfoot.engine.legs import LegRig, bend_leg, leg_kinematics
 from usdfoot.maths import quaternion
 from usdfoot.model.skeleton import forward_kinematics

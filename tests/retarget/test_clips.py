@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from tests.builders import Gait, build_walker, walker_rig
+from tests.builders import Gait, build_walker
 from tests.retarget.rigs import from_world, other_axes, reproportioned, rig_of, scaled, spread_arms, world
+from tests.walker_body import walker_rig
 from usdfoot.errors import ClipError
 from usdfoot.maths import quaternion
 from usdfoot.model.biped import Biped

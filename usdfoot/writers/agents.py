@@ -8,32 +8,55 @@ from pxr import Gf, Sdf, Vt
 from usdfoot.bridge import tokens
 from usdfoot.bridge.scene import Character, Visibility
 from usdfoot.bridge.units import StageUnits
-from usdfoot.model.motion import Motion
+from usdfoot.writers.crate import Samples
 from usdfoot.writers.layers import (
     apply_schemas,
     author,
     author_samples,
     author_targets,
     define_prim,
-    frame_arrays,
 )
 from usdfoot.writers.poses import PosedAgent
+from usdfoot.writers.samples import SampledAttributes
 
-__all__ = ["author_stance", "write_agent"]
+__all__ = ["agent_samples", "author_stance", "write_agent"]
 
 ValueTypes = Sdf.ValueTypeNames
+_TRANSLATE, _EXTENT = "xformOp:translate", "extent"
 UPRIGHT_TOLERANCE = 1e-7
 """Rotations and scales of a character closer than this to none are left out."""
 
 
+def agent_samples(agent: PosedAgent, units: StageUnits) -> dict[str, Samples]:
+    """Position on the ground, yaw and extent of an agent over time, by the attribute."""
+    motion, codes = agent.motion, agent.codes
+    positions = units.points_to_stage(motion.root_positions)
+    return {
+        _TRANSLATE: Samples(type_name="double3", codes=codes, values=positions),
+        _turn(units): Samples(type_name="double", codes=codes, values=np.degrees(motion.root_yaws)),
+        _EXTENT: Samples(type_name="float3[]", codes=codes, values=agent.extents),
+    }
+
+
+def _turn(units: StageUnits) -> str:
+    return f"xformOp:rotate{units.up_axis}"
+
+
 def write_agent(
-    layer: Sdf.Layer, agent: PosedAgent, *, reference: Sdf.Reference, units: StageUnits, visibility: Visibility = ()
+    layer: Sdf.Layer,
+    agent: PosedAgent,
+    sampled: SampledAttributes,
+    *,
+    reference: Sdf.Reference,
+    units: StageUnits,
+    visibility: Visibility = (),
 ) -> None:
     """Author /Crowd/Agents/<name> into a layer.
 
     Args:
         layer: Layer to author in.
         agent: Its motion, posed.
+        sampled: Its `agent_samples`.
         reference: How the layer refers to the asset.
         units: Of the written stage.
         visibility: When it is to be seen.
@@ -45,10 +68,12 @@ def write_agent(
     apply_schemas(prim, ["SkelBindingAPI", tokens.Schema.AGENT])
     author_targets(prim, "skel:animationSource", [f"{tokens.Prim.ANIMS}/{motion.name}"])
     author_targets(prim, tokens.Agent.PLAN, [f"{tokens.Prim.PLANS}/{motion.name}"])
-    order = _write_root_path(prim, motion, agent.codes, units) + author_stance(prim, agent.resting.character)
+    path = [_TRANSLATE, _turn(units)]
+    for name in path:
+        sampled.author(prim, name)
+    order = path + author_stance(prim, agent.resting.character)
     author(prim, "xformOpOrder", ValueTypes.TokenArray, Vt.TokenArray(order), uniform=True)
-    extents = frame_arrays(Vt.Vec3fArray.FromNumpy(agent.extents.reshape(-1, 3)), 2)
-    author_samples(author(prim, "extent", ValueTypes.Float3Array), agent.codes, extents)
+    sampled.author(prim, _EXTENT)
     _write_visibility(prim, visibility)
 
 
@@ -59,16 +84,6 @@ def _write_visibility(prim: Sdf.PrimSpec, visibility: Visibility) -> None:
     attribute = author(prim, "visibility", ValueTypes.Token, visibility[0][1])
     samples = {code: seen for code, seen in visibility if code is not None}
     author_samples(attribute, list(samples), list(samples.values()))
-
-
-def _write_root_path(prim: Sdf.PrimSpec, motion: Motion, codes: list[float], units: StageUnits) -> list[str]:
-    """Position on the ground and yaw, time-sampled; gives back the names of the ops."""
-    positions = Vt.Vec3dArray.FromNumpy(np.ascontiguousarray(units.points_to_stage(motion.root_positions)))
-    yaws = np.degrees(motion.root_yaws).tolist()
-    turn = f"xformOp:rotate{units.up_axis}"
-    author_samples(author(prim, "xformOp:translate", ValueTypes.Double3), codes, positions)
-    author_samples(author(prim, turn, ValueTypes.Double), codes, yaws)
-    return ["xformOp:translate", turn]
 
 
 def author_stance(prim: Sdf.PrimSpec, character: Character) -> list[str]:

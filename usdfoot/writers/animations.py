@@ -2,64 +2,66 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from pxr import Sdf, Vt
 
 from usdfoot.bridge import tokens
 from usdfoot.bridge.units import StageUnits
-from usdfoot.maths.types import FloatArray
 from usdfoot.model.contacts import FootContacts
+from usdfoot.writers.crate import Samples
 from usdfoot.writers.layers import (
     apply_schemas,
     author,
-    author_samples,
     define_prim,
-    frame_arrays,
-    quaternion_array,
 )
 from usdfoot.writers.layers_over import author_times
 from usdfoot.writers.poses import PosedAgent
+from usdfoot.writers.samples import SampledAttributes
 
-__all__ = ["write_animation"]
+__all__ = ["animation_samples", "write_animation"]
 
 ValueTypes = Sdf.ValueTypeNames
+_TRANSLATIONS, _ROTATIONS, _WEIGHTS = "translations", "rotations", "blendShapeWeights"
 
 
-def write_animation(layer: Sdf.Layer, agent: PosedAgent, *, units: StageUnits) -> None:
+def animation_samples(agent: PosedAgent) -> dict[str, Samples]:
+    """Poses and weights of blend shapes of an agent over time, by the attribute."""
+    bound, codes = agent.resting.character.blend_shapes, agent.codes
+    samples = {
+        _TRANSLATIONS: Samples(type_name="float3[]", codes=codes, values=agent.translations),
+        _ROTATIONS: Samples(type_name="quatf[]", codes=codes, values=agent.rotations),
+    }
+    if agent.motion.shapes is not None:
+        samples[_WEIGHTS] = Samples(type_name="float[]", codes=codes, values=agent.motion.shapes.weights)
+    elif bound is not None:
+        samples[_WEIGHTS] = Samples(type_name="float[]", codes=bound.codes, values=bound.weights)
+    return samples
+
+
+def write_animation(layer: Sdf.Layer, agent: PosedAgent, sampled: SampledAttributes, *, units: StageUnits) -> None:
     """Author /Crowd/Anims/<name> into a layer.
 
     Args:
         layer: Layer to author in.
         agent: Its motion, posed.
+        sampled: Its `animation_samples`.
         units: Of the written stage.
     """
     motion, character = agent.motion, agent.resting.character
     prim = define_prim(layer, f"{tokens.Prim.ANIMS}/{motion.name}", "SkelAnimation")
     apply_schemas(prim, tokens.Schema.CONTACT_INSTANCES)
     author(prim, "joints", ValueTypes.TokenArray, Vt.TokenArray(character.skeleton.joints), uniform=True)
-    codes, joints = agent.codes, len(character.skeleton.joints)
-    translations = frame_arrays(Vt.Vec3fArray.FromNumpy(agent.translations.reshape(-1, 3)), joints)
-    rotations = frame_arrays(quaternion_array(agent.rotations.reshape(-1, 4)), joints)
     scales = Vt.Vec3hArray.FromNumpy(np.ascontiguousarray(character.rest_scales, dtype=np.float16))
-    author_samples(author(prim, "translations", ValueTypes.Float3Array), codes, translations)
-    author_samples(author(prim, "rotations", ValueTypes.QuatfArray), codes, rotations)
+    sampled.author(prim, _TRANSLATIONS)
+    sampled.author(prim, _ROTATIONS)
     author(prim, "scales", ValueTypes.Half3Array, scales)
-    if motion.shapes is not None:
-        _write_blend_shapes(prim, motion.shapes.names, codes, motion.shapes.weights)
-    elif character.blend_shapes is not None:
-        bound = character.blend_shapes
-        _write_blend_shapes(prim, bound.names, bound.codes.tolist(), bound.weights)
+    shapes = motion.shapes or character.blend_shapes
+    if shapes is not None:
+        author(prim, "blendShapes", ValueTypes.TokenArray, Vt.TokenArray(shapes.names), uniform=True)
+        sampled.author(prim, _WEIGHTS)
     for side in (0, 1):
         height = float(character.biped.ball_heights[side]) / units.meters_per_unit
         _write_contacts(prim, side, motion.contacts[side], height, units)
-
-
-def _write_blend_shapes(prim: Sdf.PrimSpec, names: Sequence[str], codes: list[float], weights: FloatArray) -> None:
-    author(prim, "blendShapes", ValueTypes.TokenArray, Vt.TokenArray(names), uniform=True)
-    rows = [Vt.FloatArray.FromNumpy(np.ascontiguousarray(row, dtype=np.float32)) for row in weights]
-    author_samples(author(prim, "blendShapeWeights", ValueTypes.FloatArray), codes, rows)
 
 
 def _write_contacts(

@@ -12,12 +12,13 @@ from usdfoot.bridge.chunks import ChunkLayers, ChunkNotes
 from usdfoot.bridge.scene import Scene
 from usdfoot.bridge.tokens import PROVENANCE, ChunkFiles, File, Prim, Record
 from usdfoot.model.motion import Motion
-from usdfoot.writers.agents import write_agent
-from usdfoot.writers.animations import write_animation
+from usdfoot.writers.agents import agent_samples, write_agent
+from usdfoot.writers.animations import animation_samples, write_animation
 from usdfoot.writers.footsteps import print_models, write_executed_plan
 from usdfoot.writers.layers import LayerFormat, define_prim, new_layer
 from usdfoot.writers.moving import follow_transforms
 from usdfoot.writers.poses import pose_agents, rest_character
+from usdfoot.writers.samples import sampled_attributes
 from usdfoot.writers.staging import staged_files
 
 __all__ = ["write_chunk"]
@@ -83,26 +84,29 @@ def _chunk_layers(
     layers = _empty_layers(scene) if base is None else base
     _lay_out(layers, names, {motion.name for motion in motions})
     prints = [print_models(resting.foot_length, units) for resting in cast]
-    for agent, reference in zip(pose_agents(held, units), references, strict=True):
-        source = by_name[agent.motion.name]
-        with Sdf.ChangeBlock():
-            write_agent(
-                layers.agents,
-                agent,
-                reference=Sdf.Reference(*reference),
-                units=units,
-                visibility=scene.visibility.get(source.name, ()),
-            )
-            write_animation(layers.anims, agent, units=units)
-            write_executed_plan(
-                layers.footsteps,
-                source.name,
-                source.plan,
-                results=agent.motion.results,
-                prints=prints[source.character],
-                units=units,
-                frame=scene.plan_frames.get(source.name),
-            )
+    posed = list(pose_agents(held, units))
+    with sampled_attributes([agent_samples(agent, units) | animation_samples(agent) for agent in posed]) as attributes:
+        for agent, sampled, reference in zip(posed, attributes, references, strict=True):
+            source = by_name[agent.motion.name]
+            with Sdf.ChangeBlock():
+                write_agent(
+                    layers.agents,
+                    agent,
+                    sampled,
+                    reference=Sdf.Reference(*reference),
+                    units=units,
+                    visibility=scene.visibility.get(source.name, ()),
+                )
+                write_animation(layers.anims, agent, sampled, units=units)
+                write_executed_plan(
+                    layers.footsteps,
+                    source.name,
+                    source.plan,
+                    results=agent.motion.results,
+                    prints=prints[source.character],
+                    units=units,
+                    frame=scene.plan_frames.get(source.name),
+                )
     codes = [_span(layers.anims, name) for name in names]
     for layer in (layers.agents, layers.footsteps, layers.anims):
         layer.startTimeCode, layer.endTimeCode = min(first for first, _ in codes), max(last for _, last in codes)

@@ -20,7 +20,6 @@ __all__ = [
     "author_samples",
     "author_targets",
     "define_prim",
-    "frame_arrays",
     "new_layer",
     "quaternion_array",
     "rounded_codes",
@@ -106,11 +105,6 @@ def author_samples(attribute: Sdf.AttributeSpec, codes: Sequence[float], values:
     set_sample = layer.SetTimeSample
     for code, value in zip(codes, values, strict=True):
         set_sample(path, code, value)
-
-
-def frame_arrays(values: Any, size: int) -> list[Any]:
-    """A `Vt` array cut into those of its frames, each `size` long."""
-    return [values[start : start + size] for start in range(0, len(values), size)]
 
 
 def author_targets(prim: Sdf.PrimSpec, name: str, targets: Sequence[str]) -> None:

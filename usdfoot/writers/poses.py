@@ -36,8 +36,8 @@ class PosedAgent:
     """Joint-local unit xyzw, continuous in sign, shape (F, J, 4)."""
     extents: FloatArray
     """Box around the character in the space of the agent prim, shape (F, 2, 3)."""
-    codes: list[float]
-    """Time codes of the F frames."""
+    codes: FloatArray
+    """Time codes of the F frames, shape (F,)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,7 +78,7 @@ def pose_agents(motions: Sequence[tuple[Motion, RestingCharacter]], units: Stage
         poses = _stacked([motion for motion, _ in own])
         translations, rotations = _skeleton_poses(poses, own[0][1])
         extents = prim_extents(own[0][1].character, translations, rotations, units)
-        codes = rounded_codes(units.times_to_codes(np.concatenate([motion.times for motion, _ in own]))).tolist()
+        codes = rounded_codes(units.times_to_codes(np.concatenate([motion.times for motion, _ in own])))
         for (motion, resting), frames in zip(own, pairwise(poses.first.tolist()), strict=True):
             part = slice(*frames)
             yield PosedAgent(

@@ -1,0 +1,62 @@
+"""Samples: the time samples of many attributes given to USD at once.
+
+From Python USD takes samples one by one, which costs more than to make them. It reads them all from a file, and
+`Sdf.CopySpec` takes an attribute from there in a sixth of the time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import count
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from pxr import Sdf
+
+from usdfoot.errors import OutputError
+from usdfoot.writers.crate import SAMPLES_PRIM, Samples, attribute_name, write_samples
+
+__all__ = ["SampledAttributes", "sampled_attributes"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SampledAttributes:
+    """Attributes of an agent, with their samples, to be authored."""
+
+    layer: Sdf.Layer
+    """Has them."""
+    paths: Mapping[str, Sdf.Path]
+    """Where, by name."""
+
+    def author(self, prim: Sdf.PrimSpec, name: str) -> None:
+        """Author one of the attributes, which the prim does not have yet."""
+        Sdf.CopySpec(self.layer, self.paths[name], prim.layer, prim.path.AppendProperty(name))
+
+
+@contextmanager
+def sampled_attributes(agents: Sequence[Mapping[str, Samples]]) -> Iterator[list[SampledAttributes]]:
+    """The attributes of agents, as long as the block runs.
+
+    Args:
+        agents: Samples of each agent, by the name of the attribute.
+
+    Raises:
+        OutputError: If there is no room for a temporary file.
+    """
+    with TemporaryDirectory(prefix="usdfoot", ignore_cleanup_errors=True) as folder:
+        file = Path(folder, "samples.usdc")
+        try:
+            with file.open("wb") as stream:
+                write_samples(stream, [samples for agent in agents for samples in agent.values()])
+        except OSError as error:
+            raise OutputError(file, f"cannot be written ({error.strerror})", "make room, or set TMPDIR") from error
+        layer = Sdf.Layer.OpenAsAnonymous(str(file))
+        prim, index = Sdf.Path.absoluteRootPath.AppendChild(SAMPLES_PRIM), count()
+        yield [
+            SampledAttributes(
+                layer=layer, paths={name: prim.AppendProperty(attribute_name(next(index))) for name in agent}
+            )
+            for agent in agents
+        ]
