@@ -12,7 +12,15 @@ import numpy as np
 from usdfoot.engine.animate import PreparedLibraries, PreparedLibrary, animate_apart, animate_crowd, prepare_steps
 from usdfoot.engine.planting import Planting, cut_motions, plant_samples, prepare_planting
 from usdfoot.engine.poses import ClipPoses, Layout
-from usdfoot.engine.results import PLACED, ContactFigures, measure_contacts, measure_steps, step_ranges
+from usdfoot.engine.reach import steps_off_terrain
+from usdfoot.engine.results import (
+    PLACED,
+    ContactFigures,
+    measure_contacts,
+    measure_steps,
+    step_ranges,
+    unmeasured_steps,
+)
 from usdfoot.engine.rig import Rig, build_rest_rig
 from usdfoot.engine.root import lay_root
 from usdfoot.engine.segments import cut_segments
@@ -123,7 +131,7 @@ def animate_all(
             alike.setdefault((agent.library, agent.motion == "hybrid", agent.tuning), []).append(agent)
     for own in alike.values():
         found, faults = _animate_alike(libraries, bodies, own, crowd, options.tuned(own[0].tuning))
-        motions, problems = [*motions, *found], [*problems, *faults]
+        motions, problems = [*motions, *found], [*problems, *faults, *steps_off_terrain(own, found)]
     by_name = {motion.name: motion for motion in motions}
     return [by_name[agent.name] for agent in agents if agent.name in by_name], problems
 
@@ -137,11 +145,12 @@ def _animate_alike(
         if agents[0].motion == "hybrid":
             prepared = libraries.prepared(crowd, index)
             found, faults = animate_apart(partial(animate_hybrids, prepared, crowd=crowd, options=options), agents)
-            return found, [*prepared.problems, *faults]
+            return found, [*prepared.problems, *faults, *unmeasured_steps(agents, found)]
         body = bodies.prepared(crowd, index, agents[0].tuning)
     except UsdfootError as error:
         return [], [Problem(severity="error", where=agent.source, message=str(error)) for agent in agents]
-    return animate_apart(partial(animate_bodies, body, crowd=crowd, options=options), agents)
+    found, faults = animate_apart(partial(animate_bodies, body, crowd=crowd, options=options), agents)
+    return found, [*faults, *unmeasured_steps(agents, found)]
 
 
 def animate_bodies(
