@@ -13,8 +13,9 @@ physics (`usdfoot analyze --fill`). --without kind leaves out all clips that sho
 With --motion hybrid the pelvis of what is blended from all others is on the optimised centre of mass. The columns
 *world, pelvis* are root mean squares, to be held against those of --motion physics.
 
-With --motion physics the pelvis that physics puts over the same footsteps, without any clip, is compared with the
-take's: distances, rise and sway, and how late it rises.
+With --motion physics the pelvis that physics puts over the same footsteps is compared with the take's: distances, rise
+and sway, and how late it rises. How the person carries the pelvis in walks is measured of all other takes; *average* is
+the distance without any clip.
 
 Examples:
   python tools/replay.py clips.usdc --set correction=false --json

@@ -53,6 +53,9 @@ RIGS = {
 }
 
 
+LEFT_FOOT = "LeftUpLeg/LeftLeg/LeftFoot"
+
+
 def right_of(name):
     """The right-hand name of a left-hand one."""
     for left, right in (("Left", "Right"), ("left", "right")):
@@ -184,9 +187,12 @@ def test_thighs_below_the_spine_hang_on_the_pelvis_above(above, pelvis):
     assert names_found(rig(["Bip01", above, "Spine0"], leg))["pelvis"] == pelvis
 
 
-def test_a_ball_of_an_unknown_name_is_the_joint_that_reaches_farthest():
-    found = names_found(rig(["Hips"], ["LeftUpLeg", "LeftLeg", "LeftFoot", "LeftFootThumb1"]))
-    assert (found["left ball"], found["right ball"]) == ("LeftFootThumb1", "RightFootThumb1")
+@pytest.mark.parametrize("name", ["LeftFootThumb1", "LeftFoot_End", "LeftFootNub"])
+def test_a_ball_of_an_unknown_name_is_the_joint_that_reaches_farthest(name):
+    """A foot that has no toes ends in its own end joint; a control is neither."""
+    beside = [(f"{path}/{side}HeelIK", HELPER) for side, path in (("Left", LEFT_FOOT), ("Right", right_of(LEFT_FOOT)))]
+    found = names_found(rig(["Hips"], ["LeftUpLeg", "LeftLeg", "LeftFoot", name], beside))
+    assert (found["left ball"], found["right ball"]) == (name, right_of(name))
 
 
 @pytest.mark.parametrize("facing", [0.0, 90.0, 180.0])
@@ -220,11 +226,20 @@ def test_authored_joints_count_first():
         find_biped(skeleton, {"left hip": skeleton.joints.index("Root/Hips/LeftUpLeg/LeftLeg/LeftFoot")})
 
 
+def test_legs_without_length_are_named():
+    skeleton = rig(["Hips"], ["LeftUpLeg", "LeftLeg", "LeftFoot", "LeftToeBase"])
+    kept = [not joint.endswith("/LeftFoot") for joint in skeleton.joints]
+    flat = make_skeleton(skeleton.joints, skeleton.rest_translations * np.array(kept)[:, None])
+    with pytest.raises(BipedError, match=r"left leg: joints .*/LeftLeg and .*/LeftFoot are on one spot at rest"):
+        find_biped(flat, {})
+
+
 def test_missing_roles_are_named_with_the_way_to_author_them():
     skeleton = rig(["Hips"], ["LeftUpLeg", "LeftLeg", "LeftFoot"])
     with pytest.raises(BipedError) as caught:
         find_biped(skeleton, {})
     assert caught.value.names == ("left ball", "right ball")
+    assert "add a joint at the ball of each foot, or apply UsdfootBipedAPI" in str(caught.value)
     assert 'uniform token usdfoot:biped:left:ball = "<joint>"' in str(caught.value)
 
 

@@ -121,10 +121,25 @@ def test_names_of_many_rigs_pair(left: str, right: str) -> None:
     assert joint_pairs(skeleton, biped).tolist() == [0, 1, 2, 3, 6, 7, 4, 5, 12, 13, 14, 15, 8, 9, 10, 11]
 
 
-def test_legs_pair_without_names() -> None:
+@pytest.mark.parametrize("yaw", [0.0, 1.9])
+def test_without_names_joints_pair_by_the_mirrored_rest_pose(yaw: float) -> None:
+    """Also where the character does not face +Z, and beside something that has no counterpart."""
     skeleton, biped = walker_rig()
-    names = {leaf: f"bone{i}" for i, leaf in enumerate(joint.rsplit("/", 1)[-1] for joint in skeleton.joints)}
-    partners = joint_pairs(renamed(skeleton, names), biped)
-    for roles in (biped.hips, biped.knees, biped.ankles, biped.balls):
-        assert partners[roles[0]] == roles[1]
-        assert partners[roles[1]] == roles[0]
+    expected = joint_pairs(skeleton, biped).tolist()
+    leaves = {joint.rsplit("/", 1)[-1]: f"bone{i}" for i, joint in enumerate(skeleton.joints)}
+    nameless = renamed(skeleton, leaves)
+    turn = quaternion.yaw_quaternion(np.array(yaw))
+    sword = replace(
+        nameless,
+        joints=(*nameless.joints, f"{nameless.joints[2]}/bone99"),
+        parents=np.append(nameless.parents, 2),
+        rest_translations=np.vstack([nameless.rest_translations, (0.3, 0.1, 0.2)]),
+        rest_rotations=np.vstack([nameless.rest_rotations, (0.0, 0.0, 0.0, 1.0)]),
+    )
+    roots = (sword.parents < 0)[:, None]
+    turned = replace(
+        sword,
+        rest_translations=np.where(roots, quaternion.rotate(turn, sword.rest_translations), sword.rest_translations),
+        rest_rotations=np.where(roots, quaternion.compose(turn, sword.rest_rotations), sword.rest_rotations),
+    )
+    assert joint_pairs(turned, biped).tolist() == [*expected, len(expected)]

@@ -14,7 +14,7 @@ from usdfoot.model.limits import Limits
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.animate import animate
 from usdfoot.pipeline.provenance import CallRecord
-from usdfoot.pipeline.unchanged import find_unchanged
+from usdfoot.pipeline.unchanged import find_earlier
 
 CALL = CallRecord(chunk_size=1)
 
@@ -63,8 +63,8 @@ def test_nothing_is_written_and_all_is_told_again(crowd, crowd_scene, folder):
 )
 def test_what_is_asked_for_otherwise_is_made(crowd, crowd_scene, options, call):
     folder = crowd.crowd_file.parent
-    assert find_unchanged(crowd_scene, folder, options=MotionOptions(), call=CALL) is not None
-    assert find_unchanged(crowd_scene, folder, options=options, call=call) is None
+    assert find_earlier(crowd_scene, folder, options=MotionOptions(), call=CALL).unchanged is not None
+    assert find_earlier(crowd_scene, folder, options=options, call=call).unchanged is None
 
 
 def test_a_limit_that_is_too_low_is_one_where_nothing_changed_too(crowd, crowd_scene):
@@ -84,7 +84,7 @@ def test_overrides_and_their_end_are_noticed(crowd, crowd_scene, folder):
     whole = digests(folder)
     mute(folder, "Agent_1")
     assert "Agent_1" not in animate(crowd_scene, folder, chunk_size=1).results
-    assert find_unchanged(crowd_scene, folder, options=MotionOptions(), call=CALL) is not None
+    assert find_earlier(crowd_scene, folder, options=MotionOptions(), call=CALL).unchanged is not None
     shutil.copyfile(crowd.crowd_file.parent / File.OVERRIDES, folder / File.OVERRIDES)
     assert list(animate(crowd_scene, folder, chunk_size=1).results) == list(crowd.results)
     assert digests(folder) == whole
@@ -96,9 +96,9 @@ def test_what_bytes_do_not_tell_is_read(crowd, crowd_scene, folder):
     layer.subLayerPaths.append("./other.usda")
     layer.Save()
     animate(crowd_scene, folder, chunk_size=1)
-    assert find_unchanged(crowd_scene, folder, options=MotionOptions(), call=CALL) is None
+    assert find_earlier(crowd_scene, folder, options=MotionOptions(), call=CALL).unchanged is None
     stage = Usd.Stage.Open(str(crowd_scene))
     stage.GetRootLayer().comment = "not saved"
-    assert find_unchanged(crowd_scene, crowd.crowd_file.parent, options=MotionOptions(), call=CALL) is None
+    assert find_earlier(crowd_scene, crowd.crowd_file.parent, options=MotionOptions(), call=CALL).unchanged is None
     stage.Reload()
-    assert find_unchanged(crowd_scene, crowd.crowd_file.parent, options=MotionOptions(), call=CALL) is not None
+    assert find_earlier(crowd_scene, crowd.crowd_file.parent, options=MotionOptions(), call=CALL).unchanged is not None

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 from tests.engine.plans import crowd, way
 from tests.engine.walkers import in_world
-from usdfoot.engine.animate import animate_agents, prepare_steps
+from usdfoot.engine.animate import animate_agents, animate_crowd, prepare_steps
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.root_goals import root_goals
 from usdfoot.maths import planar, quaternion
@@ -81,3 +81,12 @@ def test_root_weights_ask_for_the_trajectorys_velocity(walker_library):
         if trajectory is None:
             full = np.linalg.norm(goals.velocities[own], axis=1)
         assert_allclose(np.linalg.norm(goals.velocities[own], axis=1), share * full, rtol=0.02)
+
+
+def test_footsteps_that_a_turned_root_puts_out_of_reach_are_the_headings_fault(walker_library):
+    plan = way(10)
+    scene = crowd(walker_library.source, [plan], reach=0.05)
+    agents = (replace(scene.agents[0], root_trajectory=beside(plan, turned=np.pi / 2)),)
+    _, problems = animate_crowd(replace(scene, agents=agents))
+    missed = [problem.message for problem in problems if "footstep(s) are" in problem.message]
+    assert missed and all("the root trajectory /Root faces 90 degrees off the feet there" in text for text in missed)

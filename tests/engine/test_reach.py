@@ -81,6 +81,18 @@ def test_footsteps_out_of_reach_are_named(walker_library):
     assert f"first footstep {FAR}" in warnings[0]
 
 
+def test_footsteps_planted_between_two_frames_are_named_as_not_measured(walker_library):
+    plan = way(8)
+    liftoffs = plan.liftoff_times.copy()
+    liftoffs[4] = plan.strike_times[4] + 0.01
+    scene = crowd(walker_library.source, [replace(plan, liftoff_times=liftoffs), plan])
+    motions, problems = animate_crowd(replace(scene, frame_times=scene.frame_times + 0.5 / 30.0))
+    unmeasured = [problem for problem in problems if "planted in no frame" in problem.message]
+    assert np.flatnonzero(np.isnan(motions[0].results.placement_error[1:])).tolist() == [3]
+    assert [problem.where for problem in unmeasured] == ["/World/agent0"]
+    assert "first footstep 4, which lasts 0.01 s" in unmeasured[0].message
+
+
 def test_footsteps_that_no_frame_shows_are_not_named(walker_library):
     plan = with_far_step((0.0, 0.0, 1.5))
     scene = crowd(walker_library.source, [plan])

@@ -19,6 +19,7 @@ from usdfoot.planning.followers import plan_followers
 from usdfoot.readers.scene import read_scene
 
 WEIGHTS = (0.0, 0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0)
+GRID = np.linspace(0.02, 1.0, 50)
 both = pytest.mark.parametrize("beyond", ["segment", "closest"])
 
 
@@ -183,22 +184,33 @@ def test_real_steps_are_predicted_and_do_not_slide(shared_data, scene):
     assert np.all(np.diff(means) > 0.0)
 
 
+def rooted_everywhere(path, options: EngineOptions):
+    """The root weights of a scene's first five agents at every 0.02 in one go, and which segments are steps."""
+    crowd_, libraries = read_scene(path).crowd, PreparedLibraries(options)
+    crowd_ = plan_followers(crowd_, options=options, libraries=libraries)[0]
+    agents = [replace(agent, plan=weighted(agent.plan, weight)) for weight in GRID for agent in crowd_.agents[:5]]
+    steps = prepare_steps(libraries.prepared(crowd_, 0), agents, crowd_, options=options)
+    return steps.landings.rooted, np.flatnonzero(~steps.setup.segments.stands)
+
+
 @pytest.mark.parametrize("scene", ["walk_flat.usda", "stepping_stones.usda", "crowd_zara.usda"])
 def test_the_mean_error_of_real_scenes_never_falls_and_kept_footsteps_are_met(shared_data, scene):
-    """All root weights in one go, the agents of each beside the others."""
-    options, grid = EngineOptions(), np.linspace(0.02, 1.0, 50)
-    crowd_ = read_scene(shared_data / "scenes" / scene).crowd
-    libraries = PreparedLibraries(options)
-    crowd_ = plan_followers(crowd_, options=options, libraries=libraries)[0]
-    agents = [replace(agent, plan=weighted(agent.plan, weight)) for weight in grid for agent in crowd_.agents[:5]]
-    steps = prepare_steps(libraries.prepared(crowd_, 0), agents, crowd_, options=options)
-    rows = np.flatnonzero(~steps.setup.segments.stands)
-    rooted = steps.landings.rooted
+    options = EngineOptions()
+    rooted, rows = rooted_everywhere(shared_data / "scenes" / scene, options)
     errors, missed = rooted.blend_errors[rows], rooted.blend_errors[rows] - rooted.predicted_errors[rows]
-    assert np.diff(errors.reshape(len(grid), -1).mean(axis=1)).min() > -options.landing_tolerance
+    assert np.diff(errors.reshape(len(GRID), -1).mean(axis=1)).min() > -options.landing_tolerance
     assert np.abs(missed).max() < 1e-3
     kept = ~rooted.given_up[rows] & (rooted.hull_distances[rows] == 0.0)
     assert kept.any() and np.mean(errors[kept] > 1e-3) < 2e-3
+
+
+def test_in_the_space_of_landing_and_root_speed_what_is_given_up_grows_whatever_was_missed_before(stages):
+    """At high root weights the feet of this walk leave the stones, and footsteps the hull around the examples."""
+    options = EngineOptions(space="3d")
+    rooted, rows = rooted_everywhere(stages / "stepping_stones.usda", options)
+    errors = rooted.blend_errors[rows].reshape(len(GRID), -1).mean(axis=1)
+    assert np.diff(errors).min() > -options.landing_tolerance and errors[-1] > 0.1
+    assert np.diff(rooted.betas[rows].reshape(len(GRID), -1), axis=0).max() < 1e-9
 
 
 @pytest.mark.parametrize(("space", "agent"), [("3d", 12), ("delaunay", 1)])

@@ -227,3 +227,25 @@ def test_lint_says_what_is_wrong_and_fixes_what_it_can(tmp_path, capsys):
     empty = new_stage(tmp_path / "empty.usda")
     empty.GetRootLayer().Save()
     assert main(["plan", "lint", str(tmp_path / "empty.usda"), "-q"]) == 2
+
+
+def test_obstacles_of_the_scene_are_gone_round_and_a_path_that_cannot_be_is_refused_with_the_place(tmp_path, capsys):
+    scene = scene_with_path(tmp_path / "scene.usda")
+    stage = Usd.Stage.Open(str(scene))
+    crate = UsdGeom.Cube.Define(stage, "/World/Crate")
+    crate.CreateSizeAttr(1.0)
+    crate.AddTranslateOp().Set(Gf.Vec3d(0.0, 0.5, 2.0))
+    crate.GetPrim().AddAppliedSchema(Schema.OBSTACLE)
+    stage.GetRootLayer().Save()
+    report = plan_scene_paths(scene, tmp_path / "plans.usda")
+    feet = report.plans["Walker"].positions
+    assert not (np.abs(feet - (0.0, 0.0, 2.0))[:, [0, 2]] < 0.5).all(axis=1).any()
+    (warning,) = report.problems
+    assert "Walker: keeps 0." in warning.message and "m off its curve at (" in warning.message
+    assert main(["plan", "path", str(scene), "-o", str(tmp_path / "drawn.usda"), "--no-around"]) == 0
+    assert "the obstacle /World/Crate" in capsys.readouterr().err
+    crate.GetOrderedXformOps()[0].Set(Gf.Vec3d(4.0, 0.5, 5.0))
+    crate.AddScaleOp().Set(Gf.Vec3f(4.0, 1.0, 4.0))
+    stage.GetRootLayer().Save()
+    assert main(["plan", "path", str(scene), "-o", str(tmp_path / "none.usda")]) == 2
+    assert "ends too near to the obstacle /World/Crate at (4.00, 0.00, 5.00) m" in capsys.readouterr().err

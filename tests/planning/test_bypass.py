@@ -1,9 +1,10 @@
-"""Paths that go round ground nobody can walk on."""
+"""Paths that go round obstacles and ground nobody can walk on."""
 
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
+from tests.engine.plans import no_terrain
 from tests.planning.terrains import slab, terrain_of
 from usdfoot.errors import PlanError
 from usdfoot.model.ground import Ground
@@ -12,6 +13,7 @@ from usdfoot.planning.bypass import go_round
 from usdfoot.planning.lint import lint_plans
 from usdfoot.planning.path import PathOptions, plan_path
 from usdfoot.planning.proportions import Proportions
+from usdfoot.planning.world import Obstacle, box_outline
 
 ROOF = [slab((-1.0, 1.0), (-1.5, 0.0), (0.0, 2.4)), slab((-1.0, 1.0), (0.0, 1.5), (2.4, 0.0))]
 """58 degrees up and down again, 2 m wide."""
@@ -30,7 +32,7 @@ STRAIGHT = path((0.2, 0.0, -5.0), (0.2, 0.0, 5.0))
 
 def test_a_path_over_a_steep_roof_goes_round_it_if_asked_and_lints_clean():
     open_ground = ground(width=6.0)
-    over = plan_path(STRAIGHT, open_ground)
+    over = plan_path(STRAIGHT, open_ground, options=PathOptions(around=False))
     assert "steep" in {fault.kind for fault in lint_plans([over], open_ground, bodies=[Proportions()])}
     around = plan_path(STRAIGHT, open_ground, options=PathOptions(around=True))
     assert lint_plans([around], open_ground, bodies=[Proportions()]) == []
@@ -69,3 +71,48 @@ def test_where_there_is_no_way_round_place_and_slope_are_named():
         go_round(STRAIGHT, ground(width=1.0), body=Proportions())
     with pytest.raises(PlanError, match=r"/Path: ends over ground of 58 degrees at \(0\.20, 1\.20, -0\.75\) m"):
         go_round(path((0.2, 0.0, -5.0), (0.2, 0.0, -0.75)), ground(width=6.0), body=Proportions())
+
+
+def block(x, z) -> Obstacle:
+    corners = box_outline(np.array([x[0], z[0]]), np.array([x[1], z[1]]))
+    return Obstacle(name="/Block", outline=corners, heights=(0.0, 1.0))
+
+
+def test_a_path_through_an_obstacle_goes_round_it_and_lint_names_it_where_the_path_is_kept_to():
+    obstacles = [block((-1.0, 0.9), (-0.5, 0.5))]
+    for terrain in (no_terrain(), terrain_of([slab((-6.0, 6.0), (-6.0, 6.0), (0.0, 0.0))])):
+        flat = Ground(terrain)
+        led = plan_path(STRAIGHT, flat, obstacles=obstacles)
+        assert lint_plans([led], flat, bodies=[Proportions()], obstacles=obstacles) == []
+        assert led.positions[:, 0].max() < 1.7, "by the nearer side, an elbow away"
+        through = plan_path(STRAIGHT, flat, options=PathOptions(around=False), obstacles=obstacles)
+        faults = lint_plans([through], flat, bodies=[Proportions()], obstacles=obstacles)
+        assert {fault.kind for fault in faults} == {"obstacle"}
+        assert all("the obstacle /Block" in fault.message for fault in faults)
+        inside = np.abs(through.positions[:, 2]) < 0.5
+        assert set(np.flatnonzero(inside)) <= {fault.footstep for fault in faults}
+
+
+def test_a_path_between_obstacles_with_room_for_a_body_is_as_drawn():
+    flat, sides = Ground(no_terrain()), [block((-2.0, -0.1), (-0.5, 0.5)), block((0.5, 2.0), (-0.5, 0.5))]
+    between = plan_path(STRAIGHT, flat, obstacles=sides)
+    assert_array_equal(between.positions, plan_path(STRAIGHT, flat).positions)
+    overhead = Obstacle(name="/Bridge", outline=sides[0].outline + (0.5, 0.0), heights=(2.5, 3.0))
+    corners = box_outline(np.array([-2.0, 0.35]), np.array([2.0, 0.42]))
+    kerb = Obstacle(name="/Kerb", outline=corners, heights=(0.0, 0.1))
+    over = plan_path(STRAIGHT, flat, obstacles=[overhead])
+    assert_array_equal(over.positions, between.positions)
+    stepped = lint_plans([between], flat, bodies=[Proportions()], obstacles=[kerb])
+    assert not any("body" in fault.message for fault in stepped), "one steps over it"
+
+
+def test_a_path_up_a_wall_goes_round_by_the_stair_and_one_that_cannot_is_as_drawn_or_refused():
+    wall = [slab((-1.0, 1.0), (-1.0, 1.0), (0.6, 0.6)), slab((-1.0, 1.0), (1.0, 1.5), (0.3, 0.3))]
+    open_ground = Ground(terrain_of([slab((-3.0, 3.0), (-3.0, 3.0), (0.0, 0.0)), *wall]))
+    over = path((0.0, 0.0, -2.5), (0.0, 0.0, 2.5))
+    assert lint_plans([plan_path(over, open_ground)], open_ground, bodies=[Proportions()]) == []
+    narrow = ground(width=1.0)
+    kept = [plan_path(STRAIGHT, narrow, options=options).positions for options in (None, PathOptions(around=False))]
+    assert_array_equal(*kept)
+    with pytest.raises(PlanError, match="no way round"):
+        plan_path(STRAIGHT, narrow, options=PathOptions(around=True))

@@ -358,3 +358,18 @@ def test_prims_that_select_the_same_variants_are_one_character():
     units = read_stage_info(stage).units
     red, blue, other, hidden = (character_key(agent, units) for agent in stage.GetPrimAtPath("/World").GetChildren())
     assert red == other and len({red, blue, hidden}) == 3
+
+
+@pytest.mark.parametrize("stage_units", [Units(1.0, "Y"), Units(1.0, "Z"), Units(100.0, "Y")])
+def test_an_asset_in_other_units_or_axes_than_the_scene_is_said(caplog, stage_units):
+    stage = new_stage(None, stage_units)
+    add_character(stage, "/World/Hero", Units(1.0, "Y"))
+    with caplog.at_level(logging.WARNING):
+        read(stage)
+    said = [record.getMessage() for record in caplog.records]
+    assert [message.startswith("/World/Hero: its legs do not point down") for message in said if "legs" in message] == (
+        [True] if stage_units.up == "Z" else []
+    )
+    assert [message.startswith("/World/Hero: bones of 100 m") for message in said if "bones" in message] == (
+        [True] if stage_units.meters > 1.0 else []
+    )

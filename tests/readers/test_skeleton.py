@@ -31,12 +31,16 @@ def test_the_rest_pose_is_read_joint_by_joint(caplog):
     assert_allclose(raw.scales, 1.0)
 
 
-def test_without_a_rest_pose_the_bind_pose_is_used_and_said(caplog):
+@pytest.mark.parametrize(
+    ("rest", "why"), [(0, "are not authored for every joint"), (len(JOINTS), "put all joints on one spot")]
+)
+def test_without_a_rest_pose_the_bind_pose_is_used_and_said(caplog, rest, why):
     _, skeleton = skeleton_prim(with_rest=False)
+    skeleton.CreateRestTransformsAttr(Vt.Matrix4dArray([Gf.Matrix4d(1.0)] * rest))
     with caplog.at_level(logging.WARNING):
         raw = read_skeleton(skeleton.GetPrim())
     assert_allclose(raw.translations, OFFSETS, atol=1e-12)
-    assert "restTransforms are not authored for every joint, the bind pose is used" in caplog.text
+    assert f"restTransforms {why}, the bind pose is used" in caplog.text
 
 
 def test_names_that_usd_takes_for_no_hierarchy_are_said(caplog):

@@ -309,15 +309,43 @@ def test_a_broken_instancer_becomes_a_problem(kinds, places, message):
     assert terrain.meshes == () and problem.message.startswith(message)
 
 
-def test_an_instancer_of_instancers_becomes_a_problem():
+@pytest.mark.parametrize("inside", [True, False], ids=["prototypes below", "prototypes elsewhere"])
+def test_what_instancers_of_instancers_scatter_is_where_usd_puts_it(inside):
+    """Heaps of stones, each scaled and turned: as USD's own bounds, and by hand."""
     stage = new_stage()
-    paths = ["/World/Stones", "/World/Stones/Heap", "/World/Stones/Heap/Stone"]
-    for path, prototype in pairwise(paths):
+    top = "/World/Stones" if inside else "/World/Library"
+    heap = f"{top}/Group/Heap"
+    UsdGeom.Xform.Define(stage, f"{top}/Group").AddTranslateOp().Set((0.0, 0.0, 0.5))
+    stones = UsdGeom.PointInstancer.Define(stage, "/World/Stones")
+    stones.AddTranslateOp().Set((100.0, 0.0, 0.0))
+    stones.CreatePrototypesRel().SetTargets([f"{top}/Group"])
+    stones.CreateProtoIndicesAttr([0, 0])
+    stones.CreatePositionsAttr([(0, 0, 0), (0, 0, 40)])
+    stones.CreateScalesAttr([(1, 1, 1), (2, 2, 2)])
+    heaps = UsdGeom.PointInstancer.Define(stage, heap)
+    heaps.AddTranslateOp().Set((0.0, 1.0, 0.0))
+    heaps.CreatePrototypesRel().SetTargets([f"{heap}/Stone"])
+    heaps.CreateProtoIndicesAttr([0, 0, 0])
+    heaps.CreatePositionsAttr([(0, 0, 0), (10, 0, 0), (20, 0, 0)])
+    heaps.CreateInvisibleIdsAttr([2])
+    add_mesh(stage, f"{heap}/Stone", SQUARE, [(0, 1, 2, 3)], Units())
+    stones.GetPrim().AddAppliedSchema(Schema.TERRAIN)
+    terrain, problems = read(stage)
+    assert problems == () and terrain.meshes == ("/World/Stones",) * 4
+    middles = terrain.points.reshape(4, 4, 3).mean(axis=1)
+    assert_allclose(middles, [(100, 1, 0.5), (110, 1, 0.5), (100, 2, 41), (120, 2, 41)], atol=1e-5)
+    assert area(terrain) == pytest.approx(2 * 4.0 + 2 * 16.0, rel=1e-6)
+    bounds = UsdGeom.BBoxCache(0, [UsdGeom.Tokens.default_]).ComputeWorldBound(stones.GetPrim()).ComputeAlignedRange()
+    assert_allclose(terrain.points.max(axis=0), bounds.GetMax(), atol=1e-5)
+
+
+def test_an_instancer_that_scatters_itself_becomes_a_problem():
+    stage = new_stage()
+    for path, prototype in pairwise(["/World/Stones", "/World/Heap", "/World/Stones"]):
         instancer = UsdGeom.PointInstancer.Define(stage, path)
         instancer.CreatePrototypesRel().SetTargets([prototype])
         instancer.CreateProtoIndicesAttr([0])
         instancer.CreatePositionsAttr([(0, 0, 0)])
-    add_mesh(stage, paths[-1], SQUARE, [(0, 1, 2, 3)], Units())
-    stage.GetPrimAtPath(paths[0]).AddAppliedSchema(Schema.TERRAIN)
+    stage.GetPrimAtPath("/World/Stones").AddAppliedSchema(Schema.TERRAIN)
     (problem,) = read(stage)[1]
-    assert problem.message.startswith("/World/Stones: scatters the PointInstancer /World/Stones/Heap. ")
+    assert problem.message.startswith("/World/Heap: scatters /World/Stones and so itself. ")

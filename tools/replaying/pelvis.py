@@ -10,11 +10,18 @@ import numpy as np
 
 from replaying.takes import Take
 from usdfoot.analysis.smoothness import body_joints
-from usdfoot.maths import planar, quaternion
-from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.maths import planar
+from usdfoot.maths.types import FloatArray
 from usdfoot.model.clip import ClipLibrary
-from usdfoot.model.plan import FootstepPlan
 from usdfoot.physics.biped import measure_biped
+from usdfoot.physics.carriage import (
+    Carriage,
+    PelvisTrack,
+    carried_offsets,
+    find_carried,
+    fit_carriage,
+    lay_carriage,
+)
 from usdfoot.physics.optimise import ComMotion, optimise_com
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.pelvis import hung_pelvises
@@ -23,10 +30,6 @@ __all__ = ["PelvisErrors", "pelvis_json", "pelvis_table", "replay_pelvises"]
 
 WINDOW = 2.0
 """The pelvis's slow rise and fall, left out of the phase, is its mean over this many steps."""
-FEWEST = 3
-"""Other takes of which a line over the speed says anything."""
-WALK_FLIGHT = 0.1
-"""Part of a step."""
 LARGEST_LAG = 0.25
 """Part of a step up to which the phase is searched."""
 
@@ -36,11 +39,11 @@ class PelvisErrors:
     """Physics pelvis against the real one, first strike to last strike."""
 
     rms: float
-    """Root mean square distance [m]."""
+    """Root mean square distance, the pelvis carried as all other clips of the library show [m]."""
     rms_centred: float
     """The same without the constant offset in the heading frame, which is posture [m]."""
-    rms_carried: float
-    """The same less the offset that other takes of the same gait say for its speed; not a number without three [m]."""
+    rms_average: float
+    """As average people carry it, as if there were no clips [m]."""
     vertical: float
     lateral: float
     forward: float
@@ -58,71 +61,49 @@ class PelvisErrors:
 def replay_pelvises(
     library: ClipLibrary, takes: Sequence[Take], options: PhysicsOptions | None = None
 ) -> list[PelvisErrors]:
-    """Errors of all takes of a library, their centres of mass optimised together."""
+    """Errors of all takes of a library, their centres of mass optimised together.
+
+    Nothing of a take itself is known but its footsteps: its carriage is measured of the other takes.
+    """
     if not takes:
         return []
     biped = measure_biped(library.skeleton, library.biped)
     motion = optimise_com([take.plan for take in takes], biped, options)
     joint = list(body_joints(library.skeleton, library.biped)).index(library.biped.pelvis)
-    found = [_errors(motion, agent, take, take.positions[:, joint]) for agent, take in enumerate(takes)]
-    offsets, speeds = np.array([offset for _, offset in found]), np.array([speed_ahead(take.plan) for take in takes])
-    gaits = 2 * (speeds < 0.0) + np.array([flies(take.plan) for take in takes])
-    apart = offsets - carried_offsets(offsets, speeds, gaits)
-    return [
-        replace(errors, rms_carried=float(np.sqrt(errors.rms_centred**2 + np.sum(own**2))))
-        for (errors, _), own in zip(found, apart, strict=True)
+    tracks = [
+        PelvisTrack(times=np.arange(len(take.positions)) / take.rate, positions=take.positions[:, joint])
+        for take in takes
     ]
+    clips = find_carried(motion, tracks)
+    found = []
+    for agent, (take, track) in enumerate(zip(takes, tracks, strict=True)):
+        carriage = fit_carriage(clips, without=agent)
+        average = pelvis_errors(motion, agent, take, track)
+        carried = average if carriage is None else pelvis_errors(motion, agent, take, track, carriage)
+        found.append(replace(carried, rms_average=average.rms))
+    return found
 
 
-def carried_offsets(offsets: FloatArray, speeds: FloatArray, gaits: IntArray) -> FloatArray:
-    """How far off a body carries its pelvis by what its other takes of the same gait say [m], shape (A, 3).
-
-    What is measured of the person, not of the take: straight lines over the speed of all takes but that one.
-
-    Args:
-        offsets: Mean of each take in its heading frame [m], shape (A, 3).
-        speeds: [m/s], shape (A,).
-        gaits: Takes with the same number are alike, shape (A,).
-    """
-    carried = np.full(offsets.shape, np.nan)
-    for take in range(len(speeds)):
-        others = np.flatnonzero((gaits == gaits[take]) & (np.arange(len(speeds)) != take))
-        if len(others) >= FEWEST:
-            lines = np.polynomial.polynomial.polyfit(speeds[others], offsets[others], 1)
-            carried[take] = lines[0] + lines[1] * speeds[take]
-    return carried
-
-
-def speed_ahead(plan: FootstepPlan) -> float:
-    """Mean speed of a plan in the direction its feet point [m/s]."""
-    steps = np.diff(plan.positions[:, [0, 2]], axis=0)
-    yaws = planar.yaw_of(quaternion.rotate(plan.orientations, np.array([0.0, 0.0, 1.0]))[:, [0, 2]])
-    ahead = planar.direction(yaws[1:]) + planar.direction(yaws[:-1])
-    return float(0.5 * np.sum(steps * ahead) / (plan.strike_times[-1] - plan.strike_times[0]))
-
-
-def flies(plan: FootstepPlan) -> bool:
-    """Whether most steps of a plan have a flight longer than those walks seem to have by their balls' contacts."""
-    steps = np.diff(plan.strike_times)
-    return bool(np.median((plan.strike_times[1:] - plan.liftoff_times[:-1]) / steps) > WALK_FLIGHT)
-
-
-def _errors(motion: ComMotion, agent: int, take: Take, real: FloatArray) -> tuple[PelvisErrors, FloatArray]:
-    """Errors of a take but those less other takes' offset, and its own offset in the heading frame [m], shape (3,)."""
+def pelvis_errors(
+    motion: ComMotion, agent: int, take: Take, track: PelvisTrack, carriage: Carriage | None = None
+) -> PelvisErrors:
+    """Errors of an agent over a take's footsteps, carried as average people do or as other clips show."""
     strikes = take.plan.strike_times
-    times = np.arange(len(real)) / take.rate
-    inside = (times >= strikes[0]) & (times <= strikes[-1])
-    times, real = times[inside], real[inside]
+    inside = (track.times >= strikes[0]) & (track.times <= strikes[-1])
+    times, real = track.times[inside], track.positions[inside]
     agents = np.full(len(times), agent)
-    made = hung_pelvises(motion, agents, times, np.zeros(3))
     yaws = motion.footing.body_yaws(agents, times, window=motion.options.heading_window)
+    made = hung_pelvises(motion, agents, times, np.zeros(3))
+    if carriage is not None:
+        values = lay_carriage(motion, carriage).at(agents, times)
+        offsets = carried_offsets(values, motion.rhythm(agents, times, yaws))
+        made = hung_pelvises(motion, agents, times, offsets)
     apart = _in_heading(made - real, yaws)
-    centred = apart - apart.mean(axis=0)
     step = float(np.median(np.diff(strikes)))
-    errors = PelvisErrors(
+    return PelvisErrors(
         rms=_root_mean_square(apart),
-        rms_centred=_root_mean_square(centred),
-        rms_carried=float("nan"),
+        rms_centred=_root_mean_square(apart - apart.mean(axis=0)),
+        rms_average=_root_mean_square(apart),
         lateral=_root_mean_square(apart[:, :1]),
         vertical=_root_mean_square(apart[:, 1:2]),
         forward=_root_mean_square(apart[:, 2:]),
@@ -132,7 +113,6 @@ def _errors(motion: ComMotion, agent: int, take: Take, real: FloatArray) -> tupl
         real_sway=_sway(times, real, yaws, strikes),
         lag=_lag(made[:, 1], real[:, 1], round(step * take.rate)),
     )
-    return errors, apart.mean(axis=0)
 
 
 def _in_heading(vectors: FloatArray, yaws: FloatArray) -> FloatArray:
@@ -178,9 +158,9 @@ def _lag(made: FloatArray, real: FloatArray, step: int) -> float:
 
 def pelvis_table(names: Sequence[str], kinds: Sequence[str], errors: Sequence[PelvisErrors]) -> str:
     """Errors in centimetres by clip, by kind and in all."""
-    titles = ("rms", "centred", "carried", "up", "left", "ahead", "rise", "real", "sway", "real", "lag")
+    titles = ("rms", "centred", "average", "up", "left", "ahead", "rise", "real", "sway", "real", "lag")
     order = (
-        "rms", "rms_centred", "rms_carried", "vertical", "lateral", "forward", "rise", "real_rise", "sway", "real_sway",
+        "rms", "rms_centred", "rms_average", "vertical", "lateral", "forward", "rise", "real_rise", "sway", "real_sway",
         "lag",
     )  # fmt: skip
     lines = [f"{'pelvis [cm], lag [steps]':<42}" + "".join(f"{title:>8}" for title in titles)]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdfoot.analysis.clip_plans import plan_of
 from usdfoot.analysis.motion import partial_kinematics
 from usdfoot.analysis.smoothness import body_joints
 from usdfoot.analysis.world import WorldClip, world_clip
@@ -58,7 +59,7 @@ def read_take(library: ClipLibrary, index: int, *, whole: bool) -> Take:
         style=clip.style,
         rate=round(clip.rate, 6),
         positions=_positions(library, world, scale),
-        plan=_plan(world, scale, whole=whole),
+        plan=plan_of(world, scale=scale, whole=whole),
     )
 
 
@@ -85,34 +86,3 @@ def _below_pelvis(
     translations[:, biped.pelvis], turns[:, biped.pelvis] = pelvis, pelvis_rotation
     parents = np.where(np.arange(len(skeleton.joints)) == biped.pelvis, -1, skeleton.parents)
     return forward_kinematics(parents, translations, turns)[0][:, body_joints(skeleton, biped)]
-
-
-def _plan(world: WorldClip, scale: float, *, whole: bool) -> FootstepPlan:
-    """The longest row of alternating footsteps in the take, or in its range and one stride on either side."""
-    feet = [world.contacts[side] for side in (0, 1)]
-    sides = np.repeat([0, 1], [len(foot.strike_times) for foot in feet])
-    strikes, liftoffs, yaws, positions = (
-        np.concatenate([getattr(foot, name) for foot in feet])
-        for name in ("strike_times", "liftoff_times", "yaws", "positions")
-    )
-    finite = np.isfinite(strikes) & np.isfinite(liftoffs)
-    if not whole:
-        clip = world.clip
-        begin = world.start if clip.range_start is None else clip.range_start
-        end = world.end if clip.range_end is None else clip.range_end
-        stride = 2.0 * float(np.median(np.diff(np.sort(strikes[finite])))) if finite.sum() > 1 else 0.0
-        finite &= (strikes > begin - 1.05 * stride) & (strikes < end + 1.05 * stride)
-    order = np.flatnonzero(finite)
-    order = order[np.argsort(strikes[order], kind="stable")]
-    breaks = np.flatnonzero(np.diff(sides[order]) == 0) + 1
-    rows = max(np.split(order, breaks), key=len)
-    clock = float(world.clip.times[0])
-    return FootstepPlan(
-        name=world.clip.name,
-        sides=sides[rows],
-        positions=scale * positions[rows],
-        orientations=quaternion.yaw_quaternion(yaws[rows]),
-        strike_times=strikes[rows] - clock,
-        liftoff_times=liftoffs[rows] - clock,
-        root_weights=np.zeros(len(rows)),
-    )

@@ -9,7 +9,7 @@ import numpy as np
 
 from usdfoot.analysis.biped_names import LEG_ROLES, is_pelvis, leg_by_names
 from usdfoot.analysis.biped_shape import legs_by_shape
-from usdfoot.analysis.joint_words import is_helper
+from usdfoot.analysis.joint_words import is_end, is_helper
 from usdfoot.errors import BipedError, SkeletonError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import SIDES, Biped
@@ -46,7 +46,7 @@ def find_biped(skeleton: Skeleton, authored: Mapping[str, int]) -> dict[str, int
         authored: Joints an artist named, by role.
 
     Raises:
-        BipedError: If roles are missing or the joints of a leg are not below each other.
+        BipedError: If roles are missing, or the joints of a leg are not below each other or on one spot.
     """
     positions, _ = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
     legs = _legs(skeleton, authored, positions)
@@ -61,7 +61,7 @@ def find_biped(skeleton: Skeleton, authored: Mapping[str, int]) -> dict[str, int
         missing = ["pelvis"]
     if missing:
         raise BipedError(skeleton.name, "no joint found for the role(s)", _remedy(missing), missing)
-    _check_chains(skeleton, roles)
+    _check_chains(skeleton, roles, positions)
     return roles
 
 
@@ -131,8 +131,10 @@ def _legs(
 
 
 def _reaching_child(skeleton: Skeleton, ankle: int, positions: FloatArray) -> int | None:
-    """The child of the ankle farthest from it that is a bone; None if there is none."""
-    children = [int(j) for j in np.flatnonzero(skeleton.parents == ankle) if not is_helper(skeleton.joints[j])]
+    """The child of the ankle farthest from it that is a bone, else the foot's own end; None if there is neither."""
+    below = np.flatnonzero(skeleton.parents == ankle).tolist()
+    bones = [joint for joint in below if not is_helper(skeleton.joints[joint])]
+    children = bones or [joint for joint in below if is_end(skeleton.joints[joint])]
     reaches = {child: float(np.linalg.norm(positions[child] - positions[ankle])) for child in children}
     best = max(children, key=lambda child: reaches[child], default=None)
     return best if best is not None and reaches[best] > 0.0 else None
@@ -156,7 +158,7 @@ def _carries_trunk(skeleton: Skeleton, positions: FloatArray, joint: int, hips: 
     return any(joint in skeleton.ancestors(int(other)) for other in high)
 
 
-def _check_chains(skeleton: Skeleton, roles: Mapping[str, int]) -> None:
+def _check_chains(skeleton: Skeleton, roles: Mapping[str, int], positions: FloatArray) -> None:
     for side in SIDES:
         way = [roles["pelvis"], *(roles[f"{side} {role}"] for role in LEG_ROLES)]
         for above, below in pairwise(way):
@@ -170,11 +172,19 @@ def _check_chains(skeleton: Skeleton, roles: Mapping[str, int]) -> None:
                     f"{side} leg: joint {skeleton.joints[below]} is not below {skeleton.joints[above]}",
                     "pelvis, hip, knee, ankle and ball must follow each other down the hierarchy",
                 )
+        for above, below in pairwise(way[1:]):
+            if not np.linalg.norm(positions[below] - positions[above]) > 0.0:
+                raise BipedError(
+                    skeleton.name,
+                    f"{side} leg: joints {skeleton.joints[above]} and {skeleton.joints[below]} are on one spot at rest",
+                    "give restTransforms bones their lengths, or author UsdfootBipedAPI joints that are apart",
+                )
 
 
 def _remedy(missing: list[str]) -> str:
     role = missing[0].replace(" ", ":")
-    return (
+    adding = "add a joint at the ball of each foot, or " if missing[0].endswith("ball") else ""
+    return adding + (
         "apply UsdfootBipedAPI to the Skeleton and author the joints by name, for example "
         f'uniform token usdfoot:biped:{role} = "<joint>"'
     )

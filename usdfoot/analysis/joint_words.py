@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from usdfoot.maths.types import IntArray
 
-__all__ = ["RoleWords", "ancestors", "chain_by_names", "is_helper", "likeliest_below", "words_of"]
+__all__ = ["RoleWords", "ancestors", "chain_by_names", "is_end", "is_helper", "likeliest_below", "words_of"]
 
 RoleWords = Mapping[str, Mapping[str, float]]
 """Words for each role of a limb and how doubtful they are: 0 is certain."""
@@ -20,6 +20,9 @@ _HELPERS = frozenset(
     }
 )  # fmt: skip
 """Words of joints that are not bones of a limb."""
+
+_ENDS = frozenset({"end", "nub", "tip"})
+"""Words of joints that only say where the bone above them ends."""
 
 _SIDES = ({"left", "l", "lt", "lf"}, {"right", "r", "rt", "rg"})
 _NEUTRAL = frozenset({"def", "bip", "bone", "joint", "jnt", "j", "bind", "skin", "drv"})
@@ -39,6 +42,11 @@ def words_of(joint: str) -> list[str]:
 def is_helper(joint: str) -> bool:
     """Whether a joint's name says that it is a control, twist or end joint and no bone."""
     return not _HELPERS.isdisjoint(words_of(joint))
+
+
+def is_end(joint: str) -> bool:
+    """Whether a joint's name says that it is the end of the bone above it."""
+    return not _ENDS.isdisjoint(words_of(joint))
 
 
 def ancestors(parents: IntArray, joint: int) -> list[int]:

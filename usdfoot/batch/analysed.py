@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import json
+import logging
 import zlib
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, fields
@@ -23,12 +24,15 @@ from usdfoot.analysis.examples import build_examples
 from usdfoot.batch.hashing import content_hash
 from usdfoot.bridge.tokens import File
 from usdfoot.bridge.versions import library_versions
+from usdfoot.errors import OutputError
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.examples import Examples
 from usdfoot.model.report import Problem
 from usdfoot.writers.staging import staged_files
 
 __all__ = ["KeptExamples", "build_once", "forget_examples", "tidy_examples"]
+
+_logger = logging.getLogger(__name__)
 
 _LIBRARIES = 4
 """How many libraries' examples a process has at hand."""
@@ -61,18 +65,17 @@ class KeptExamples:
         self._folder = folder
 
     def build(self, library: ClipLibrary, *, samples: int) -> tuple[Examples, list[Problem]]:
-        """What `build_examples` makes of a library, read if it is there, else kept for the next time.
-
-        Raises:
-            OutputError: If the folder cannot be written to.
-        """
+        """What `build_examples` makes of a library, read if it is there, else kept for the next time if it can be."""
         name = _name_of(library, samples)
         kept = _read(self._folder / name, joints=len(library.skeleton.joints), samples=samples)
         if kept is not None:
             return kept
         examples, problems = build_once(library, samples=samples)
-        with staged_files(self._folder) as files:
-            files.add_bytes(name, _bytes_of(examples, problems))
+        try:
+            with staged_files(self._folder) as files:
+                files.add_bytes(name, _bytes_of(examples, problems))
+        except OutputError as error:  # the crowd itself may have room
+            _logger.warning("the clips' analysis is not kept: %s", error)
         return examples, problems
 
 
@@ -105,6 +108,8 @@ def tidy_examples(folder: Path, libraries: Sequence[ClipLibrary], *, samples: in
     """Remove what was kept of other libraries than these; of none, all."""
     names = {_name_of(library, samples) for library in libraries}
     place = folder / File.EXAMPLES
+    if place.is_symlink():  # nothing of ours is there
+        return
     for path in place.glob("*.npz"):
         if f"{File.EXAMPLES}/{path.name}" not in names:
             path.unlink()

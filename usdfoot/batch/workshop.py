@@ -6,7 +6,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from usdfoot.batch.analysed import KeptExamples, build_once
 from usdfoot.batch.kept import keep_agents
@@ -27,6 +27,9 @@ from usdfoot.planning.followers import following_figures, plan_followers
 from usdfoot.readers.scene import SceneReader
 from usdfoot.readers.stage import open_stage
 from usdfoot.writers.chunks import write_chunk
+
+if TYPE_CHECKING:
+    from usdfoot.physics.animate import PreparedBodies
 
 __all__ = ["MadeChunk", "Workshop", "make_chunk", "open_early"]
 
@@ -54,6 +57,7 @@ class Workshop:
         self._reader = reader
         self._options = options
         self._libraries = PreparedLibraries(options, build=KeptExamples(keep).build if keep else build_once)
+        self._bodies: PreparedBodies | None = None
         self._sources = SourceFigures()
 
     def make(self, task: ChunkTask) -> MadeChunk:
@@ -110,9 +114,10 @@ class Workshop:
         """Motions and problems of a crowd; without agents that physics moves, its kernels are not even loaded."""
         if all(agent.motion == Source.CLIPS for agent in crowd.agents):
             return animate_crowd(crowd, options=self._options, libraries=self._libraries)
-        from usdfoot.physics.animate import animate_all
+        from usdfoot.physics.animate import PreparedBodies, animate_all
 
-        return animate_all(crowd, options=self._options, libraries=self._libraries)
+        self._bodies = self._bodies or PreparedBodies(self._options)
+        return animate_all(crowd, options=self._options, libraries=self._libraries, bodies=self._bodies)
 
     def _clip_problems(self, crowd: Crowd, kept: Collection[str]) -> list[Problem]:
         """What is wrong with the clips of agents that are kept, as their making would tell."""

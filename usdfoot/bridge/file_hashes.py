@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-__all__ = ["file_hashes"]
+__all__ = ["file_hashes", "intact_files"]
 
 _BLOCK = 1 << 20
 """Bytes hashed at a time: a chunk need not fit into memory twice."""
@@ -22,6 +22,21 @@ def file_hashes(files: Mapping[str, Path]) -> dict[str, str]:
     names = sorted(files)
     with ThreadPoolExecutor() as threads:  # hashing lets other threads run
         return dict(zip(names, threads.map(_sha256, (files[name] for name in names)), strict=True))
+
+
+def intact_files(hashes: Mapping[str, str], folder: Path, *, since: Path | None = None) -> dict[str, str]:
+    """Those of the files of a folder that are there with the bytes that their hashes stand for, with these.
+
+    Args:
+        hashes: SHA-256 of files by name.
+        folder: Where they are.
+        since: A file written after all of them: what is older is not read, as nobody wrote into it; None = all are.
+    """
+    last = None if since is None else since.stat().st_mtime_ns
+    found = {name: folder / name for name in hashes if (folder / name).is_file()}
+    suspect = {name: path for name, path in found.items() if last is None or path.stat().st_mtime_ns >= last}
+    now = {**{name: hashes[name] for name in found}, **file_hashes(suspect)}
+    return {name: value for name, value in now.items() if value == hashes[name]}
 
 
 def _sha256(path: Path) -> str:

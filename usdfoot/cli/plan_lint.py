@@ -14,7 +14,8 @@ NAME = "lint"
 HELP = "check plans before they are animated"
 DESCRIPTION = (
     "Checks footstep plans: steps out of reach of the body or its clips, impossible flights, crossing or twisted feet, "
-    "steps off the terrain, on steep slopes or against risers, times, and feet of different agents in one place."
+    "steps off the terrain, on steep slopes, against risers or in obstacles, times, feet of different agents in one "
+    "place."
 )
 EPILOG = """\
 example:

@@ -24,6 +24,9 @@ example:
 to animate: sublayer plans.usda and city.usda in one stage; agents with usdfoot:agent:path then walk their plans.
 (usdfoot animate city.usda plans such agents by itself, standing at both ends.)
 
+a curve that leads where nobody walks is gone round (a warning says how far); where there is no way round the place is
+named and nothing is planned. usdfoot animate keeps to such curves as drawn.
+
 exit codes: 0 all planned, 1 some agents or curves skipped (listed), 2 nothing written
 
 in Python:
@@ -44,7 +47,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--stand-time", metavar="SECONDS", type=span, default=0.5, help="how long it stands there (default: 0.5)"
     )
     parser.add_argument(
-        "--around", action="store_true", help="go round ground that is too steep, too low or not walkable"
+        "--around",
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help="go round obstacles and ground that is too steep, too low or not walkable, or plan nothing where there is "
+        "no way round; else the curves are kept to as they are drawn (default: on)",
     )
     parser.add_argument(
         "--first-foot", choices=("left", "right"), default="left", help="the foot that steps first (default: left)"

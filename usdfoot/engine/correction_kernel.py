@@ -10,6 +10,7 @@ from usdfoot.engine.kernels import LibraryArrays
 from usdfoot.engine.landing_kernel import BlendArrays, blend_landing, keep_tried, try_example
 from usdfoot.spaces.corner_kernel import SpaceArrays, adjoin_corners, corners_of, find_corners
 from usdfoot.spaces.root_weight_kernel import mean_corner, weigh_corners
+from usdfoot.spaces.solid_kernel import find_solid, weights_of
 
 __all__ = ["TRIES", "CorrectedStep", "CorrectionOptions", "correct_each", "heading_change"]
 
@@ -25,6 +26,7 @@ class CorrectionOptions:
     """How steps are corrected."""
 
     by_features: bool
+    solid: bool  # by tetrahedra of landing and root speed
     corrections: wp.int32
     near: wp.float64  # a landing this near to where it should be is left [m]
     choice_near: wp.float64  # this near, no other examples are chosen [m]
@@ -59,6 +61,7 @@ def correct_each(
     numbers: wp.array(dtype=wp.int32),  # of the space each step asks (N,)
     swing_sides: wp.array(dtype=wp.int32),  # (N,)
     landings: wp.array(dtype=wp.vec2d),  # of the footsteps, in left-swing coordinates [m] (N,)
+    speeds: wp.array(dtype=wp.float64),  # wanted, scaled, of the root in the 3-D space (N,)
     coordinates: wp.array2d(dtype=wp.float64),  # scaled landings and features (N, D), changed to what is asked
     blends: BlendArrays,
     corrected: wp.array(dtype=CorrectedStep),  # (N,)
@@ -78,7 +81,7 @@ def correct_each(
         if distance > near:
             for axis in range(2):
                 coordinates[step, axis] = asked[axis] / options.landing_scale
-            if round_ % TRIES == 0:
+            if options.solid or round_ % TRIES == 0:
                 found = find_corners(spaces, numbers[step], asked, coordinates, step, options.by_features)
                 chosen = found.examples
                 if round_ == 0:
@@ -88,8 +91,12 @@ def correct_each(
             corners = corners_of(spaces, chosen)
             shares = weigh_corners(corners, asked)
             projected = mean_corner(corners, shares)
-            for k in range(3):
-                try_example(blends, step, k, chosen[k], shares[k])
+            mixed = weights_of(chosen, shares)
+            if options.solid:
+                own = numbers[step]
+                mixed = find_solid(spaces.solids, own, mixed, projected, speeds[step])
+            for k in range(blends.examples.shape[1]):
+                try_example(blends, step, k, mixed.examples[k], mixed.weights[k])
             for k in range(3):
                 chosen[k] = blends.tried_examples[step, k]
             landed = blend_landing(library, blends.tried_examples, blends.tried_weights, step, swing_sides[step])

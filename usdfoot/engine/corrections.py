@@ -9,13 +9,13 @@ import warp as wp
 
 from usdfoot.engine.correction_kernel import CorrectedStep, CorrectionOptions, correct_each
 from usdfoot.engine.landing_kernel import BlendArrays
-from usdfoot.engine.landings import blend_landings
 from usdfoot.engine.poses import Setup
-from usdfoot.engine.queries import StepQueries, ask_tetrahedra
+from usdfoot.engine.queries import StepQueries
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.spaces.device_spaces import device_spaces
 from usdfoot.spaces.features import step_coordinates
 from usdfoot.spaces.library import FootstepSpaces, left_landings
+from usdfoot.spaces.tetrahedra import SPEED_SCALE
 
 __all__ = ["CorrectedSteps", "correct_steps", "empty_blends"]
 
@@ -52,15 +52,14 @@ def correct_steps(
         corrections: How often the query is corrected at most.
         entries: Poses the steps come from, as `EndPoses` has them, shape (N, P); None = whatever they are.
     """
-    if setup.options.space == "3d":
-        return _correct_solid(setup, spaces, queries, corrections=corrections)
     sides, count = queries.swing_sides, len(queries.landings)
     landings = left_landings(queries.landings, sides)
     coordinates = step_coordinates(landings, queries.features.as_left(sides), spaces.scales)
     if entries is not None:
         coordinates = np.column_stack([coordinates, entries])
     numbers = spaces.numbers(landings, swing_sides=sides, flights=queries.flights, styles=queries.styles)
-    blends, corrected = empty_blends(count, 3), wp.empty(count, dtype=CorrectedStep)
+    width = 4 if setup.options.space == "3d" else 3
+    blends, corrected = empty_blends(count, width), wp.empty(count, dtype=CorrectedStep)
     wp.launch(
         correct_each,
         dim=count,
@@ -71,6 +70,7 @@ def correct_steps(
             wp.array(numbers, dtype=wp.int32),
             wp.array(sides, dtype=wp.int32),
             wp.array(landings, dtype=wp.vec2d, copy=False),
+            wp.array(SPEED_SCALE * queries.speeds, dtype=wp.float64),
             wp.array(coordinates, dtype=wp.float64, copy=False),
         ],
         outputs=[blends, corrected],
@@ -97,36 +97,8 @@ def empty_blends(count: int, width: int) -> BlendArrays:
 
 def _options(setup: Setup, spaces: FootstepSpaces, corrections: int) -> CorrectionOptions:
     options, chosen = setup.options, CorrectionOptions()
-    chosen.by_features = options.space == "neighbours"
+    chosen.by_features, chosen.solid = options.space == "neighbours", options.space == "3d"
     chosen.corrections = corrections * options.correction
     chosen.near, chosen.choice_near = options.landing_tolerance, options.choice_tolerance
     chosen.landing_scale = spaces.scales.landing
     return chosen
-
-
-def _correct_solid(setup: Setup, spaces: FootstepSpaces, queries: StepQueries, *, corrections: int) -> CorrectedSteps:
-    """The same with the corners of tetrahedra."""
-    options, count = setup.options, len(queries.landings)
-    examples, weights = np.zeros((count, 4), dtype=np.intp), np.zeros((count, 4))
-    missed, best = np.zeros((count, 2)), np.full(count, np.inf)
-    hull: FloatArray = np.zeros(count)
-    asked, active, own = queries.landings.copy(), np.arange(count), queries
-    for round_ in range(1 + corrections * options.correction):
-        solved = ask_tetrahedra(spaces, own, asked[active])
-        if round_ == 0:
-            hull = solved.hull_distances
-        rest = own.landings - blend_landings(setup.library, own.swing_sides, solved.examples, solved.weights)
-        distance = np.linalg.norm(rest, axis=1)
-        better = distance < best[active]
-        rows = active[better]
-        best[rows], missed[rows] = distance[better], rest[better]
-        examples[rows], weights[rows] = solved.examples[better], solved.weights[better]
-        asked[active] = solved.projections + rest
-        choosing = (round_ + 1) % 3 == 0
-        active = active[distance > (options.choice_tolerance if choosing else options.landing_tolerance)]
-        if not active.size:
-            break
-        own = queries[active]
-    return CorrectedSteps(
-        examples=examples, weights=weights, missed=missed, hull_distances=hull, biases=np.zeros((count, 2))
-    )

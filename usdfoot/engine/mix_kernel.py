@@ -14,6 +14,7 @@ from usdfoot.engine.landing_kernel import BlendArrays, blend_landing, keep_tried
 from usdfoot.spaces.corner_kernel import SpaceArrays, adjoin_corners, corners_of, find_corners
 from usdfoot.spaces.root_weight import REPLACEMENTS
 from usdfoot.spaces.root_weight_kernel import cross, mean_corner, replaces_corner, weigh_corners
+from usdfoot.spaces.solid_kernel import CornerWeights, find_solid, weights_of
 
 __all__ = [
     "FARTHEST",
@@ -35,7 +36,7 @@ __all__ = [
 wp.set_module_options({"enable_backward": False, "max_unroll": 3})
 
 WIDTH = 8
-"""Examples of a step: three around the footstep, five of the root."""
+"""Examples of a step: three around the footstep, five of the root; four and four in the 3-D space."""
 ZERO = wp.constant(wp.float64(0.0))
 ONE = wp.constant(wp.float64(1.0))
 HALF = wp.constant(wp.float64(0.5))
@@ -69,6 +70,7 @@ class RootedStep:
     corners: wp.vec3i  # examples around the footstep as planned
     bias: wp.vec2d  # from their mean landing to where their blend lands [m]
     hull_distance: wp.float64  # of the footstep [m]
+    speed: wp.float64  # wanted, scaled, of the root in the 3-D space [m]
     roots: RootExamples
     root_weights: RootWeights
 
@@ -78,6 +80,7 @@ class MixOptions:
     """How steps are mixed."""
 
     by_features: bool
+    solid: bool  # by tetrahedra of landing and root speed
     closest: bool
     tolerance: wp.float64  # lambda4 is the largest within this distance [m]; below 0 as wanted
     corrections: wp.int32
@@ -115,18 +118,22 @@ def set_landing(coordinates: wp.array2d(dtype=wp.float64), step: int, landing: w
 @wp.func
 def land_mix(
     own: RootedStep,
-    corners: wp.vec3i,
-    shares: wp.vec3d,
+    corners: CornerWeights,
+    solid: bool,
     root_weight: wp.float64,
     library: LibraryArrays,
     blends: BlendArrays,
     step: int,
 ) -> wp.vec2d:
-    """Where three examples, which weigh 1 - lambda4 together, land with the root's, as if the left foot swung [m]."""
-    for corner in range(3):
-        try_example(blends, step, corner, corners[corner], (ONE - root_weight) * shares[corner])
-    for k in range(WIDTH - 3):
-        try_example(blends, step, 3 + k, own.roots[k], root_weight * own.root_weights[k])
+    """Where examples, which weigh 1 - lambda4 together, land with the root's, as if the left foot swung [m].
+
+    They are three, in the 3-D space (`solid`) four.
+    """
+    count = wp.where(solid, 4, 3)
+    for corner in range(count):
+        try_example(blends, step, corner, corners.examples[corner], (ONE - root_weight) * corners.weights[corner])
+    for k in range(WIDTH - count):
+        try_example(blends, step, count + k, own.roots[k], root_weight * own.root_weights[k])
     return blend_landing(library, blends.tried_examples, blends.tried_weights, step, own.swing_side)
 
 
@@ -155,16 +162,21 @@ def try_mix(
     spaces: SpaceArrays,
     library: LibraryArrays,
     blends: BlendArrays,
+    options: MixOptions,
     step: int,
 ) -> TriedMix:
-    """The mix whose corners are asked to land somewhere."""
+    """The mix whose corners are asked to land somewhere; in the 3-D space those of the tetrahedron there."""
     tried = TriedMix()
     tried.corners = corners
     tried.asked = asked
     around = corners_of(spaces, corners)
     shares = weigh_corners(around, asked)
-    tried.aim = aim.target - aim.rest * (asked - mean_corner(around, shares))
-    tried.missed = tried.aim - land_mix(own, corners, shares, aim.root_weight, library, blends, step)
+    inner = mean_corner(around, shares)
+    found = weights_of(corners, shares)
+    if options.solid:
+        found = find_solid(spaces.solids, own.space, found, inner, own.speed)
+    tried.aim = aim.target - aim.rest * (asked - inner)
+    tried.missed = tried.aim - land_mix(own, found, options.solid, aim.root_weight, library, blends, step)
     return tried
 
 
@@ -222,11 +234,11 @@ def settle_mix(
         if options.corrections > 0 and wp.length(best.missed) > options.near:
             way = wp.vec2d(wp.float64(SLOPE), ZERO)
             corners = move_corners(own, coordinates, spaces, options, step, here.corners, here.asked + way, True)
-            beside = try_mix(own, aim, corners, here.asked + way, spaces, library, blends, step)
+            beside = try_mix(own, aim, corners, here.asked + way, spaces, library, blends, options, step)
             missed_x = beside.missed
             way = wp.vec2d(ZERO, wp.float64(SLOPE))
             corners = move_corners(own, coordinates, spaces, options, step, here.corners, here.asked + way, True)
-            beside = try_mix(own, aim, corners, here.asked + way, spaces, library, blends, step)
+            beside = try_mix(own, aim, corners, here.asked + way, spaces, library, blends, options, step)
             way = newton_way(here.missed / aim.rest, missed_x / aim.rest, beside.missed / aim.rest)
             low = wp.float64(0.0)
             high = wp.float64(2.0)
@@ -236,7 +248,7 @@ def settle_mix(
                     part = HALF * (low + high)
                     asked = here.asked + part * way
                     corners = move_corners(own, coordinates, spaces, options, step, here.corners, asked, True)
-                    there = try_mix(own, aim, corners, asked, spaces, library, blends, step)
+                    there = try_mix(own, aim, corners, asked, spaces, library, blends, options, step)
                     if wp.length(there.missed) < wp.length(best.missed):
                         best = there
                         keep_tried(blends, step)

@@ -11,9 +11,8 @@ from usdfoot.engine.poses import Setup
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray, StyleArray
 from usdfoot.spaces.features import StepFeatures
-from usdfoot.spaces.library import FootstepSpaces, StepWeights, solve_steps
 
-__all__ = ["StepQueries", "ask_tetrahedra", "step_queries"]
+__all__ = ["StepQueries", "step_queries"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,16 +75,4 @@ def step_queries(setup: Setup, steps: IntArray) -> StepQueries:
             landing_heights=positions[supports + 1, 1] - positions[supports, 1],
             departures=planar.rotate(-headings, departures),
         ),
-    )
-
-
-def ask_tetrahedra(spaces: FootstepSpaces, queries: StepQueries, landings: FloatArray) -> StepWeights:
-    """Weights of the corners of tetrahedra for `landings` (N, 2) and the steps' speeds."""
-    return solve_steps(
-        spaces,
-        landings,
-        swing_sides=queries.swing_sides,
-        flights=queries.flights,
-        styles=queries.styles,
-        speeds=queries.speeds,
     )

@@ -7,12 +7,16 @@ from collections.abc import Sequence
 import numpy as np
 
 from usdfoot.engine.poses import Setup
+from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.agent import Agent
 from usdfoot.model.motion import Motion
 from usdfoot.model.report import Problem
 
 __all__ = ["beyond_reach", "find_high_steps", "find_long_steps", "give_way", "unreached_steps"]
+
+TURNED_AWAY = 0.5
+"""A root trajectory that faces farther off the feet than this at a missed footstep is why it is missed [rad]."""
 
 LEAST_GAIN = 0.5
 """A foot gives way to the next footstep only where each metre of it brings that nearer by so much."""
@@ -119,9 +123,26 @@ def _missed(agent: Agent, motion: Motion, out: IntArray, fault: str, remedy: str
     rises = np.diff(plan.positions[:, 1], prepend=plan.positions[0, 1])[out]
     missed = motion.results.placement_error[out]
     worst = int(np.argmax(np.fmax(missed, np.abs(rises))))
+    turned = _turned_away(agent, int(out[worst]))
+    if abs(turned) > TURNED_AWAY and agent.root_trajectory is not None:
+        remedy = (
+            f"the root trajectory {agent.root_trajectory.name} faces {np.degrees(abs(turned)):.0f} degrees off the "
+            "feet there: turn it as they go, or leave out its rotations"
+        )
     message = (
         f"{plan.name}: {out.size} footstep(s) are {fault}, first footstep {out[0]}; the foot comes down "
         f"{missed[worst]:.2f} m from footstep {out[worst]}, which is {rises[worst]:+.2f} m above the one before. "
         f"{remedy}"
     )
     return Problem(severity="warning", where=agent.source, message=message)
+
+
+def _turned_away(agent: Agent, footstep: int) -> float:
+    """From the mean heading of the feet to that of the root trajectory at a footstep's strike [rad], 0 without one."""
+    trajectory, plan = agent.root_trajectory, agent.plan
+    if trajectory is None or trajectory.yaws is None:
+        return 0.0
+    facing = np.interp(plan.strike_times[footstep], trajectory.times, trajectory.yaws)
+    before, own = plan.yaws[max(footstep - 1, 0)], plan.yaws[footstep]
+    feet = before + 0.5 * planar.wrap_angle(own - before)
+    return float(planar.wrap_angle(facing - feet))

@@ -17,7 +17,8 @@ from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.agent import Agent
 from usdfoot.model.contacts import Contacts, FootContacts
-from usdfoot.model.motion import StepResults
+from usdfoot.model.motion import Motion, StepResults
+from usdfoot.model.report import Problem
 
 __all__ = [
     "PLACED",
@@ -27,6 +28,7 @@ __all__ = [
     "measure_steps",
     "planted_frames",
     "step_ranges",
+    "unmeasured_steps",
 ]
 
 PLACED = 0.003
@@ -192,3 +194,26 @@ def achieved_contacts(layout: Layout, feet: ContactFeet, agent: int, *, times: F
         )
 
     return Contacts(left=foot(0), right=foot(1))
+
+
+def unmeasured_steps(agents: Sequence[Agent], motions: Sequence[Motion]) -> list[Problem]:
+    """Warnings of agents with footsteps whose foot is planted in none of the frames while these go on.
+
+    Nobody sees them planted, so their figures are not numbers, and their status speaks of the blend alone.
+    """
+    plans = {agent.name: agent for agent in agents}
+    problems = []
+    for motion in motions:
+        agent = plans[motion.name]
+        plan, results = agent.plan, motion.results
+        during = (plan.strike_times >= motion.times[0]) & (plan.liftoff_times <= motion.times[-1])
+        unseen = np.flatnonzero(during & ~np.isfinite(results.placement_error))
+        if not unseen.size:
+            continue
+        lasts = plan.liftoff_times[unseen[0]] - plan.strike_times[unseen[0]]
+        message = (
+            f"{plan.name}: {unseen.size} footstep(s) are planted in no frame and have no figures, first footstep "
+            f"{unseen[0]}, which lasts {lasts:.3g} s. let them last longer, or animate more frames a second"
+        )
+        problems.append(Problem(severity="warning", where=agent.source, message=message))
+    return problems

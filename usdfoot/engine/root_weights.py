@@ -20,7 +20,8 @@ from usdfoot.maths.planar import GROUND_AXES
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.spaces.features import step_coordinates
 from usdfoot.spaces.library import FootstepSpaces, left_landings
-from usdfoot.spaces.roots import RootSteps, find_roots
+from usdfoot.spaces.roots import RootSteps, fewer_roots, find_roots
+from usdfoot.spaces.tetrahedra import SPEED_SCALE
 
 __all__ = ["MIX_CORRECTIONS", "RootedSteps", "root_steps", "weigh_rooted"]
 
@@ -86,7 +87,7 @@ def weigh_rooted(
     results = RootedSteps.none(len(setup.segments))
     if not rooted.size:
         return setup, blend, results
-    queries = step_queries(setup, rooted)
+    queries = replace(step_queries(setup, rooted), speeds=np.linalg.norm(goals.velocities[rooted], axis=1))
     roots = root_steps(setup, spaces, goals, rooted, queries)
     steps = _device_steps(setup, spaces, goals, rooted, queries, roots, reach=reach)
     coordinates = step_coordinates(
@@ -166,18 +167,23 @@ def _device_steps(
     table["support"], table["swing_side"] = supports, sides
     table["space"] = spaces.numbers(left, swing_sides=sides, flights=queries.flights, styles=queries.styles)
     table["start"], table["end"] = queries.headings, queries.headings + queries.turns
-    table["wanted"], table["epsilon"] = goals.weights[rows], goals.replace_distances[rows]
+    solid = setup.options.space == "3d"
+    table["wanted"], table["epsilon"] = goals.weights[rows], -1.0 if solid else goals.replace_distances[rows]
     table["reach"] = reach[segments.agents[rows]]
     table["longest"] = np.where(grounded, setup.options.longest_step * setup.leg_length, np.inf)
-    table["corners"], table["hull_distance"] = corrected.examples, corrected.hull_distances
+    table["corners"], table["hull_distance"] = corrected.examples[:, :3], corrected.hull_distances
+    table["speed"] = SPEED_SCALE * queries.speeds
     table["bias"] = corrected.biases
-    table["roots"], table["root_weights"] = roots.examples, roots.weights
+    if solid:
+        roots = fewer_roots(roots, WIDTH - 4)
+    count = roots.examples.shape[1]
+    table["roots"][:, :count], table["root_weights"][:, :count] = roots.examples, roots.weights
     return wp.array(table, dtype=RootedStep)
 
 
 def _mix_options(setup: Setup, spaces: FootstepSpaces) -> MixOptions:
     options, chosen = setup.options, MixOptions()
-    chosen.by_features = options.space == "neighbours"
+    chosen.by_features, chosen.solid = options.space == "neighbours", options.space == "3d"
     chosen.closest = options.beyond_beta == "closest"
     chosen.tolerance = -1.0 if options.root_weight_within is None else options.root_weight_within
     chosen.corrections = MIX_CORRECTIONS * options.corrections * options.correction

@@ -31,6 +31,7 @@ from usdfoot.spaces.root_weight_kernel import (
     mean_corner,
     weigh_corners,
 )
+from usdfoot.spaces.solid_kernel import weights_of
 
 __all__ = ["MixedStep", "mix_in_turn"]
 
@@ -66,7 +67,7 @@ def find_root_weight(
     if options.tolerance < ZERO:
         return own.wanted
     most = wp.float64(1.0)
-    if options.closest:
+    if options.closest and not options.solid:
         shares = weigh_corners(around, wanted)
         offset = mean_corner(around, shares) - wanted
         most = find_largest(around, shares, root, options.tolerance, offset, True)
@@ -81,6 +82,40 @@ def within_hull(spaces: SpaceArrays, space: int, beta: wp.float64, landing: wp.v
     most = beta / wp.max(ONE - beta, LIMITED)
     times = way_inside(spaces, space, landing, landing - root, most)
     return wp.where(times < most, times / (ONE + times), beta)
+
+
+@wp.struct
+class PlannedMix:
+    """A step as planned; vectors in left-swing coordinates."""
+
+    corners: wp.vec3i  # examples around its footstep
+    root: wp.vec2d  # where the root's examples land as measured [m]
+    beta: wp.float64
+
+
+@wp.func
+def plan_mix(
+    own: RootedStep,
+    coordinates: wp.array2d(dtype=wp.float64),
+    spaces: SpaceArrays,
+    library: LibraryArrays,
+    blends: BlendArrays,
+    options: MixOptions,
+    step: int,
+    planned: wp.vec2d,
+) -> PlannedMix:
+    """Beta in the examples around the footstep as planned, in the 3-D space in all of its hull."""
+    plain = PlannedMix()
+    footstep = planned - own.bias
+    plain.corners = replace_corners(own, spaces, own.corners, footstep)
+    plain.root = land_mix(own, weights_of(plain.corners, wp.vec3d()), options.solid, ONE, library, blends, step)
+    if options.solid:
+        plain.corners = find_corners(spaces, own.space, footstep, coordinates, step, False).examples
+        plain.beta = within_hull(spaces, own.space, ONE, footstep, plain.root - own.bias)
+    else:
+        around = corners_of(spaces, plain.corners)
+        plain.beta = find_beta(around, weigh_corners(around, footstep), plain.root - own.bias)
+    return plain
 
 
 @wp.func
@@ -106,10 +141,11 @@ def mix_step(
     """
     result = MixedStep()
     bias = own.bias
-    corners = replace_corners(own, spaces, own.corners, planned - bias)
+    plain = plan_mix(own, coordinates, spaces, library, blends, options, step, planned)
+    result.beta = plain.beta
+    root = plain.root
+    corners = plain.corners
     around = corners_of(spaces, corners)
-    root = land_mix(own, corners, wp.vec3d(), ONE, library, blends, step)
-    result.beta = find_beta(around, weigh_corners(around, planned - bias), root - bias)
     nearest = wanted
     if own.hull_distance > ZERO or not is_inside(around, wanted - bias, SLACK):
         set_landing(coordinates, step, wanted - bias, options.landing_scale)
@@ -140,7 +176,7 @@ def mix_step(
         if wp.length(best.missed) > options.near:
             if round_ > 0 or not is_inside(corners_of(spaces, corners), asked, SLACK):
                 corners = move_corners(own, coordinates, spaces, options, step, corners, asked, tries > 0)
-            tried = try_mix(own, aim, corners, asked, spaces, library, blends, step)
+            tried = try_mix(own, aim, corners, asked, spaces, library, blends, options, step)
             if wp.length(tried.missed) < wp.length(best.missed):
                 best = tried
                 keep_tried(blends, step)

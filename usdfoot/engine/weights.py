@@ -15,7 +15,6 @@ from usdfoot.engine.reach import beyond_reach, find_high_steps, find_long_steps,
 from usdfoot.engine.root import lay_root
 from usdfoot.engine.root_goals import RootGoals
 from usdfoot.engine.root_weights import RootedSteps, weigh_rooted
-from usdfoot.engine.rooted_solids import weigh_solid
 from usdfoot.engine.segments import cut_segments
 from usdfoot.engine.styles import continue_styles
 from usdfoot.engine.time_warps import blended_durations, longest_step
@@ -68,9 +67,8 @@ def weigh_steps(
         The setup with contacts as executed, the blend of each segment, and how the landings meet.
     """
     blend = stand_blend(len(setup.segments), stand, width=8 if goals.rooted.any() else 4)
-    weigh = weigh_solid if setup.options.space == "3d" else weigh_rooted
     planned = setup.contacts.positions
-    setup, blend, rooted = weigh(setup, spaces, goals, blend, reach=reach)
+    setup, blend, rooted = weigh_rooted(setup, spaces, goals, blend, reach=reach)
     setup, blend, reached = reach_footsteps(setup, spaces, ~setup.segments.stands & ~goals.rooted, blend, reach=reach)
     offsets, limited = np.linalg.norm(reached.offsets, axis=1), reached.limited | rooted.limited
     high, long = (np.zeros(len(setup.segments), dtype=bool) for _ in range(2))

@@ -35,6 +35,15 @@ class WalkingPath:
     style: str = ""
     """Style to walk in; empty = the agent's own."""
 
+    def distances(self, places: FloatArray) -> FloatArray:
+        """How far from the path places (N, 2) are, seen from above [m], shape (N,)."""
+        starts, ends = self.points[:-1, [0, 2]], self.points[1:, [0, 2]]
+        along = ends - starts  # (K, 2)
+        offsets = places[:, None] - starts
+        lengths = np.maximum(np.sum(along**2, axis=1), np.finfo(float).tiny)
+        shares = np.clip(np.sum(offsets * along, axis=2) / lengths, 0.0, 1.0)
+        return np.asarray(np.linalg.norm(offsets - shares[..., None] * along, axis=2).min(axis=1))
+
     def __post_init__(self) -> None:
         for label, value in (
             ("speed", self.speed),

@@ -12,7 +12,14 @@ import numpy as np
 from usdfoot.engine.animate import PreparedLibraries, PreparedLibrary, animate_apart, animate_crowd, prepare_steps
 from usdfoot.engine.planting import Planting, cut_motions, plant_samples, prepare_planting
 from usdfoot.engine.poses import ClipPoses, Layout
-from usdfoot.engine.results import PLACED, ContactFigures, measure_contacts, measure_steps, step_ranges
+from usdfoot.engine.results import (
+    PLACED,
+    ContactFigures,
+    measure_contacts,
+    measure_steps,
+    step_ranges,
+    unmeasured_steps,
+)
 from usdfoot.engine.rig import Rig, build_rest_rig
 from usdfoot.engine.root import lay_root
 from usdfoot.engine.segments import cut_segments
@@ -28,13 +35,14 @@ from usdfoot.model.report import Problem
 from usdfoot.model.tuning import BodyTuning
 from usdfoot.physics.biped import PhysicsBiped, measure_biped, standing_skeleton, tune_biped
 from usdfoot.physics.body import BodyPoses, device_gait
+from usdfoot.physics.carriage import Carriage, lay_carriage, measure_carriage
 from usdfoot.physics.heading import OrientationScript
 from usdfoot.physics.hybrid import carry_pelvis
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.physics.optimise import ComMotion, optimise_contacts
 from usdfoot.physics.upper_body import UpperBody, build_upper_body
 
-__all__ = ["PreparedBody", "animate_all", "animate_bodies", "plan_bodies", "prepare_body"]
+__all__ = ["PreparedBodies", "PreparedBody", "animate_all", "animate_bodies", "plan_bodies", "prepare_body"]
 
 STRETCH_TOLERANCE = 0.02
 """A footstep whose virtual leg is longer than it can be by more than this part is out of reach."""
@@ -45,31 +53,62 @@ class PreparedBody:
     """A character measured once for all agents that are it."""
 
     source: ClipLibrary
-    """Skeleton and biped; clips are not used."""
+    """Skeleton and biped; of clips only the carriage is taken."""
     rig: Rig
     physics: PhysicsBiped
     upper: UpperBody
+    carriage: Carriage | None
+    """None = as average people."""
 
 
 def prepare_body(library: ClipLibrary, options: MotionOptions, tuning: BodyTuning) -> PreparedBody:
-    """Measures a character on the pose it stands in.
+    """Measures a character on the pose it stands in, and on how it walks in its clips.
 
     Raises:
         BipedError: If its legs are none that can carry it.
     """
     start_warp()
     library = replace(library, skeleton=standing_skeleton(library))
-    physics = tune_biped(measure_biped(library.skeleton, library.biped), tuning)
+    measured = measure_biped(library.skeleton, library.biped)
+    physics = tune_biped(measured, tuning)
     return PreparedBody(
         source=library,
         rig=build_rest_rig(library.skeleton, library.biped),
         physics=physics,
         upper=build_upper_body(library.skeleton, library.biped, physics, options.body),
+        carriage=measure_carriage(library, measured) if options.body.carriage else None,
     )
 
 
+class PreparedBodies:
+    """The characters of a crowd that physics moves, each prepared when it is first asked for.
+
+    Args:
+        options: How they move.
+    """
+
+    def __init__(self, options: MotionOptions) -> None:
+        self._options = options
+        self._prepared: dict[tuple[int, BodyTuning], PreparedBody] = {}
+
+    def prepared(self, crowd: Crowd, index: int, tuning: BodyTuning) -> PreparedBody:
+        """The character of a library of the crowd, which must mean the same one in every crowd asked about.
+
+        Raises:
+            UsdfootError: If it cannot be used.
+        """
+        key = index, tuning
+        if key not in self._prepared:
+            self._prepared[key] = prepare_body(crowd.libraries[index], self._options.tuned(tuning), tuning)
+        return self._prepared[key]
+
+
 def animate_all(
-    crowd: Crowd, *, options: MotionOptions | None = None, libraries: PreparedLibraries | None = None
+    crowd: Crowd,
+    *,
+    options: MotionOptions | None = None,
+    libraries: PreparedLibraries | None = None,
+    bodies: PreparedBodies | None = None,
 ) -> tuple[list[Motion], list[Problem]]:
     """Motions of all agents that could be animated, each from its own source, in the crowd's order, and problems.
 
@@ -77,9 +116,11 @@ def animate_all(
         crowd: Agents and what they need.
         options: Of all sources.
         libraries: Those of an earlier call on other agents of the same scene.
+        bodies: The same, of characters that physics moves.
     """
     options = options or MotionOptions()
     libraries = libraries or PreparedLibraries(options)
+    bodies = bodies or PreparedBodies(options)
     agents = list(crowd.agents)
     blended = tuple(agent for agent in agents if agent.motion == "clips")
     motions, problems = animate_crowd(replace(crowd, agents=blended), options=options, libraries=libraries)
@@ -88,14 +129,14 @@ def animate_all(
         if agent.motion != "clips":
             alike.setdefault((agent.library, agent.motion == "hybrid", agent.tuning), []).append(agent)
     for own in alike.values():
-        found, faults = _animate_alike(libraries, own, crowd, options.tuned(own[0].tuning))
+        found, faults = _animate_alike(libraries, bodies, own, crowd, options.tuned(own[0].tuning))
         motions, problems = [*motions, *found], [*problems, *faults]
     by_name = {motion.name: motion for motion in motions}
     return [by_name[agent.name] for agent in agents if agent.name in by_name], problems
 
 
 def _animate_alike(
-    libraries: PreparedLibraries, agents: list[Agent], crowd: Crowd, options: MotionOptions
+    libraries: PreparedLibraries, bodies: PreparedBodies, agents: list[Agent], crowd: Crowd, options: MotionOptions
 ) -> tuple[list[Motion], list[Problem]]:
     """Motions of agents of one library, one source and one tuning that physics moves, and problems."""
     index = agents[0].library
@@ -103,11 +144,12 @@ def _animate_alike(
         if agents[0].motion == "hybrid":
             prepared = libraries.prepared(crowd, index)
             found, faults = animate_apart(partial(animate_hybrids, prepared, crowd=crowd, options=options), agents)
-            return found, [*prepared.problems, *faults]
-        body = prepare_body(crowd.libraries[index], options, agents[0].tuning)
+            return found, [*prepared.problems, *faults, *unmeasured_steps(agents, found)]
+        body = bodies.prepared(crowd, index, agents[0].tuning)
     except UsdfootError as error:
         return [], [Problem(severity="error", where=agent.source, message=str(error)) for agent in agents]
-    return animate_apart(partial(animate_bodies, body, crowd=crowd, options=options), agents)
+    found, faults = animate_apart(partial(animate_bodies, body, crowd=crowd, options=options), agents)
+    return found, [*faults, *unmeasured_steps(agents, found)]
 
 
 def animate_bodies(
@@ -145,6 +187,7 @@ def plan_bodies(
         upper=body.upper,
         gait=device_gait(layout, body.source.biped, options.body),
         style=options.body,
+        carriage=None if body.carriage is None else lay_carriage(com, body.carriage),
     )
     return prepare_planting(layout, source, ground, sinks_for_flights=False), com
 

@@ -14,11 +14,13 @@ from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.contact_table import ContactTable
+from usdfoot.physics.carriage import carried_offsets
 from usdfoot.physics.heading import heading_of
 from usdfoot.physics.kernels import GaitArrays, pose_legs, pose_upper_body
 from usdfoot.physics.optimise import ComMotion, ComSample
 from usdfoot.physics.pelvis import pelvis_sways
-from usdfoot.physics.rhythm import SIGNALS, Rhythm, rhythm_at
+from usdfoot.physics.posture import Posture
+from usdfoot.physics.rhythm import SIGNALS, Rhythm
 from usdfoot.physics.stance_kernel import BACKWARD
 from usdfoot.physics.style import BodyStyle
 from usdfoot.physics.upper_body import UpperBody
@@ -46,6 +48,8 @@ class BodyPoses:
     upper: UpperBody
     gait: GaitArrays
     style: BodyStyle
+    carriage: Posture | None = None
+    """How the character carries its pelvis, where clips show it."""
 
     def pose(self, rows: IntArray, times: FloatArray, *, joints: IntArray) -> Poses:
         """Poses of segments `rows` (F,) at `times` [s] (F,); without joints above the legs their rhythm is left out."""
@@ -53,11 +57,14 @@ class BodyPoses:
         agents = layout.segments.agents[rows]
         sample = self.com.evaluate(agents, times)
         yaws = heading_of(sample.orientations)
-        rhythm = self._rhythm(agents, times, yaws)
+        rhythm = self.com.rhythm(agents, times, yaws)
         turned = self._pelvis_turn(sample, rhythm, yaws)
         biped = self.com.biped
-        sways = quaternion.rotate(sample.orientations, pelvis_sways(biped, rhythm))
-        pelvis = sample.positions + quaternion.rotate(turned, biped.pelvis) + sways
+        offsets = pelvis_sways(biped, rhythm)
+        if self.carriage is not None:
+            offsets = offsets + carried_offsets(self.carriage.at(agents, times), rhythm)
+        hung = quaternion.rotate(turned, biped.pelvis) + quaternion.rotate(sample.orientations, offsets)
+        pelvis = sample.positions + hung
         rotations = quaternion.compose(turned, biped.pelvis_rotation)
         poses = Poses(
             pelvis_positions=wp.array((pelvis - layout.origins[agents]).astype(np.float32), dtype=wp.vec3f),
@@ -103,10 +110,6 @@ class BodyPoses:
         rows = self.com.foot_rows
         return rows.contacts[locate(rows.feet, rows.strikes, rows.origins, 2 * agents + side, times)]
 
-    def _rhythm(self, agents: IntArray, times: FloatArray, yaws: FloatArray) -> Rhythm:
-        length = self.com.biped.nominal_length
-        return rhythm_at(self.com.contacts, self.com.foot_rows, agents, times, yaws, leg_length=length)
-
     def _pelvis_turn(self, sample: ComSample, rhythm: Rhythm, yaws: FloatArray) -> FloatArray:
         """Body frame to world with its oscillations, shape (F, 4)."""
         style = self.style
@@ -136,7 +139,7 @@ class BodyPoses:
                 earlier = times - lag * self.style.tail_lag
                 sample = self.com.evaluate(agents, earlier)
                 yaws = heading_of(sample.orientations)
-                rhythm = self._rhythm(agents, earlier, yaws)
+                rhythm = self.com.rhythm(agents, earlier, yaws)
             columns = (rhythm.stride, rhythm.lean, rhythm.bob, planar.wrap_angle(yaws - before))
             haste = np.clip(self._froude(sample, yaws), 0.0, 1.0)
             for column, values in enumerate((*columns, sample.velocities[:, 1], haste)):

@@ -26,10 +26,11 @@ DOUBLE_STANCE_LOSS = wp.constant(wp.float64(0.07))
 (Kirtley, Whittle and Jefferson 1985: a foot stands for 64.2 % of a stride, less 3.5 % for every m/s)."""
 TOE_ALONE = wp.constant(wp.float64(0.09))
 """Longest part of a step for which the toe still presses when the ball has left the ground, or presses before the ball
-does in steps backward. It is no published figure: those above would have the toe press for up to 0.2 of a step where
-contacts are as short as detected ones of fast walks. Then the pelvis rises by 37 % more than in CMU's walk and by 6 %
-more than in Bandai Namco's, with this bound by 23 % more and 14 % less. In the five liftoffs of CMU's fast walk and run
-(02_02, 02_03) that are detected for both, the tip of the toe leaves 0.01 of a step before to 0.09 after the ball."""
+does in steps backward: the longest in the five liftoffs of CMU's fast walk and run (02_02, 02_03) that are detected for
+both, where the tip of the toe leaves 0.01 of a step before to 0.09 after the ball. Measured, not published: that the
+great toe leaves last is (De Cock et al. 2005, of runs). Without a bound the toe would press for up to 0.2 of a step
+where contacts are as short as those found in fast walks: the pelvis would rise by 37 % more than in CMU's walk and 6 %
+more than in Bandai Namco's; with it by 23 % more and 14 % less."""
 HEEL_ALONE = wp.constant(wp.float64(0.118))
 """Part of the contact for which the heel carries without the ball: at its begin (Chiu, Wu and Chang 2013: initial and
 forefoot contact), so in steps backward when the ball has left."""

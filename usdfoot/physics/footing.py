@@ -8,6 +8,7 @@ import numpy as np
 import warp as wp
 
 from usdfoot.analysis.timing import HUMAN_LEG
+from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable
 from usdfoot.physics.biped import PhysicsBiped
@@ -46,6 +47,14 @@ class Footing:
             device="cpu",
         )
         return yaws
+
+    def run_shares(self, agents: IntArray, times: FloatArray) -> FloatArray:
+        """How much the steps at times [s] (F,) are those of a run, by the flights around the latest contact, (F,)."""
+        contacts, footing, ranges = (array.numpy() for array in (self.contacts.rows, self.rows, self.contacts.agents))
+        owners = np.repeat(np.arange(len(ranges)), ranges["end"] - ranges["first"])
+        rows = locate(owners, contacts["strike"], ranges["start"], agents, times)
+        shares: FloatArray = np.maximum(footing["lands"], footing["leaps"])[rows]
+        return shares
 
 
 def lay_footing(contacts: ContactTable, biped: PhysicsBiped, options: PhysicsOptions) -> Footing:

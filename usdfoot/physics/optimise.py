@@ -18,7 +18,7 @@ from usdfoot.physics.greedy import search_unknowns
 from usdfoot.physics.heading import OrientationScript, body_orientations
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.results import StepForces, measure_forces
-from usdfoot.physics.rhythm import FootRows, lay_foot_rows
+from usdfoot.physics.rhythm import FootRows, Rhythm, lay_foot_rows, rhythm_at
 from usdfoot.physics.run_up import extend_contacts
 from usdfoot.physics.samples import Samples, lay_samples
 from usdfoot.physics.solve import optimise_unknowns
@@ -84,6 +84,11 @@ class ComMotion:
             accelerations=accelerations,
             orientations=body_orientations(self.footing, self.scripts, agents, times, window=options.heading_window),
         )
+
+    def rhythm(self, agents: IntArray, times: FloatArray, yaws: FloatArray) -> Rhythm:
+        """What the steps of `agents` (F,) that head for `yaws` [rad] (F,) do to the body at `times` [s] (F,)."""
+        length = self.biped.nominal_length
+        return rhythm_at(self.contacts, self.foot_rows, agents, times, yaws, leg_length=length)
 
 
 def optimise_com(

@@ -9,7 +9,7 @@ from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.physics.biped import PhysicsBiped
 from usdfoot.physics.heading import heading_of
 from usdfoot.physics.optimise import ComMotion
-from usdfoot.physics.rhythm import Rhythm, rhythm_at
+from usdfoot.physics.rhythm import Rhythm
 
 __all__ = ["hung_pelvises", "pelvis_sways"]
 
@@ -31,8 +31,7 @@ def hung_pelvises(com: ComMotion, agents: IntArray, times: FloatArray, offsets: 
         offsets: Added in the body's frame [m], shape (F, 3) or (3,).
     """
     sample = com.evaluate(agents, times)
-    yaws, length = heading_of(sample.orientations), com.biped.nominal_length
-    rhythm = rhythm_at(com.contacts, com.foot_rows, agents, times, yaws, leg_length=length)
+    rhythm = com.rhythm(agents, times, heading_of(sample.orientations))
     across = com.biped.pelvis + offsets + pelvis_sways(com.biped, rhythm)
     return sample.positions + quaternion.rotate(sample.orientations, across)
 

@@ -20,8 +20,8 @@ BENT = wp.constant(wp.float64(18.0))
 STRAIGHTEST = wp.constant(wp.float64(0.8))
 """Part of the contact at which it is least; it stays so while a foot stands at the begin or end of a motion."""
 BACKWARD_FLEXIONS = wp.constant(Flexions(15.0, 8.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0))
-"""The same backward: reversed (Winter, Pluck and Yang 1989), without the bend under load, which Bandai Namco's backward
-steps do not have [degrees]."""
+"""The same backward: reversed (Winter, Pluck and Yang 1989; Lee et al. 2013), but without the bend under load. That the
+knee only stretches is measured of Bandai Namco's four backward clips, of no others [degrees]."""
 RUN_FLEXIONS = wp.constant(Flexions(20.0, 28.0, 35.0, 39.0, 40.0, 38.0, 34.0, 29.0, 24.0, 20.0, 18.0))
 """Over the contact of a run, less 20 degrees (Novacheck 1998, Figure 5)."""
 PITCH_PHASES = wp.constant(Pitches(0.0, 0.15, 0.5, 0.7, 0.85, 1.0))

@@ -40,6 +40,8 @@ class BodyStyle:
     """The tail sways by this at each joint's share [rad]."""
     tail_lag: float = 0.10
     """Each joint of the tail does what the body did this much earlier [s]."""
+    carriage: bool = True
+    """Walks carry the pelvis as the character's clips do, if it has any; otherwise as average people."""
 
     def __post_init__(self) -> None:
         for name in ("pitch", "sway", "turn", "lean", "arms", "tail"):

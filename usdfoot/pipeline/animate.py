@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +18,7 @@ from usdfoot.model.report import Problem
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.provenance import CHUNK_SIZE, CallRecord, provenance_of
 from usdfoot.pipeline.report import AnimateReport, report_json
-from usdfoot.pipeline.unchanged import find_unchanged
+from usdfoot.pipeline.unchanged import find_earlier
 from usdfoot.readers.chunks import find_agents, read_record
 from usdfoot.readers.stage import open_stage
 
@@ -83,14 +83,14 @@ def animate(
         agents=agents, frames=frames, chunk_size=chunk_size, collect=collect, levels=levels, limits=limits
     )
     stage = open_stage(scene_file)
-    unchanged = find_unchanged(stage, target, options=options, call=call)
-    if unchanged:
-        return unchanged
+    earlier = find_earlier(stage, target, options=options, call=call)
+    if earlier.unchanged:
+        return earlier.unchanged
     from usdfoot.batch.analysed import tidy_examples
     from usdfoot.writers.crowd import write_crowd
 
     shot = _open_shot(stage, target, call, options=options, executor=executor)
-    records = _make_chunks(shot, executor, beside, progress)
+    records = _make_chunks(shot, executor, beside, progress, intact=earlier.intact)
     problems = _distinct((*shot.scene.crowd.problems, *(problem for record in records for problem in record.problems)))
     _require_agents(scene_file, records, problems)
     progress("write", 0, 0)
@@ -102,6 +102,7 @@ def animate(
         characters=shot.characters,
         provenance=provenance_of(shot.scene, shot.options, shot.folder, call=call),
         report=report_json(shot.scene, records, options=shot.options, problems=problems, folder=shot.folder),
+        intact=earlier.intact or {},
     )
     tidy_examples(shot.folder, shot.scene.crowd.libraries if shot.keep else (), samples=options.samples)
     return AnimateReport(
@@ -242,18 +243,24 @@ def _open_shot(
 
 
 def _make_chunks(
-    shot: _Shot, executor: Executor | None, beside: bool, progress: Callable[[str, int, int], None]
+    shot: _Shot,
+    executor: Executor | None,
+    beside: bool,
+    progress: Callable[[str, int, int], None],
+    *,
+    intact: Collection[str] | None,
 ) -> tuple[ChunkRecord, ...]:
-    """Records of all chunks, kept or made."""
+    """Records of all chunks, kept or made; what is kept are files that are `intact`."""
     from usdfoot.batch.running import run_chunks
     from usdfoot.batch.tasks import with_earlier
     from usdfoot.batch.workshop import Workshop
 
     tasks = shot.tasks
-    kept = [read_record(shot.folder, task.files, task.content_hash) for task in tasks]
+    kept = [read_record(shot.folder, task.files, task.content_hash, intact=intact) for task in tasks]
     records = [None if text is None else parse_record(text) for text in kept]
     pending = [index for index, record in enumerate(records) if record is None]
-    earlier = find_agents(shot.folder) if pending else {}
+    settled = [task.files for task, record in zip(tasks, records, strict=True) if record is not None]
+    earlier = find_agents(shot.folder, intact=intact, kept=settled) if pending else {}
     tasks = [with_earlier(task, earlier) for task in tasks]
     made = run_chunks(
         [tasks[index] for index in pending],

@@ -21,6 +21,7 @@ from usdfoot.pipeline.plan import save_plans
 from usdfoot.planning.lint import Fault, LintLimits, lint_clips, lint_plans
 from usdfoot.planning.mend import mend_plans, mend_times
 from usdfoot.planning.proportions import Proportions, proportions_of
+from usdfoot.readers.obstacles import read_obstacles
 from usdfoot.readers.plans import is_plan, read_draft
 from usdfoot.readers.scene import read_scene
 from usdfoot.readers.stage import StagePrims, collect_prims, open_stage, read_stage_info
@@ -83,7 +84,7 @@ def lint_scene(
     clips: bool = True,
     fix: str | os.PathLike[str] | None = None,
 ) -> LintReport:
-    """Check all plans of a scene, and those its agents' paths give, against terrain, bodies, clips and each other.
+    """Check a scene's plans, and its paths', against terrain, obstacles, bodies, clips and each other.
 
     Args:
         scene: USD file with plans; without agents the plans are checked for a person.
@@ -116,11 +117,13 @@ def lint_scene(
         changed = {name for name in plans if mended[name] is not plans[name]} | mended_times
         plans = mended
         file = _save(changed, plans, walkers, info, fix) if changed else None
-    faults = [*malformed, *lint_plans(list(plans.values()), ground, bodies=bodies, limits=limits)]
+    obstacles, obstacle_problems = read_obstacles(stage, prims, info.units)
+    found_faults = lint_plans(list(plans.values()), ground, bodies=bodies, obstacles=obstacles, limits=limits)
+    faults = [*malformed, *found_faults]
     if clips:
         more, clip_problems = _lint_clips(plans, walkers)
         faults, problems = faults + more, problems + clip_problems
-    problems = [*terrain_problems, *problems]
+    problems = [*terrain_problems, *obstacle_problems, *problems]
     return LintReport(plans=plans, faults=tuple(faults), problems=tuple(problems), file=file)
 
 

@@ -8,11 +8,14 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from usdfoot import __version__
 from usdfoot.bridge.scene import StageInfo
 from usdfoot.engine.animate import PreparedLibraries
 from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import SceneError, UsdfootError
+from usdfoot.maths.planar import GROUND_AXES
 from usdfoot.model.agent import Crowd
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
@@ -22,14 +25,19 @@ from usdfoot.planning.flights import fly_like_clips
 from usdfoot.planning.lint import lint_plans
 from usdfoot.planning.path import PathOptions
 from usdfoot.planning.proportions import Proportions
+from usdfoot.planning.world import Obstacle
 from usdfoot.readers.agents import AgentSource, list_agents, select_agents
 from usdfoot.readers.casting import Casting
+from usdfoot.readers.obstacles import read_obstacles
 from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
-from usdfoot.readers.walkers import plan_walkers, read_walkers
+from usdfoot.readers.walkers import Walker, plan_walkers, read_walkers
 from usdfoot.writers.plans import PlannedAgent, write_plans
 
 __all__ = ["PlanReport", "plan_scene_paths", "save_plans"]
+
+ASIDE = 0.15
+"""Plans whose feet stay this near to where their curve leads them keep to it [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,7 +61,9 @@ def plan_scene_paths(
     """Plan footsteps along the paths of a scene and write them as a layer ([P] 2.1).
 
     Every agent with usdfoot:agent:path gets a plan; every curve with UsdfootPathAPI (or every curve, if none has it)
-    that no agent follows gets one too. Agents that have clips run with the flights of these, as if they were animated.
+    that no agent follows gets one too. Where a curve leads over ground nobody walks on or through an obstacle, the
+    plan goes round as `PathOptions.around` says. Agents that have clips run with the flights of these, as if they were
+    animated.
 
     Args:
         scene: The USD scene; never changed.
@@ -66,7 +76,7 @@ def plan_scene_paths(
         SceneError: If the scene cannot be opened or has no path.
         OutputError: If the layer cannot be written.
     """
-    options = options or PathOptions()
+    options = options or PathOptions(around=True)
     progress("read", 0, 0)
     stage = open_stage(scene)
     info, prims = read_stage_info(stage), collect_prims(stage)
@@ -75,9 +85,10 @@ def plan_scene_paths(
     terrain, terrain_problems = read_terrain(stage, prims, info.units)
     walkers, errors = read_walkers(stage, prims, info.units, sources=sources, free_paths=agents == "*")
     progress("plan", 0, 0)
-    found = plan_walkers(walkers, terrain, options=options)
+    obstacles, obstacle_problems = read_obstacles(stage, prims, info.units)
+    found = plan_walkers(walkers, terrain, obstacles=obstacles, options=options)
     errors |= {name: plan for name, plan in found.items() if isinstance(plan, UsdfootError)}
-    problems = [_problem(error) for error in errors.values()] + [*terrain_problems]
+    problems = [_problem(error) for error in errors.values()] + [*terrain_problems, *obstacle_problems]
     problems += [problem for problem in agent_problems if problem.severity == "error"]
     planned = [
         PlannedAgent(
@@ -93,9 +104,12 @@ def plan_scene_paths(
     if not planned:
         raise _no_paths(info, problems)
     planned = _flying_like_clips(planned, sources, terrain, Casting.to_look(stage, prims, info.units))
-    problems += _doubts(planned, terrain, [walker.proportions for walker in walkers if walker.name in _names(planned)])
+    walked = [walker for walker in walkers if walker.name in _names(planned)]
+    problems += _detours(planned, walked)
+    problems += _doubts(planned, terrain, obstacles, [walker.proportions for walker in walked])
     progress("write", 0, 0)
-    file = save_plans(planned, output, info, made_by={"planner": "path", "options": asdict(options)})
+    chosen = {name: value for name, value in asdict(options).items() if value is not None}
+    file = save_plans(planned, output, info, made_by={"planner": "path", "options": chosen})
     return PlanReport(file=file, plans={part.name: part.plan for part in planned}, problems=tuple(problems))
 
 
@@ -149,11 +163,31 @@ def _names(planned: Sequence[PlannedAgent]) -> set[str]:
     return {part.name for part in planned}
 
 
-def _doubts(planned: Sequence[PlannedAgent], terrain: Terrain, bodies: Sequence[Proportions]) -> list[Problem]:
+def _detours(planned: Sequence[PlannedAgent], walkers: Sequence[Walker]) -> list[Problem]:
+    """A warning for each plan that leaves its curve, with how far and where."""
+    left = []
+    for part, walker in zip(planned, walkers, strict=True):
+        positions = part.plan.positions
+        distances = walker.path.distances(positions[:, GROUND_AXES])
+        ends = positions[[0, -1]] - walker.path.points[[0, -1]]
+        distances[[0, -1]] = np.linalg.norm(ends[:, GROUND_AXES], axis=1)
+        farthest = int(np.argmax(distances))
+        if distances[farthest] > ASIDE + walker.proportions.step_width:
+            place = ", ".join(f"{value:.2f}" for value in positions[farthest])
+            what = f"keeps {distances[farthest]:.1f} m off its curve at ({place}) m"
+            message = f"{part.name}: {what}, round what nobody walks on or through. --no-around keeps to the curve"
+            left.append(Problem(severity="warning", where=part.name, message=message))
+    return left
+
+
+def _doubts(
+    planned: Sequence[PlannedAgent], terrain: Terrain, obstacles: Sequence[Obstacle], bodies: Sequence[Proportions]
+) -> list[Problem]:
     """A warning for each plan that cannot be walked as it is, with its first fault."""
     lowest = min(float(part.plan.positions[:, 1].min()) for part in planned)
     plans = [replace(part.plan, name=part.name) for part in planned]
-    faults = lint_plans(plans, Ground(terrain, fallback_height=lowest), bodies=bodies)
+    ground = Ground(terrain, fallback_height=lowest)
+    faults = lint_plans(plans, ground, bodies=bodies, obstacles=obstacles)
     errors = [fault for fault in faults if fault.severity == "error"]
     doubts = []
     for plan in plans:
@@ -162,7 +196,7 @@ def _doubts(planned: Sequence[PlannedAgent], terrain: Terrain, bodies: Sequence[
             more = f" (and {len(own) - 1} more)" if len(own) > 1 else ""
             place = ", ".join(f"{value:.2f}" for value in plan.positions[max(own[0].footstep, 0)])
             what = f"footstep {own[0].footstep} at ({place}) m {own[0].message}{more}"
-            message = f"{plan.name}: {what}. usdfoot plan lint tells more; --around goes round bad ground"
+            message = f"{plan.name}: {what}. usdfoot plan lint tells more"
             doubts.append(Problem(severity="warning", where=plan.name, message=message))
     return doubts
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from usdfoot import __version__
 from usdfoot.batch.records import problem_of, step_results
-from usdfoot.bridge.file_hashes import file_hashes
+from usdfoot.bridge.file_hashes import intact_files
 from usdfoot.bridge.tokens import File
 from usdfoot.bridge.versions import library_versions
 from usdfoot.errors import UsdfootError
@@ -20,13 +20,24 @@ from usdfoot.pipeline.report import AnimateReport, combined_hash, input_hashes, 
 from usdfoot.readers.provenance import read_provenance, read_scene_files
 from usdfoot.writers.root import SUBLAYERS
 
-__all__ = ["find_unchanged"]
+__all__ = ["EarlierCrowd", "find_earlier"]
 
 
-def find_unchanged(scene: Any, folder: Path, *, options: MotionOptions, call: CallRecord) -> AnimateReport | None:
-    """What `animate` said of the crowd in a folder if it would write the same bytes again; None if it might not.
+@dataclass(frozen=True, kw_only=True)
+class EarlierCrowd:
+    """The crowd that is in a folder already."""
 
-    Nothing of the scene is read but which files it consists of. Copied characters have files beyond these.
+    unchanged: AnimateReport | None = None
+    """What `animate` said of it if it would write the same bytes again; None if it might not."""
+    intact: Mapping[str, str] | None = None
+    """SHA-256 of its files that are as they were written, by name; None = its report does not tell."""
+
+
+def find_earlier(scene: Any, folder: Path, *, options: MotionOptions, call: CallRecord) -> EarlierCrowd:
+    """The crowd of a folder, and whether it is what would be made.
+
+    Nothing of the scene is read but which files it consists of. Of a crowd that might come out otherwise, files are
+    not read that are older than its report.
 
     Args:
         scene: File or open stage.
@@ -37,26 +48,35 @@ def find_unchanged(scene: Any, folder: Path, *, options: MotionOptions, call: Ca
     Raises:
         SceneError: If the scene or overrides.usda cannot be opened.
     """
+    is_same = _is_same(scene, folder, options, call)
+    report = _read_report(folder)
+    if report is None:
+        return EarlierCrowd()
+    intact = intact_files(report["files"], folder, since=None if is_same else folder / File.REPORT)
+    is_whole = is_same and intact == report["files"]
+    return EarlierCrowd(unchanged=_report_of(report, folder) if is_whole else None, intact=intact)
+
+
+def _is_same(scene: Any, folder: Path, options: MotionOptions, call: CallRecord) -> bool:
+    """Whether a crowd says it was made of what is there now. Copied characters have files beyond these."""
     said = read_provenance(folder, sublayers=SUBLAYERS)
     if said is None or call.collect or (folder / File.PENDING).exists():
-        return None
+        return False
     if said.get("version") != __version__ or not _is_asked(said, options, call):
-        return None
+        return False
     info = read_scene_files(scene, folder)
     if info is None:
-        return None
+        return False
     made_from = relative_path(info.identifier, folder), combined_hash(input_hashes(info, folder))
-    if made_from != (said.get("scene"), said.get("contentHash")):
-        return None
-    report = _read_report(folder)
-    return _report_of(report, folder) if report and _is_whole(report, folder) else None
+    return made_from == (said.get("scene"), said.get("contentHash"))
 
 
 def _read_report(folder: Path) -> dict[str, Any] | None:
     """report.json, None if there is none that these versions wrote."""
     try:
         report = json.loads((folder / File.REPORT).read_text(encoding="utf-8"))
-        return report if report["versions"] == {"usdfoot": __version__, **library_versions()} else None
+        is_ours = report["versions"] == {"usdfoot": __version__, **library_versions()}
+        return report if is_ours and isinstance(report["files"], dict) else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
 
@@ -67,14 +87,6 @@ def _is_asked(said: Mapping[str, Any], options: MotionOptions, call: CallRecord)
     try:
         return options_of(said) == options and call_of(said) == asked
     except (UsdfootError, TypeError, ValueError):  # somebody wrote into it
-        return False
-
-
-def _is_whole(report: dict[str, Any], folder: Path) -> bool:
-    """Whether all files of a crowd are as its report says."""
-    try:
-        return file_hashes({name: folder / name for name in report["files"]}) == report["files"]
-    except (OSError, KeyError):
         return False
 
 

@@ -1,7 +1,8 @@
-"""Bypass: paths that go round ground nobody can walk on."""
+"""Bypass: paths that go round obstacles and ground nobody can walk on."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -15,6 +16,7 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.spots import HEADROOM, STEP, Spots, build_spots, trace_way
+from usdfoot.planning.world import Obstacle, World, clearances
 
 __all__ = ["go_round"]
 
@@ -30,44 +32,66 @@ DETOUR = 1.25
 """What way round costs over what way along the path costs."""
 ASIDE = 10.0
 """A path may go round by this much [m]."""
+WALL = 2
+"""Points to either side within which a rise of more than a step is no stair."""
+NUDGE, NEAR = 0.25, 1.0
+"""Ends of paths are moved this far at most to where one stands well, and to where one can stand at all [m]."""
+RADIUS, ELBOWS = 0.25, 0.05
+"""Half the width of a body, and what it keeps free beside it where it goes round [m]."""
 
 
-def go_round(path: WalkingPath, ground: Ground, *, body: Proportions) -> WalkingPath:
-    """The path, led the shortest way round where it would cross ground that is too steep, too low or not walkable.
+def go_round(
+    path: WalkingPath, ground: Ground, *, body: Proportions, obstacles: Sequence[Obstacle] = ()
+) -> WalkingPath:
+    """The path, led the shortest way round obstacles and ground that is too steep, too low or not walkable.
 
     Args:
         path: As drawn.
         ground: The terrain.
         body: That walks along.
+        obstacles: To keep half a body's depth away from, and its breadth where there is room.
 
     Raises:
-        PlanError: If the path begins or ends on such ground, or there is no way round.
+        PlanError: If the path begins or ends farther than `NEAR` from where one can stand, or there is no way round.
     """
-    if not ground.has_terrain:
+    if not ground.has_terrain and not obstacles:
         return path
-    points = _dense(path, ground)
-    narrow = _spots(points, ground, headroom=HEADROOM * body.leg_length)
-    if (narrow.at(points[:, [0, 2]], points[:, 1], within=STEP) >= 0).all():
+    points, world = _dense(path, ground), World(obstacles=tuple(obstacles))
+    every = _spots(points, ground, headroom=HEADROOM * body.leg_length)
+    room = clearances(world, every.points, every.heights)
+    narrow = every.only(room >= body.half_depth(RADIUS))
+    if (_on_spots(narrow, points) >= 0).all():
         return path
     try:
-        led = _led(path.name, points, narrow.only(~narrow.is_edge), ground)
+        wide = every.only((room >= RADIUS + ELBOWS) & ~every.is_edge)
+        led = _led(path.name, points, wide, ground, world, near=NUDGE)
     except PlanError:  # where it is narrow there is no keeping away from the rims
-        led = _led(path.name, points, narrow, ground)
+        led = _led(path.name, points, narrow, ground, world, near=NEAR)
     return replace(path, points=_rounded(_even(led)))
 
 
-def _led(name: str, points: FloatArray, spots: Spots, ground: Ground) -> FloatArray:
-    """Points (K, 3) of a path and of ways on spots round where it has none, shape (M, 3)."""
-    found = spots.at(points[:, [0, 2]], points[:, 1], within=STEP)
-    on = found >= 0
+def _led(name: str, points: FloatArray, spots: Spots, ground: Ground, world: World, *, near: float) -> FloatArray:
+    """Points (K, 3) of a path, its ends up to `near` [m] away, and of ways on spots where it has none, (M, 3)."""
+    found = _on_spots(spots, points)
+    points = points.copy()
+    at_ends = spots.at(points[[0, -1]][:, [0, 2]], points[[0, -1], 1], within=STEP, touching=False)
     for index, end in ((0, "begins"), (-1, "ends")):
-        if not on[index]:
-            raise PlanError(name, f"{end} {_where(points[index], ground)}", "move its end to where one can stand")
+        if at_ends[index] < 0:
+            found[index] = _nearest(spots, points[index], near)
+            if found[index] < 0:
+                what = f"{end} {_where(points[index], ground, world)}"
+                raise PlanError(name, what, "move its end to where one can stand")
+            points[index] = np.insert(spots.points[found[index]], 1, spots.heights[found[index]])
+    on = found >= 0
     stretches = _stretches(on)
     lasts = _trodden(spots, found, stretches)
     if lasts[-1] != len(stretches) - 1:
-        place = _where(points[stretches[lasts[-1], 1] + 1], ground)
-        raise PlanError(name, f"leads {place}, and there is no way round", "lead it elsewhere")
+        place = _where(points[stretches[lasts[-1], 1] + 1], ground, world)
+        raise PlanError(
+            name,
+            f"leads {place}, and there is no way round",
+            "lead it elsewhere, or over stones with usdfoot plan stones",
+        )
     pieces, begin = [], 0
     for (_, leave), (back, stop) in pairwise(stretches[lasts].tolist()):
         start = leave - _turnoff(spots, found[begin : leave + 1][::-1], int(found[back]), back - leave)
@@ -75,6 +99,20 @@ def _led(name: str, points: FloatArray, spots: Spots, ground: Ground) -> FloatAr
         pieces += [points[begin : start + 1], _way(spots, int(found[start]), int(found[end]))]
         begin = end
     return np.concatenate([*pieces, points[begin:]])
+
+
+def _on_spots(spots: Spots, points: FloatArray) -> IntArray:
+    """The spot under each point (K, 3) of a path, -1 where there is none or the path goes up or down a wall."""
+    found = spots.at(points[:, [0, 2]], points[:, 1], within=STEP)
+    beside = np.pad(points[:, 1], WALL, mode="edge")
+    return np.where(np.abs(beside[2 * WALL :] - beside[: -2 * WALL]) > STEP, -1, found)
+
+
+def _nearest(spots: Spots, point: FloatArray, near: float) -> int:
+    """The spot nearest to a point (3,) on its level, -1 if none is near."""
+    distances = np.linalg.norm(spots.points - point[[0, 2]], axis=1)
+    distances[np.abs(spots.heights - point[1]) > STEP] = np.inf
+    return int(np.argmin(distances)) if distances.min(initial=np.inf) <= near else -1
 
 
 def _stretches(on: BoolArray) -> IntArray:
@@ -159,11 +197,16 @@ def _way(spots: Spots, start: int, end: int) -> FloatArray:
     return places[corners]
 
 
-def _where(point: FloatArray, ground: Ground) -> str:
-    """Over what ground a point (3,) is, and where."""
+def _where(point: FloatArray, ground: Ground, world: World) -> str:
+    """Over what ground or into which obstacle a point (3,) is, and where."""
     sample = ground.heights(point[None, [0, 2]], point[[1]])
     place = f"at ({point[0]:.2f}, {point[1]:.2f}, {point[2]:.2f}) m"
+    for obstacle in world.obstacles:
+        if clearances(World(obstacles=(obstacle,)), point[None, [0, 2]], point[[1]])[0] < RADIUS + ELBOWS:
+            return f"too near to the obstacle {obstacle.name} {place}"
     if not sample.hit[0]:
         return f"off the terrain {place}"
+    if not sample.walkable[0]:
+        return f"over ground that is not walkable {place}"
     slope = float(np.degrees(np.arccos(min(float(sample.normals[0, 1]), 1.0))))
     return f"over ground of {slope:.0f} degrees {place}, too steep to stand, too low or too near an edge"

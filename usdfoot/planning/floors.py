@@ -27,6 +27,8 @@ AHEAD = 4.0
 """People are sent to corners of their ways that are at least so far away [m]."""
 SLIP = 0.06
 """Radius with which somebody slips back between wall and crowd [m]."""
+HAIR = 1e-3
+"""So near [m] to a straight line corners of a level are none."""
 PACE = 0.03
 """Changes of speed smaller than this part of it are left out."""
 
@@ -159,7 +161,7 @@ def _wide(level: shapely.Polygon, radius: float) -> shapely.Polygon:
     if radius <= 0.0:
         return level
     room = level.buffer(-SNUG * radius)
-    wide = room.buffer(SNUG * radius, join_style="mitre").intersection(level)
+    wide = room.buffer(SNUG * radius, join_style="mitre").intersection(level).simplify(HAIR)
     return wide if wide.geom_type == "Polygon" else level
 
 
@@ -174,6 +176,7 @@ class _Floor:
         self._steering = self.simulation.add_direct_steering_stage()
         self._journey = self.simulation.add_journey(jupedsim.JourneyDescription([self._steering]))
         self._inside = level.buffer(-0.05)
+        shapely.prepare(self._inside)
         self._routing = jupedsim.RoutingEngine(level)
 
     def aim(self, place: FloatArray, target: FloatArray) -> FloatArray:
@@ -206,6 +209,7 @@ class _Floor:
         radius = radius or seeker.radius
         if radius not in self._rooms:
             self._rooms[radius] = self._level.buffer(-radius - 1e-4)
+            shapely.prepare(self._rooms[radius])
         room = self._rooms[radius]
         if not (shapely.contains_xy(room, *place) or room.is_empty):
             place = shapely.get_coordinates(shapely.shortest_line(room, shapely.Point(place)))[0]

@@ -14,11 +14,13 @@ from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import SIDES
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
+from usdfoot.planning.bumps import find_bumps
 from usdfoot.planning.collisions import FootTable, feet_of, find_collisions
 from usdfoot.planning.proportions import Proportions
+from usdfoot.planning.world import Obstacle
 from usdfoot.spaces.library import FootstepSpaces, solve_steps
 
-__all__ = ["Fault", "LintLimits", "lint_clips", "lint_plans", "lint_steps"]
+__all__ = ["Fault", "LintLimits", "lint_alone", "lint_clips", "lint_plans", "lint_steps"]
 
 ERROR, WARNING = "error", "warning"
 
@@ -51,6 +53,8 @@ class LintLimits:
     """Ground may rise this much through the sole [m]."""
     collision: float = 0.005
     """Feet of two people may overlap this much [m]."""
+    bump: float = 0.02
+    """A sole may be this far in an obstacle [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,8 +66,8 @@ class Fault:
     footstep: int
     """Index; -1 = of the plan as a whole."""
     kind: str
-    """unreachable | flight | crossing | twisted | hurried | offTerrain | offGround | steep | obstructed | collision |
-    malformed"""
+    """unreachable | flight | crossing | twisted | hurried | offTerrain | offGround | steep | obstructed | obstacle |
+    collision | malformed"""
     severity: str
     """error = cannot be walked as planned, warning = will look wrong."""
     value: float
@@ -80,6 +84,7 @@ def lint_plans(
     ground: Ground,
     *,
     bodies: Sequence[Proportions],
+    obstacles: Sequence[Obstacle] = (),
     limits: LintLimits | None = None,
 ) -> list[Fault]:
     """Faults of plans, in order of plan and footstep.
@@ -88,8 +93,26 @@ def lint_plans(
         plans: Of everyone who walks at the same time and place.
         ground: Terrain below them.
         bodies: Who walks each plan.
+        obstacles: That nobody walks through.
         limits: What is still right.
     """
+    limits = limits or LintLimits()
+    alone = lint_alone(plans, ground, bodies=bodies, obstacles=obstacles, limits=limits)
+    names = [plan.name for plan in plans]
+    order = {name: i for i, name in enumerate(names)}
+    found = [*alone, *_collisions(names, plans, bodies, limits)]
+    return sorted(found, key=lambda fault: (order[fault.plan], fault.footstep))
+
+
+def lint_alone(
+    plans: Sequence[FootstepPlan],
+    ground: Ground,
+    *,
+    bodies: Sequence[Proportions],
+    obstacles: Sequence[Obstacle] = (),
+    limits: LintLimits | None = None,
+) -> list[Fault]:
+    """Faults of plans, each as if nobody else was there; as `lint_plans` otherwise."""
     if not plans:
         return []
     limits = limits or LintLimits()
@@ -97,13 +120,11 @@ def lint_plans(
     legs = np.array([body.leg_length for body in bodies])[feet.owners]
     sizes = np.array([body.foot_length for body in bodies])[feet.owners]
     names = [plan.name for plan in plans]
-    found = [
+    return [
         *_steps(names, feet, legs, sizes, limits),
         *_ground(names, feet, [plan.normals for plan in plans], ground, limits),
-        *_collisions(names, feet, limits),
+        *_bumps(names, feet, obstacles, limits),
     ]
-    order = {name: i for i, name in enumerate(names)}
-    return sorted(found, key=lambda fault: (order[fault.plan], fault.footstep))
 
 
 def lint_steps(plan: FootstepPlan, body: Proportions, *, limits: LintLimits | None = None) -> list[Fault]:
@@ -266,10 +287,28 @@ def _ground(
     return found + _faults(names, feet.owners[poked], feet.numbers[poked], "obstructed", WARNING, pokes[poked], message)
 
 
-def _collisions(names: Sequence[str], feet: FootTable, limits: LintLimits) -> list[Fault]:
+def _bumps(names: Sequence[str], feet: FootTable, obstacles: Sequence[Obstacle], limits: LintLimits) -> list[Fault]:
+    """Footsteps in obstacles, and steps through them."""
+    soles, bodies = find_bumps(feet, obstacles)
+    found = []
+    for bumps, least, what in (
+        (soles, limits.bump, "is {:.2f} m in the obstacle "),
+        (bodies, 0.0, "leads the body {:.2f} m into the obstacle "),
+    ):
+        for row, index, depth in zip(bumps.rows, bumps.obstacles, bumps.depths, strict=True):
+            if depth > least:
+                message, owners, numbers = what + obstacles[index].name, feet.owners[[row]], feet.numbers[[row]]
+                found += _faults(names, owners, numbers, "obstacle", ERROR, np.array([depth]), message)
+    return found
+
+
+def _collisions(
+    names: Sequence[str], plans: Sequence[FootstepPlan], bodies: Sequence[Proportions], limits: LintLimits
+) -> list[Fault]:
     """Feet of different people in one place."""
     if len(names) < 2:
         return []
+    feet = feet_of(plans, bodies)
     collisions = find_collisions(feet)
     found = []
     for (first, second), time, depth in zip(collisions.steps, collisions.times, collisions.depths, strict=True):

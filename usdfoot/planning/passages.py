@@ -172,10 +172,9 @@ class Gates:
         self.thin = radii.copy()
         """Radii of the bodies in the simulation [m], shape (N,)."""
 
-    @property
-    def paces(self) -> FloatArray:
-        """How fast each may go over how fast it likes to, shape (N,)."""
-        return np.where(self.held, 1.0, 1.0 - self.turned * (1.0 - self._sideways))
+    def paces(self, turned: FloatArray) -> FloatArray:
+        """How fast each of those who have turned so far (N,), 1 = sideways, may go over how fast it likes to, (N,)."""
+        return np.where(self.held, 1.0, 1.0 - turned * (1.0 - self._sideways))
 
     def advance(
         self, points: FloatArray, floors: Floors, targets: FloatArray, arrived: BoolArray, now: float

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,15 +16,19 @@ from usdfoot.model.plan import FootstepPlan
 from usdfoot.planning.bypass import go_round
 from usdfoot.planning.footholds import find_footholds, firm_ends, foot_places, tread_steps
 from usdfoot.planning.gait import Gait, derive_gait
+from usdfoot.planning.lint import lint_alone
 from usdfoot.planning.paces import pace_steps, stance_times
 from usdfoot.planning.prints import lay_prints
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.ways import Ways, lay_ways
+from usdfoot.planning.world import Obstacle
 
-__all__ = ["PathOptions", "check_length", "plan_path", "plan_paths"]
+__all__ = ["PathOptions", "plan_each", "plan_path", "plan_paths"]
 
 LONGEST = 1e5
 """A path longer than that is in another unit than was meant, or broken [m]."""
+BARRING = ("unreachable", "steep", "offTerrain", "obstacle")
+"""Faults of plans whose paths lead where nobody walks."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,8 +43,9 @@ class PathOptions:
     """How long the feet stand at the start before one leaves, and at the end [s]."""
     first_side: int = LEFT
     """The foot that steps first."""
-    around: bool = False
-    """Go round ground that is too steep, too low or not walkable; else the path is kept to as it is drawn."""
+    around: bool | None = None
+    """Go round obstacles and ground that is too steep, too low or not walkable: None = where there is a way round,
+    True = or there is no plan, False = the path is kept to as it is drawn."""
 
 
 def plan_path(
@@ -49,9 +54,11 @@ def plan_path(
     *,
     proportions: Proportions | None = None,
     options: PathOptions | None = None,
+    obstacles: Sequence[Obstacle] = (),
 ) -> FootstepPlan:
     """The plan along one path; see `plan_paths`."""
-    return plan_paths([path], ground, proportions=[proportions or Proportions()], options=options)[0]
+    bodies = [proportions or Proportions()]
+    return plan_paths([path], ground, proportions=bodies, options=options, obstacles=obstacles)[0]
 
 
 def plan_paths(
@@ -60,6 +67,7 @@ def plan_paths(
     *,
     proportions: Sequence[Proportions] | None = None,
     options: PathOptions | None = None,
+    obstacles: Sequence[Obstacle] = (),
 ) -> list[FootstepPlan]:
     """Plans along paths, all made together.
 
@@ -70,37 +78,88 @@ def plan_paths(
         paths: Curves with speed, step length and width.
         ground: Terrain to conform to.
         proportions: Of each walker; None = people.
-        options: Start and end.
+        options: Start and end, and what to go round.
+        obstacles: To go round.
 
     Raises:
         PlanError: If a path is shorter than a print is long, or cannot go round what it is to go round.
     """
-    if not paths:
-        return []
+    plans = []
+    for plan in plan_each(paths, ground, proportions=proportions, options=options, obstacles=obstacles):
+        if isinstance(plan, PlanError):
+            raise plan
+        plans.append(plan)
+    return plans
+
+
+def plan_each(
+    paths: Sequence[WalkingPath],
+    ground: Ground,
+    *,
+    proportions: Sequence[Proportions] | None = None,
+    options: PathOptions | None = None,
+    obstacles: Sequence[Obstacle] = (),
+) -> list[FootstepPlan | PlanError]:
+    """As `plan_paths`, with the error in place of each plan that cannot be made."""
     options = options or PathOptions()
     bodies = list(proportions or [Proportions()] * len(paths))
+    found: dict[int, FootstepPlan | PlanError] = {}
+    for row, (path, body) in enumerate(zip(paths, bodies, strict=True)):
+        if error := _wrong_length(path, body):
+            found[row] = error
+    able = [row for row in range(len(paths)) if row not in found]
+    chosen, walking = [paths[row] for row in able], [bodies[row] for row in able]
+    plans = _laid(chosen, walking, ground, options)
+    found |= dict(zip(able, plans, strict=True))
+    if options.around is not False and (ground.has_terrain or obstacles):
+        for index in _barred(plans, ground, walking, obstacles):
+            try:
+                led = go_round(chosen[index], ground, body=walking[index], obstacles=obstacles)
+            except PlanError as error:
+                if options.around:
+                    found[able[index]] = error
+                continue
+            if led is not chosen[index]:
+                found[able[index]] = _laid([led], [walking[index]], ground, options)[0]
+    return [found[row] for row in range(len(paths))]
+
+
+def _wrong_length(path: WalkingPath, body: Proportions) -> PlanError | None:
+    """What is wrong with a path too short to step along, or longer than anybody walks."""
+    if not path.length <= LONGEST:
+        what = f"is {path.length:.3g} m long, more than {LONGEST:g} m"
+        return PlanError(path.name, what, "correct the curve, or the stage's metersPerUnit")
+    if path.length < body.toe:
+        return PlanError(path.name, f"is {path.length:.3g} m long, less than a step", "draw a longer curve")
+    return None
+
+
+def _laid(
+    paths: Sequence[WalkingPath], bodies: list[Proportions], ground: Ground, options: PathOptions
+) -> list[FootstepPlan]:
+    """The plans along paths, which are walked as they are."""
+    if not paths:
+        return []
     sizes = [(body, path.speed, path.step_length, path.step_width) for path, body in zip(paths, bodies, strict=True)]
     known = {
         size: derive_gait(size[0], speed=size[1], step_length=size[2], step_width=size[3])
         for size in dict.fromkeys(sizes)
     }
     gaits = [known[size] for size in sizes]
-    for path, body in zip(paths, bodies, strict=True):
-        check_length(path, body)
-    if options.around:
-        paths = [go_round(path, ground, body=body) for path, body in zip(paths, bodies, strict=True)]
     ways = lay_ways(paths, gaits, ground)
     steps = _steps(ways, gaits, bodies, ground, options)
     return _plans(paths, gaits, ways, ground, steps, options)
 
 
-def check_length(path: WalkingPath, body: Proportions) -> None:
-    """Raise a PlanError if a path is too short to step along, or longer than anybody walks."""
-    if not path.length <= LONGEST:
-        what = f"is {path.length:.3g} m long, more than {LONGEST:g} m"
-        raise PlanError(path.name, what, "correct the curve, or the stage's metersPerUnit")
-    if path.length < body.toe:
-        raise PlanError(path.name, f"is {path.length:.3g} m long, less than a step", "draw a longer curve")
+def _barred(
+    plans: Sequence[FootstepPlan], ground: Ground, bodies: list[Proportions], obstacles: Sequence[Obstacle]
+) -> list[int]:
+    """Which plans have footsteps nobody can step to, or in obstacles; off the terrain nothing is known."""
+    numbered = [replace(plan, name=str(row)) for row, plan in enumerate(plans)]
+    faults = lint_alone(numbered, ground, bodies=bodies, obstacles=obstacles)
+    places = np.array([plans[int(fault.plan)].positions[fault.footstep] for fault in faults]).reshape(-1, 3)
+    known = ground.heights(places[:, [0, 2]], places[:, 1]).hit
+    return sorted({int(fault.plan) for fault, on in zip(faults, known, strict=True) if on and fault.kind in BARRING})
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,6 +14,7 @@ from usdfoot.planning.floors import TIME_STEP, Floors
 from usdfoot.planning.itineraries import Itinerary
 from usdfoot.planning.passages import Gates, find_passages
 from usdfoot.planning.places import Party
+from usdfoot.planning.slipping import HELD_UP, Slips
 from usdfoot.planning.walkable import Area
 
 __all__ = ["Tracks", "simulate"]
@@ -26,6 +27,8 @@ AROUND, HALTED = 0.4, 0.1
 """So is a place around a goal of several at this one [m], by who goes no faster [m/s] for those who stand there."""
 SETTLE = 2.0
 """Who is so close [m] to the places around a goal of several takes one."""
+STAY, NEARER, BESIDE = 8.0, 0.1, 1.0
+"""Who has for so long [s] come no nearer [m] to its place there, so close [m] to somebody who stands at his, stays."""
 PATIENCE, STUCK = 25.0, 0.5
 """It ends when nobody has moved so far [m] for so long [s]."""
 LOOK_AHEAD = 2.0
@@ -73,7 +76,7 @@ def simulate(party: Party, *, duration: float) -> Tracks:
     legs, floors = _Legs(party.itineraries, party.goals), Floors(party)
     detours = _Detours(party.area, max(seeker.radius for seeker in party.seekers), len(party.seekers))
     everyone = list(range(len(party.seekers)))
-    gates = _gates(party, floors)
+    gates, slips = _gates(party, floors), Slips(party.seekers)
     floors.steer(everyone, legs.targets)
     turned = [gates.turned.copy()]
     samples = [np.array([seeker.start[[0, 2]] for seeker in party.seekers])]
@@ -84,15 +87,24 @@ def simulate(party: Party, *, duration: float) -> Tracks:
         samples.append(gates.centred(points, floors.levels))
         changed = legs.advance(points, floors.go_over(legs.next_levels))
         changed += gates.advance(points, floors, legs.targets, legs.arrived, len(samples) * SAMPLE_STEP)
-        floors.slim(gates.thin)
-        turned.append(gates.turned.copy())
-        changed += detours.advance(samples, legs.arrived | gates.held, floors)
+        held_up = max(0, len(samples) - 1 - round(HELD_UP / SAMPLE_STEP))
+        slips.advance(
+            points,
+            np.linalg.norm(points - samples[held_up], axis=1),
+            floors.levels,
+            standing=legs.arrived,
+            waits=gates.held | gates.led,
+            now=len(samples) * SAMPLE_STEP,
+        )
+        floors.slim(np.minimum(gates.thin, slips.thin))
+        turned.append(np.maximum(gates.turned, slips.turned))
+        changed += detours.advance(samples, legs.arrived | gates.held | slips.active, floors)
         if len(samples) % round(LOOK_AHEAD / SAMPLE_STEP) == 0:
             changed = everyone
         targets = np.where((gates.held | gates.led)[:, None], gates.places, legs.targets)
         floors.steer(changed, np.where(detours.active[:, None], detours.targets, targets))
         heights.append(party.area.height_at(floors.levels, points))
-        floors.pace(_paces(samples, heights) * gates.paces)
+        floors.pace(_paces(samples, heights) * gates.paces(turned[-1]))
     times = SAMPLE_STEP * np.arange(len(samples))
     return Tracks(
         times=times,
@@ -135,7 +147,7 @@ class _Legs:
     """Which point of its itinerary each seeker is on its way to.
 
     Those with one last goal take the places around it from the middle outwards as they come: nobody has to get past
-    those who stand.
+    those who stand. Who does not get through to its place has arrived in the thick of them.
 
     Args:
         itineraries: One a seeker, to a place of its own at its last goal.
@@ -156,6 +168,7 @@ class _Legs:
         self.arrived = np.zeros(len(itineraries), dtype=bool)
         self._settled = np.zeros(len(itineraries), dtype=bool)
         self._before = np.full((len(itineraries), 2), np.inf)
+        self._nearest, self._waited = np.full(len(itineraries), np.inf), np.zeros(len(itineraries))
         ends = np.column_stack([goals, self._levels[:, -1]])
         sharing = np.unique(ends, axis=0, return_inverse=True)[1].reshape(-1)
         self._circles = [np.flatnonzero(sharing == one) for one in np.flatnonzero(np.bincount(sharing) > 1)]
@@ -178,6 +191,7 @@ class _Legs:
         away, moved = (np.linalg.norm(points - before, axis=1) for before in (self.targets, self._before))
         self._before = points
         there = (away <= ARRIVAL) | (self._settled & (away <= AROUND) & (moved <= HALTED * SAMPLE_STEP))
+        there |= self._stays(points, away)
         there &= ~self.arrived & (self.next_levels < 0)
         self.arrived |= there & (self._current == self._last)
         self._current[(there & ~self.arrived) | over] += 1
@@ -186,6 +200,20 @@ class _Legs:
     def left(self, points: FloatArray) -> FloatArray:
         """How far seekers at points (N, 2) are from their last goals [m], shape (N,)."""
         return np.asarray(np.linalg.norm(points - self._points[:, -1], axis=1))
+
+    def _stays(self, points: FloatArray, away: FloatArray) -> BoolArray:
+        """Whether each, so far from its place (N,) [m], stays among those who stand; its place is there now."""
+        nearer = away < self._nearest - NEARER
+        self._nearest = np.where(nearer, away, self._nearest)
+        self._waited = np.where(nearer | ~self._settled, 0.0, self._waited + SAMPLE_STEP)
+        stays = (self._waited > STAY) & ~self.arrived
+        for circle in self._circles:
+            own, standing = circle[stays[circle]], points[circle[self.arrived[circle]]]
+            gaps = np.linalg.norm(points[own][:, None] - standing, axis=2)
+            stays[own] = np.min(gaps, axis=1, initial=np.inf) <= BESIDE
+        for one in np.flatnonzero(stays).tolist():
+            self._points[one, self._last[one] :] = points[one]
+        return stays
 
     def _settle(self, points: FloatArray) -> list[int]:
         """Have those near a goal of several take the innermost place that nobody there has; gives back who changed."""
@@ -208,6 +236,7 @@ class _Legs:
         for index, place in zip((one, other), places, strict=True):
             self._points[index, self._last[index] :] = place
         self._away[[one, other]] = self._away[[other, one]]
+        self._nearest[[one, other]] = np.inf
 
 
 class _Detours:

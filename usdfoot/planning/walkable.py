@@ -88,7 +88,9 @@ def walkable_areas(
     labels = split_levels(spots)
     for label in np.flatnonzero(np.bincount(labels, minlength=1) * spots.cell**2 >= LEAST).tolist():
         reached = extend_level(spots, labels, label)
-        beside = [one for one in obstacles if _stands_on(one, spots, reached)]
+        heights = np.full(spots.shape, np.nan)
+        heights.flat[spots.columns[reached]] = spots.heights[reached]
+        beside = [one for one in obstacles if _stands_on(one, spots, heights)]
         for part in _parts(_without(_outline(floor, spots, reached), beside)):
             covered = reached & shapely.contains_xy(part, spots.points[:, 0], spots.points[:, 1])
             if np.any(covered & (labels == label)):
@@ -173,11 +175,16 @@ def _breaks(spots: Spots, reached: BoolArray) -> shapely.Geometry | None:
     return whole.buffer(0.5 * WALL, cap_style="square", join_style="mitre")
 
 
-def _stands_on(obstacle: Obstacle, spots: Spots, reached: BoolArray) -> bool:
-    """Whether an obstacle is in the way on a level."""
+def _stands_on(obstacle: Obstacle, spots: Spots, heights: FloatArray) -> bool:
+    """Whether an obstacle is in the way on a level, of heights [m] in the cells of the spots, NaN off it, (X, Z)."""
     near = shapely.Polygon(obstacle.outline).buffer(obstacle.margin + spots.cell)
-    inside = reached & shapely.contains_xy(near, spots.points[:, 0], spots.points[:, 1])
-    return bool(np.any(is_beside(obstacle, spots.heights[inside])))
+    low, high = (np.reshape(near.bounds, (2, 2)) - spots.corner) / spots.cell
+    first, last = np.maximum(np.ceil(low), 0.0).astype(int), np.maximum(np.floor(high) + 1.0, 0.0).astype(int)
+    window = heights[first[0] : last[0], first[1] : last[1]]
+    cells = np.argwhere(~np.isnan(window))
+    points = spots.corner + spots.cell * (first + cells)
+    inside = shapely.contains_xy(near, points[:, 0], points[:, 1])
+    return bool(np.any(is_beside(obstacle, window[tuple(cells[inside].T)])))
 
 
 def _without(floor: shapely.Geometry, obstacles: Sequence[Obstacle]) -> shapely.Geometry:

@@ -32,6 +32,9 @@ __all__ = [
 
 IK_REACH = 0.3
 """Largest IK correction where none is authored [m]."""
+_WALKED = (Token.PLAN, Token.PATH, Token.TRAJECTORY)
+"""Relationships of which one says where an agent goes."""
+_RELATIONSHIPS = (*_WALKED, Token.CHARACTER, Token.CLIPS)
 _OPTIONS = (Token.MOTION, Token.ROOT_WEIGHT, Token.REPLACE_DISTANCE, Token.IK_REACH)
 
 
@@ -86,16 +89,18 @@ def list_agents(stage: Usd.Stage, prims: StagePrims) -> tuple[tuple[AgentSource,
             AgentSource(name=name, prim=plan, plan=plan, character=None, clips=(), is_authored=False)
             for name, plan in zip(names, plans, strict=True)
         ), ()
-    claimed = {path for prim in marked for path in targets(prim, Token.PLAN)}
+    pointed = [_pointed(prim) for prim in marked]
+    claimed = {path for found in pointed for path in found.get(Token.PLAN, ())}
     unclaimed = [plan for plan in plans if plan.GetPath() not in claimed]
-    default = unclaimed[0] if len(unclaimed) == 1 and sum(map(_is_idle, marked)) == 1 else None
+    default = unclaimed[0] if len(unclaimed) == 1 and sum(map(_is_idle, pointed)) == 1 else None
     sources, problems = [], []
-    for name, prim in zip(_unique_names([prim.GetName() for prim in marked]), marked, strict=True):
+    names = _unique_names([prim.GetName() for prim in marked])
+    for name, prim, found in zip(names, marked, pointed, strict=True):
         try:
-            sources.append(_source(stage, prim, name, default))
+            sources.append(_source(stage, prim, name, found, default))
         except (PlanError, SceneError) as error:
             problems.append(Problem(severity="error", where=str(prim.GetPath()), message=str(error)))
-        problems += _unused_targets(prim)
+        problems += _unused_targets(prim, found)
     if default is None:
         problems += [_nobody_walks(plan) for plan in unclaimed]
     return tuple(sources), tuple(problems)
@@ -108,11 +113,12 @@ def list_agents_without_plans(
     marked = prims.with_apis.get(Schema.AGENT, ())
     sources, problems = [], []
     for name, prim in zip(_unique_names([prim.GetName() for prim in marked]), marked, strict=True):
+        found = _pointed(prim)
         has_goal = bool(targets(prim, Token.GOAL))
-        if not has_goal and (with_goals or not _is_idle(prim)):
+        if not has_goal and (with_goals or not _is_idle(found)):
             continue
         try:
-            sources.append(_source(stage, prim, name, prim))
+            sources.append(_source(stage, prim, name, found, prim))
         except (PlanError, SceneError) as error:
             problems.append(Problem(severity="error", where=str(prim.GetPath()), message=str(error)))
     return tuple(sources), tuple(problems)
@@ -177,30 +183,38 @@ def read_agent_options(source: AgentSource, units: StageUnits) -> AgentOptions:
     )
 
 
-def _source(stage: Usd.Stage, prim: Usd.Prim, name: str, default_plan: Usd.Prim | None) -> AgentSource:
+def _pointed(prim: Usd.Prim) -> dict[str, list[Sdf.Path]]:
+    """What an agent's relationships point at, by name; without those that point at nothing."""
+    found = {name: targets(prim, name) for name in prim.GetAuthoredPropertyNames() if name in _RELATIONSHIPS}
+    return {name: paths for name, paths in found.items() if paths}
+
+
+def _source(
+    stage: Usd.Stage, prim: Usd.Prim, name: str, pointed: Mapping[str, list[Sdf.Path]], default_plan: Usd.Prim | None
+) -> AgentSource:
     """Raises PlanError or SceneError if a relationship is missing or points nowhere."""
-    plan = _target(stage, prim, Token.PLAN)
-    path = _target(stage, prim, Token.PATH) if plan is None else None
-    trajectory = _target(stage, prim, Token.TRAJECTORY) if plan is None and path is None else None
+    plan = _target(stage, prim, Token.PLAN, pointed)
+    path = _target(stage, prim, Token.PATH, pointed) if plan is None else None
+    trajectory = _target(stage, prim, Token.TRAJECTORY, pointed) if plan is None and path is None else None
     number = authored(prim, Token.ID)
     return AgentSource(
         name=name,
         prim=prim,
         plan=plan or path or trajectory or _default_plan(prim, default_plan),
         path=path,
-        character=_target(stage, prim, Token.CHARACTER),
-        clips=tuple(_existing(stage, prim, Token.CLIPS)),
+        character=_target(stage, prim, Token.CHARACTER, pointed),
+        clips=tuple(_existing(stage, prim, Token.CLIPS, pointed)),
         is_authored=True,
         trajectory=trajectory,
         number=None if number is None else int(number),
     )
 
 
-def _unused_targets(prim: Usd.Prim) -> list[Problem]:
+def _unused_targets(prim: Usd.Prim, pointed: Mapping[str, list[Sdf.Path]]) -> list[Problem]:
     """A warning for each relationship of an agent with several targets of which one can count."""
     problems = []
-    for name in (Token.PLAN, Token.PATH, Token.TRAJECTORY, Token.CHARACTER):
-        first, *others = targets(prim, name) or [None]
+    for name in (*_WALKED, Token.CHARACTER):
+        first, *others = pointed.get(name, (None,))
         if others:
             unused = ", ".join(map(str, others))
             message = f"{prim.GetPath()}: {name} has several targets, {first} is used. remove {unused}"
@@ -208,9 +222,9 @@ def _unused_targets(prim: Usd.Prim) -> list[Problem]:
     return problems
 
 
-def _is_idle(prim: Usd.Prim) -> bool:
-    """Whether an agent prim says nothing of where it goes."""
-    return not any(targets(prim, name) for name in (Token.PLAN, Token.PATH, Token.TRAJECTORY))
+def _is_idle(pointed: Mapping[str, list[Sdf.Path]]) -> bool:
+    """Whether an agent says nothing of where it goes."""
+    return not any(name in pointed for name in _WALKED)
 
 
 def _default_plan(prim: Usd.Prim, default: Usd.Prim | None) -> Usd.Prim:
@@ -225,18 +239,19 @@ def _default_plan(prim: Usd.Prim, default: Usd.Prim | None) -> Usd.Prim:
     return default
 
 
-def _target(stage: Usd.Stage, prim: Usd.Prim, name: str) -> Usd.Prim | None:
-    existing = _existing(stage, prim, name)
+def _target(stage: Usd.Stage, prim: Usd.Prim, name: str, pointed: Mapping[str, list[Sdf.Path]]) -> Usd.Prim | None:
+    existing = _existing(stage, prim, name, pointed)
     return stage.GetPrimAtPath(existing[0]) if existing else None
 
 
-def _existing(stage: Usd.Stage, prim: Usd.Prim, name: str) -> list[Sdf.Path]:
+def _existing(stage: Usd.Stage, prim: Usd.Prim, name: str, pointed: Mapping[str, list[Sdf.Path]]) -> list[Sdf.Path]:
     """Targets of a relationship, all of which must exist and be active, as what is below them must."""
-    found = targets(prim, name)
-    absent = [path for path in found if not stage.GetPrimAtPath(path)]
+    found = pointed.get(name, [])
+    prims = [stage.GetPrimAtPath(path) for path in found]
+    absent = [path for path, target in zip(found, prims, strict=True) if not target]
     if absent:
         raise SceneError(prim.GetPath(), f"{name} points at what does not exist", "correct the target", absent)
-    muted = [path for path in found if not stage.GetPrimAtPath(path).IsActive()]
+    muted = [path for path, target in zip(found, prims, strict=True) if not target.IsActive()]
     if muted:
         raise SceneError(prim.GetPath(), f"{name} points at what is inactive", "activate it, or mute the agent", muted)
     return found

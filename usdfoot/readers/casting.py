@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 import numpy as np
 from pxr import Sdf, Usd, UsdSkel
@@ -32,6 +33,9 @@ from usdfoot.readers.tuning import read_tuning
 __all__ = ["Casting", "skipped"]
 
 
+_Found = TypeVar("_Found", int, Usd.Prim)
+
+
 @dataclass(kw_only=True)
 class Casting:
     """Gives agents their character and clips, reading each only once."""
@@ -51,7 +55,7 @@ class Casting:
     characters: list[Character] = field(default_factory=list)
     libraries: list[ClipLibrary] = field(default_factory=list)
     problems: list[Problem] = field(default_factory=list)
-    _only: Usd.Prim | None = None
+    _only: Usd.Prim | UsdfootError | None = None
     _unfit: dict[str, str] = field(default_factory=dict)
     _tuning_of: dict[str, BodyTuning] = field(default_factory=dict)
     _key_of: dict[tuple[Sdf.Path, float], tuple[object, ...]] = field(default_factory=dict)
@@ -73,7 +77,7 @@ class Casting:
         performer = self._performer(source)
         if performer is None:
             return None
-        if authored(source.plan, Plan.ROOT_WEIGHTS) or plan.root_weights.any():  # artists add some
+        if plan.root_weights.any() or authored(source.plan, Plan.ROOT_WEIGHTS):  # artists add some
             performer = replace(performer, root_weight=0.0)
         elif (plan.root_weights != performer.root_weight).any():
             plan = replace(plan, root_weights=np.full(len(plan), performer.root_weight))
@@ -155,8 +159,11 @@ class Casting:
     def _only_character(self) -> Usd.Prim:
         """The stage's only character, looked for once."""
         if self._only is None:
-            self._only = only_character(self.prims, self.foreign)
-        return self._only
+            try:
+                self._only = only_character(self.prims, self.foreign)
+            except UsdfootError as error:
+                self._only = error
+        return _or_raise(self._only)
 
     def _library(self, source: AgentSource, character: int, prim: Usd.Prim, *, required: bool) -> int:
         """Index of the library with the agent's clips on its character."""
@@ -231,7 +238,7 @@ def _no_clips(source: AgentSource, character: Character, count: int, names: Sequ
     )
 
 
-def _or_raise(result: int | UsdfootError) -> int:
+def _or_raise(result: _Found | UsdfootError) -> _Found:
     if isinstance(result, UsdfootError):
         raise result
     return result

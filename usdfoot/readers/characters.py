@@ -14,7 +14,8 @@ from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import SkeletonError
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
-from usdfoot.model.skeleton import Pose
+from usdfoot.model.biped import Biped
+from usdfoot.model.skeleton import Pose, Skeleton, forward_kinematics
 from usdfoot.readers.assets import asset_of, character_prim_of, look_of
 from usdfoot.readers.biped import read_biped
 from usdfoot.readers.bounds import read_bounds
@@ -28,6 +29,8 @@ __all__ = ["character_key", "find_skeleton", "only_character", "read_character"]
 _logger = logging.getLogger(__name__)
 
 _LEVEL = 1e-6
+_UPRIGHT = 0.5
+"""Legs that go down by less than this part of their length lie rather than stand."""
 
 
 def find_skeleton(prim: Usd.Prim) -> Usd.Prim:
@@ -100,6 +103,9 @@ def read_character(prim: Usd.Prim, units: StageUnits, frame_codes: FloatArray) -
     skin = read_skin(meshes, skeleton_prim, raw)
     asset, asset_prim = asset_of(prim)
     _warn_of_size(prim, skeleton.rest_translations, asset)
+    biped = read_biped(skeleton_prim, raw, skeleton, skeleton_to_agent, skin)
+    bind_pose = _bind_pose(raw, skeleton_to_agent)
+    _warn_of_posture(prim, skeleton, biped, bind_pose, asset)
     return Character(
         path=str(prim.GetPath()),
         asset=asset,
@@ -110,12 +116,12 @@ def read_character(prim: Usd.Prim, units: StageUnits, frame_codes: FloatArray) -
         agent_scale=scale,
         skeleton_to_agent=skeleton_to_agent,
         skeleton=skeleton,
-        biped=read_biped(skeleton_prim, raw, skeleton, skeleton_to_agent, skin),
+        biped=biped,
         rest_scales=raw.scales,
         inherited_scales=raw.inherited_scales,
         bounds=read_bounds(asset, asset_prim, _relative(skeleton_prim, prim), raw.joints),
         still_extent=_still_extent(prim, units, tilt, scale),
-        bind_pose=_bind_pose(raw, skeleton_to_agent),
+        bind_pose=bind_pose,
         blend_shapes=_blend_shapes(skeleton_prim),
     )
 
@@ -199,6 +205,18 @@ def _warn_of_size(prim: Usd.Prim, rest_translations: FloatArray, asset: str) -> 
             "%s: bones of %.3g m; %s seems to be in other units than the scene, scale the prim to fit",
             prim.GetPath(),
             reach,
+            asset,
+        )
+
+
+def _warn_of_posture(prim: Usd.Prim, skeleton: Skeleton, biped: Biped, bind: Pose | None, asset: str) -> None:
+    """Say so if the legs point down neither at rest nor in the bind pose."""
+    rest, _ = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
+    legs = [(p[list(biped.ankles)] - p[list(biped.hips)]).sum(axis=0) for p in (rest, bind.places if bind else rest)]
+    if all(-leg[1] < _UPRIGHT * np.linalg.norm(leg) for leg in legs):
+        _logger.warning(
+            "%s: its legs do not point down; %s seems to have another up axis than the scene, rotate the prim upright",
+            prim.GetPath(),
             asset,
         )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,9 @@ from usdfoot.bridge.tokens import PROVENANCE, ChunkFiles, File, Record, chunk_fo
 __all__ = ["find_agents", "open_chunk", "read_record"]
 
 
-def read_record(folder: Path, files: ChunkFiles, content_hash: str) -> str | None:
+def read_record(
+    folder: Path, files: ChunkFiles, content_hash: str, *, intact: Collection[str] | None = None
+) -> str | None:
     """The record of a chunk that is there, whole, and made from what the hash stands for; None otherwise.
 
     It may be part of the crowd or wait to become one.
@@ -23,8 +25,11 @@ def read_record(folder: Path, files: ChunkFiles, content_hash: str) -> str | Non
         folder: Of the crowd.
         files: Names of the chunk's files.
         content_hash: What the chunk must be made from.
+        intact: Files of the crowd that are as they were written; None = as far as they tell themselves.
     """
     place = chunk_folder(folder, files)
+    if place == folder and not _all_in(files, intact):
+        return None
     record = None
     for name in files:
         notes = _notes(_opened(place / name, metadata_only=True))
@@ -34,10 +39,22 @@ def read_record(folder: Path, files: ChunkFiles, content_hash: str) -> str | Non
     return record
 
 
-def find_agents(folder: Path) -> dict[tuple[str, str], ChunkFiles]:
-    """Files, relative to the folder, of all agents made before, by name and hash of what each was made from."""
+def find_agents(
+    folder: Path, *, intact: Collection[str] | None = None, kept: Collection[ChunkFiles] = ()
+) -> dict[tuple[str, str], ChunkFiles]:
+    """Files, relative to the folder, of agents made before, by name and hash of what each was made from.
+
+    Args:
+        folder: Of the crowd.
+        intact: As of `read_record`.
+        kept: Chunks in which nobody need be looked for, as they stay as they are.
+    """
+    settled = {chunk_folder(folder, files) / files.anims for files in kept}
     found: dict[tuple[str, str], ChunkFiles] = {}
     for files in _all_chunks(folder):
+        is_waiting = files.anims.startswith(f"{File.PENDING}/")
+        if folder / files.anims in settled or not (is_waiting or _all_in(files, intact)):
+            continue
         hashes = _notes(_opened(folder / files.anims, metadata_only=True)).get(Record.AGENT_HASHES, {})
         found.update(dict.fromkeys(hashes.items(), files))
     return found
@@ -62,6 +79,10 @@ def open_chunk(folder: Path, files: ChunkFiles) -> tuple[ChunkLayers, ChunkNotes
     return ChunkLayers(agents=agents, footsteps=footsteps, anims=anims), ChunkNotes(
         content_hash=content_hash, agent_hashes=dict(notes.get(Record.AGENT_HASHES, {})), record=notes[Record.REPORT]
     )
+
+
+def _all_in(files: ChunkFiles, intact: Collection[str] | None) -> bool:
+    return intact is None or all(name in intact for name in files)
 
 
 def _all_chunks(folder: Path) -> Iterator[ChunkFiles]:

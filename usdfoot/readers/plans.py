@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from pxr import Usd, UsdGeom
@@ -17,16 +19,27 @@ from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.plan import FootstepPlan, PlanDraft
 from usdfoot.model.report import Problem
-from usdfoot.readers.skeleton import is_moving, matrices_of
-from usdfoot.readers.stage import authored, is_authored, start_code
+from usdfoot.readers.skeleton import StartTransforms, matrices_of
+from usdfoot.readers.stage import authored_values, is_authored
 from usdfoot.readers.transform_codes import transform_codes
 
 __all__ = ["is_plan", "path_orientations", "read_draft", "read_plan", "read_prints"]
 
 _logger = logging.getLogger(__name__)
 
+_PRINTS = (
+    str(UsdGeom.Tokens.protoIndices),
+    str(UsdGeom.Tokens.positions),
+    str(UsdGeom.Tokens.orientations),
+    str(UsdGeom.Tokens.orientationsf),
+    str(UsdGeom.Tokens.invisibleIds),
+    Token.ROOT_WEIGHTS,
+    Token.STYLES,
+)
+_TIMES = (Token.STRIKE_TIMES, Token.LIFTOFF_TIMES)
 _UPRIGHT = 0.5
 """Prints whose normals rise less than this, on average, are read with the wrong axes: nobody stands on 60 degrees."""
+_UNTURNED = np.eye(3)
 _UNTIMED = "author one entry a footstep, or let usdfoot plan timing find the times"
 SAME_TIME = 1e-4
 """Two first strikes or two last liftoffs nearer than this are at one time: a stand [s]."""
@@ -38,35 +51,38 @@ def is_plan(prim: Usd.Prim) -> bool:
     """Whether a prim is a footstep plan: it has UsdfootPlanAPI, or is a PointInstancer with a plan's times."""
     if has_api(prim, Schema.PLAN):
         return True
-    has_times = any(is_authored(prim, name) for name in (Token.STRIKE_TIMES, Token.LIFTOFF_TIMES))
+    has_times = any(is_authored(prim, name) for name in _TIMES)
     return prim.IsA(UsdGeom.PointInstancer) and has_times
 
 
-def read_plan(prim: Usd.Prim, units: StageUnits) -> tuple[FootstepPlan, tuple[Problem, ...]]:
+def read_plan(
+    prim: Usd.Prim, units: StageUnits, transforms: StartTransforms | None = None
+) -> tuple[FootstepPlan, tuple[Problem, ...]]:
     """The plan in the canonical world, and warnings about it.
 
     Args:
         prim: PointInstancer, with or without UsdfootPlanAPI.
         units: Of the stage.
+        transforms: Of the stage, for whoever reads many plans.
 
     Raises:
         PlanError: If the prim is no PointInstancer, lacks an array, or the plan is inconsistent.
     """
-    draft, problems = read_draft(prim, units)
+    draft, problems = read_draft(prim, units, transforms)
     return draft.checked(), problems
 
 
-def read_draft(prim: Usd.Prim, units: StageUnits) -> tuple[PlanDraft, tuple[Problem, ...]]:
+def read_draft(
+    prim: Usd.Prim, units: StageUnits, transforms: StartTransforms | None = None
+) -> tuple[PlanDraft, tuple[Problem, ...]]:
     """As `read_plan`, but whether the arrays are a plan is not checked.
 
     Raises:
         PlanError: If the prim is no PointInstancer or lacks an array.
     """
-    draft, problems = read_prints(prim, units)
-    strikes, liftoffs = (
-        units.codes_to_times(_array(prim, name, (), float, _UNTIMED))
-        for name in (Token.STRIKE_TIMES, Token.LIFTOFF_TIMES)
-    )
+    draft, problems = read_prints(prim, units, transforms)
+    said = authored_values(prim, _TIMES)
+    strikes, liftoffs = (units.codes_to_times(_array(prim, said, name, (), float, _UNTIMED)) for name in _TIMES)
     draft = replace(draft, strike_times=_together(strikes, 0, 1), liftoff_times=_together(liftoffs, -2, -1))
     return draft, problems
 
@@ -80,7 +96,9 @@ def _together(times: FloatArray, one: int, other: int) -> FloatArray:
     return times
 
 
-def read_prints(prim: Usd.Prim, units: StageUnits) -> tuple[PlanDraft, tuple[Problem, ...]]:
+def read_prints(
+    prim: Usd.Prim, units: StageUnits, transforms: StartTransforms | None = None
+) -> tuple[PlanDraft, tuple[Problem, ...]]:
     """As `read_draft`, but without times, which are all zero.
 
     Raises:
@@ -90,12 +108,13 @@ def read_prints(prim: Usd.Prim, units: StageUnits) -> tuple[PlanDraft, tuple[Pro
     if not prim.IsA(UsdGeom.PointInstancer):
         kind = prim.GetTypeName() or "an untyped prim"
         raise PlanError(where, f"is {kind}", "a footstep plan is a PointInstancer with UsdfootPlanAPI")
-    sides = _array(prim, UsdGeom.Tokens.protoIndices, (), int)
-    local = _array(prim, UsdGeom.Tokens.positions, (3,), float)
-    matrix = matrices_of(prim, np.array([start_code(prim.GetStage()).GetValue()]))[0]
+    said, transforms = authored_values(prim, _PRINTS), transforms or StartTransforms(prim.GetStage())
+    sides = _array(prim, said, UsdGeom.Tokens.protoIndices, (), int)
+    local = _array(prim, said, UsdGeom.Tokens.positions, (3,), float)
+    matrix = transforms.matrix_of(prim)
     positions = units.points_to_canonical(local @ matrix[:3, :3] + matrix[3, :3])
-    orientations, problems = _orientations(prim, units, matrix, sides, positions)
-    weights = authored(prim, Token.ROOT_WEIGHTS)
+    orientations, problems = _orientations(prim, said, units, matrix, sides, positions)
+    weights = said.get(Token.ROOT_WEIGHTS)
     draft = PlanDraft(
         name=where,
         sides=sides,
@@ -104,9 +123,9 @@ def read_prints(prim: Usd.Prim, units: StageUnits) -> tuple[PlanDraft, tuple[Pro
         strike_times=np.zeros(len(sides)),
         liftoff_times=np.zeros(len(sides)),
         root_weights=np.array(weights, dtype=float) if weights else np.zeros(len(sides)),
-        styles=tuple(str(style) for style in authored(prim, Token.STYLES) or ()),
+        styles=tuple(str(style) for style in said.get(Token.STYLES) or ()),
     )
-    return draft, (*problems, *_ignored(prim))
+    return draft, (*problems, *_ignored(prim, said.get(UsdGeom.Tokens.invisibleIds), transforms))
 
 
 def path_orientations(sides: IntArray, positions: FloatArray) -> FloatArray:
@@ -134,10 +153,15 @@ def path_orientations(sides: IntArray, positions: FloatArray) -> FloatArray:
 
 
 def _array(
-    prim: Usd.Prim, name: str, shape: tuple[int, ...], kind: type, remedy: str = "author one entry a footstep"
+    prim: Usd.Prim,
+    said: Mapping[str, Any],
+    name: str,
+    shape: tuple[int, ...],
+    kind: type,
+    remedy: str = "author one entry a footstep",
 ) -> np.ndarray:
-    """An array attribute of the plan, shape (N, *shape)."""
-    value = authored(prim, name)
+    """An array of what is said of the plan, shape (N, *shape)."""
+    value = said.get(name)
     if value is None:
         raise PlanError(prim.GetPath(), f"has no {name}", remedy)
     array: np.ndarray = np.array(value, dtype=kind)
@@ -145,10 +169,15 @@ def _array(
 
 
 def _orientations(
-    prim: Usd.Prim, units: StageUnits, matrix: FloatArray, sides: IntArray, positions: FloatArray
+    prim: Usd.Prim,
+    said: Mapping[str, Any],
+    units: StageUnits,
+    matrix: FloatArray,
+    sides: IntArray,
+    positions: FloatArray,
 ) -> tuple[FloatArray, tuple[Problem, ...]]:
     """Canonical orientations of the prints; without any they face along the path, with a warning."""
-    value = next((v for name in ("orientationsf", "orientations") if (v := authored(prim, name))), None)
+    value = next((v for name in ("orientationsf", "orientations") if (v := said.get(name))), None)
     if value is not None:
         return _to_world(prim, units, matrix, np.array(value, dtype=float)), ()
     if len(sides) != len(positions) or len(sides) < 2:
@@ -161,10 +190,10 @@ def _orientations(
     return path_orientations(sides, positions), (problem,)
 
 
-def _ignored(prim: Usd.Prim) -> tuple[Problem, ...]:
+def _ignored(prim: Usd.Prim, hidden: Any, transforms: StartTransforms) -> tuple[Problem, ...]:
     """Warnings of what viewers show otherwise: hidden prints stay, arrays beside theirs count them, and none moves."""
     where, found = str(prim.GetPath()), []
-    edits, hidden = prim.GetMetadata(UsdGeom.Tokens.inactiveIds), authored(prim, UsdGeom.Tokens.invisibleIds)
+    edits = prim.GetMetadata(UsdGeom.Tokens.inactiveIds)
     for state, count in (
         ("inactive", len(edits.ApplyOperations([])) if edits else 0),
         ("invisible", len(hidden) if hidden else 0),
@@ -173,7 +202,7 @@ def _ignored(prim: Usd.Prim) -> tuple[Problem, ...]:
             found.append(
                 f"{count} of its prints are {state}, but stay footsteps. delete their entries from every array"
             )
-    if is_moving(prim) and np.ptp(matrices_of(prim, transform_codes(prim)), axis=0).any():
+    if transforms.is_moving(prim) and np.ptp(matrices_of(prim, transform_codes(prim)), axis=0).any():
         found.append("its transform is animated, its prints are read at the stage's start. remove the animation")
     return tuple(Problem(severity="warning", where=where, message=f"{where}: {text}") for text in found)
 
@@ -193,7 +222,7 @@ def _to_world(prim: Usd.Prim, units: StageUnits, matrix: FloatArray, orientation
             "author unit quaternions",
         )
     own = orientations / lengths[:, None]
-    if (matrix[:3, :3] == np.eye(3)).all():
+    if np.array_equal(matrix[:3, :3], _UNTURNED):
         unturned = units.rotations_to_canonical(own)
         if (1.0 - 2.0 * (unturned[:, 0] ** 2 + unturned[:, 2] ** 2)).mean() >= _UPRIGHT:
             return np.where(unturned[:, 3:] < 0.0, -unturned, unturned)

@@ -26,12 +26,14 @@ from usdfoot.readers.agents import AgentSource, list_agents, read_visibility, se
 from usdfoot.readers.casting import Casting, skipped
 from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.far_agents import SamplingReader
+from usdfoot.readers.obstacles import read_obstacles
 from usdfoot.readers.overrides import read_overrides
 from usdfoot.readers.plans import read_plan
-from usdfoot.readers.skeleton import check_skeletons
+from usdfoot.readers.skeleton import StartTransforms, check_skeletons
 from usdfoot.readers.stage import StagePrims, collect_prims, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
 from usdfoot.readers.trajectories import TrajectoryReader
+from usdfoot.readers.tuning import UNTUNED
 from usdfoot.readers.walkers import plan_walkers, read_walkers
 
 __all__ = ["SceneReader", "read_scene"]
@@ -41,7 +43,6 @@ Walking = TypeVar("Walking", Agent, Follower)
 _logger = logging.getLogger(__name__)
 
 _ROUNDING = 1e-6
-UNTUNED = BodyTuning()
 
 
 def read_scene(
@@ -129,6 +130,7 @@ class SceneReader:
         self._walk_problems: list[Problem] = []
         self._roots: dict[str, RootTrajectory] = {}
         self._trajectories = TrajectoryReader(units=self.info.units)
+        self._transforms = StartTransforms(stage)
         self._frames: dict[str, FloatArray] = {}
         self._cast: dict[str, Agent | Follower | None] = {}
         self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units, limits=limits)
@@ -211,8 +213,9 @@ class SceneReader:
             return self._sampled(follower, walk) if follower else None
         if isinstance(walk, FootstepPlan):
             agent = self._casting.cast(source, walk, self._roots.get(source.name))
-            planned_here = walk is self._planned.get(source.name)
-            return self._sampled(replace(agent, flights_open=planned_here), walk) if agent else None
+            if agent and walk is self._planned.get(source.name):
+                agent = replace(agent, flights_open=True)
+            return self._sampled(agent, walk) if agent else None
         return None
 
     def _sampled(self, performer: Walking, walk: FootstepPlan | RootTrajectory) -> Walking:
@@ -225,7 +228,8 @@ class SceneReader:
     def _plan_paths(self, stage: Usd.Stage, prims: StagePrims) -> dict[str, FootstepPlan | UsdfootError]:
         """Plans of all agents that follow a path, or why there is none, by agent name."""
         walkers, errors = read_walkers(stage, prims, self.info.units, sources=self._chosen)
-        return {**plan_walkers(walkers, self._terrain), **errors}
+        obstacles = read_obstacles(stage, prims, self.info.units)[0] if walkers else ()
+        return {**plan_walkers(walkers, self._terrain, obstacles=obstacles), **errors}
 
     def _all_walks(self) -> Iterator[FootstepPlan | RootTrajectory]:
         """Every plan and trajectory that can be read."""
@@ -274,7 +278,7 @@ class SceneReader:
         planned = self._planned.get(source.name)
         if isinstance(planned, UsdfootError):
             raise planned
-        return (planned, ()) if planned is not None else read_plan(source.plan, self.info.units)
+        return (planned, ()) if planned is not None else read_plan(source.plan, self.info.units, self._transforms)
 
     def _plan_of_name(self, name: str) -> FootstepPlan | None:
         """The plan that the scene gives the agent of a name; of one that has none there, what it last walked."""

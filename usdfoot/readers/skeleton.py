@@ -16,9 +16,11 @@ from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.limits import Limits, check_limit
 from usdfoot.model.skeleton import Skeleton
 from usdfoot.readers.joints import parent_indices
+from usdfoot.readers.stage import start_code
 
 __all__ = [
     "RawSkeleton",
+    "StartTransforms",
     "check_skeletons",
     "fold_scales",
     "is_moving",
@@ -57,7 +59,7 @@ class RawSkeleton:
 
 
 def read_skeleton(prim: Usd.Prim) -> RawSkeleton:
-    """Joints and rest pose of a Skeleton; without a rest pose that of the bind pose.
+    """Joints and rest pose of a Skeleton; without a rest pose, or with all joints of it on one spot, the bind pose.
 
     Raises:
         SkeletonError: If joints are missing, listed twice or after their children, or there is no usable pose.
@@ -71,6 +73,9 @@ def read_skeleton(prim: Usd.Prim) -> RawSkeleton:
     parents = parent_indices(joints)
     bind = _matrices(skeleton.GetBindTransformsAttr(), joints)
     rest = _matrices(skeleton.GetRestTransformsAttr(), joints)
+    why = "are not authored for every joint"
+    if rest is not None and bind is not None and (parents >= 0).any() and not rest[parents >= 0, 3, :3].any():
+        rest, why = None, "put all joints on one spot"
     if rest is None:
         if bind is None:
             raise SkeletonError(
@@ -78,7 +83,7 @@ def read_skeleton(prim: Usd.Prim) -> RawSkeleton:
                 f"has neither restTransforms nor bindTransforms for its {len(joints)} joints",
                 "author restTransforms, one matrix a joint",
             )
-        _logger.warning("%s: restTransforms are not authored for every joint, the bind pose is used", prim.GetPath())
+        _logger.warning("%s: restTransforms %s, the bind pose is used", prim.GetPath(), why)
         try:
             rest = _joint_local(bind, parents)
         except np.linalg.LinAlgError:
@@ -175,11 +180,40 @@ def matrices_of(prim: Usd.Prim, codes: FloatArray) -> FloatArray:
 def is_moving(prim: Usd.Prim, below: Usd.Prim | None = None) -> bool:
     """Whether a transform on the prim or above it changes over time, up to but without the prim `below` which it is."""
     while prim and not prim.IsPseudoRoot() and prim != below:
-        xformable = UsdGeom.Xformable(prim)
-        if xformable and xformable.TransformMightBeTimeVarying():
+        if _moves(prim):
             return True
         prim = prim.GetParent()
     return False
+
+
+def _moves(prim: Usd.Prim) -> bool:
+    """Whether the prim's own transform changes over time."""
+    xformable = UsdGeom.Xformable(prim)
+    return bool(xformable) and xformable.TransformMightBeTimeVarying()
+
+
+class StartTransforms:
+    """Where many prims of a stage are at its start; what is above them is looked at once. The stage must stay as it is.
+
+    Args:
+        stage: Open stage.
+    """
+
+    def __init__(self, stage: Usd.Stage) -> None:
+        self._cache = UsdGeom.XformCache(start_code(stage))
+        self._moving: dict[Sdf.Path, bool] = {}
+
+    def matrix_of(self, prim: Usd.Prim) -> FloatArray:
+        """Local-to-world matrix (row vectors) of a prim, shape (4, 4)."""
+        return np.array(self._cache.GetLocalToWorldTransform(prim))
+
+    def is_moving(self, prim: Usd.Prim) -> bool:
+        """Whether a transform on the prim or above it changes over time."""
+        parent = prim.GetParent()
+        above = self._moving.get(parent.GetPath())
+        if above is None:
+            above = self._moving[parent.GetPath()] = is_moving(parent)
+        return above or _moves(prim)
 
 
 def _matrices(attribute: Usd.Attribute, joints: Sequence[str]) -> FloatArray | None:

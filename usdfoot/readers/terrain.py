@@ -18,7 +18,7 @@ from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits, check_limit
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
-from usdfoot.readers.instanced_meshes import PlacedMesh, placed_meshes
+from usdfoot.readers.instanced_meshes import PlacedMesh, is_scattered, placed_meshes
 from usdfoot.readers.plans import is_plan
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.skins import inherited_target
@@ -38,9 +38,15 @@ _THINNEST = 1e-12
 
 @dataclass(frozen=True, kw_only=True)
 class _MeshTriangles:
+    """Triangles of one mesh in K places, each a mesh of its own."""
+
     path: str
     points: FloatArray
+    """World positions [m], shape (K, P, 3)."""
     triangles: IntArray
+    """Indices into all K * P points, shape (T, 3)."""
+    places: IntArray
+    """Of each triangle, shape (T,)."""
     walkable: bool
 
 
@@ -60,7 +66,8 @@ def read_terrain(
     meshes = [mesh for mesh in prims.meshes if not _is_skinned(mesh)]
     solids = [shape for shape in prims.shapes if marked and shape.GetTypeName() in _SOLIDS and _is_marked(shape)]
     chosen = [*(mesh for mesh in meshes if _is_marked(mesh)), *solids] if marked else _named(meshes)
-    scattered = [prim for prim in prims.instancers if marked and not is_plan(prim) and _is_marked(prim)]
+    outermost = [prim for prim in prims.instancers if marked and not is_plan(prim) and not is_scattered(prim)]
+    scattered = [prim for prim in outermost if _is_marked(prim)]
     if not marked and chosen:
         _logger.info("no UsdfootTerrainAPI, terrain by name: %s", ", ".join(str(mesh.GetPath()) for mesh in chosen))
     parts, problems = [], _without_meshes(marked, [*meshes, *solids, *scattered])
@@ -69,13 +76,13 @@ def read_terrain(
     placed = [_in_place(stage, mesh) for mesh in chosen]
     for instancer in scattered:
         try:
-            placed += placed_meshes(stage, instancer)
+            placed += placed_meshes(stage, instancer, limits=limits)
         except TerrainError as error:
             problems.append(Problem(severity="error", where=str(instancer.GetPath()), message=str(error)))
     _check_size(placed, limits)
     for mesh in placed:
         try:
-            parts += _read_mesh(stage, mesh, units)
+            parts.append(_read_mesh(stage, mesh, units))
         except TerrainError as error:
             problems.append(Problem(severity="error", where=str(mesh.prim.GetPath()), message=str(error)))
     return _joined(parts), tuple(problems)
@@ -87,16 +94,17 @@ def no_terrain() -> Terrain:
 
 
 def _joined(parts: Sequence[_MeshTriangles]) -> Terrain:
-    starts = np.cumsum([0, *(len(part.points) for part in parts)])
+    counts = [len(part.points) for part in parts]
+    points = [part.points.reshape(-1, 3) for part in parts]
+    starts, firsts = np.cumsum([0, *map(len, points)]), np.cumsum([0, *counts])
+    triangles = [part.triangles + start for part, start in zip(parts, starts[:-1], strict=True)]
+    meshes = [part.places + first for part, first in zip(parts, firsts[:-1], strict=True)]
     return Terrain(
-        meshes=tuple(part.path for part in parts),
-        points=np.concatenate([part.points for part in parts] or [np.zeros((0, 3))]),
-        triangles=np.concatenate(
-            [part.triangles + start for part, start in zip(parts, starts[:-1], strict=True)]
-            or [np.zeros((0, 3), dtype=int)]
-        ),
-        mesh_indices=np.repeat(np.arange(len(parts)), [len(part.triangles) for part in parts]),
-        walkable=np.array([part.walkable for part in parts], dtype=bool),
+        meshes=tuple(part.path for part, count in zip(parts, counts, strict=True) for _ in range(count)),
+        points=np.concatenate([np.zeros((0, 3)), *points]),
+        triangles=np.concatenate([np.zeros((0, 3), dtype=int), *triangles]),
+        mesh_indices=np.concatenate([np.zeros(0, dtype=int), *meshes]),
+        walkable=np.repeat(np.array([part.walkable for part in parts], dtype=bool), counts),
     )
 
 
@@ -106,7 +114,7 @@ def _in_place(stage: Usd.Stage, prim: Usd.Prim) -> PlacedMesh:
     return PlacedMesh(prim=prim, instancer=prim, matrices=matrices)
 
 
-def _read_mesh(stage: Usd.Stage, placed: PlacedMesh, units: StageUnits) -> list[_MeshTriangles]:
+def _read_mesh(stage: Usd.Stage, placed: PlacedMesh, units: StageUnits) -> _MeshTriangles:
     """Its triangles in each place where they have area. Raises TerrainError if nowhere, inconsistent or not finite."""
     prim = placed.prim
     where = prim.GetPath()
@@ -118,18 +126,23 @@ def _read_mesh(stage: Usd.Stage, placed: PlacedMesh, units: StageUnits) -> list[
         raise TerrainError(where, "has faces that do not match its points", "repair faceVertexCounts and -Indices")
     if not (np.isfinite(points).all() and np.isfinite(placed.matrices).all()):
         raise TerrainError(where, "has points that are not finite", "repair the mesh")
-    triangles, parts = cut_polygons(points, counts, indices, holes), []
-    is_flipped, is_walkable = _is_flipped(UsdGeom.Gprim(prim)), _is_walkable(prim, placed.instancer)
-    for matrix in placed.matrices:
-        world = units.points_to_canonical(points @ matrix[:3, :3] + matrix[3, :3])
-        faces = triangles[:, [0, 2, 1]] if is_flipped != (np.linalg.det(matrix[:3, :3]) < 0.0) else triangles
-        faces = faces[_areas(world, faces) > _THINNEST]
-        if len(faces):  # instances are often hidden by a scale of zero
-            name = str(placed.instancer.GetPath())
-            parts.append(_MeshTriangles(path=name, points=world, triangles=faces, walkable=is_walkable))
-    if not parts:
+    triangles = cut_polygons(points, counts, indices, holes)
+    linear, shifts = placed.matrices[:, :3, :3], placed.matrices[:, 3:, :3]
+    world = units.points_to_canonical(points @ linear + shifts)  # (K, P, 3)
+    turned = (np.linalg.det(linear) < 0.0) != _is_flipped(UsdGeom.Gprim(prim))
+    has_area = _areas(world, triangles) > _THINNEST  # (K, T)
+    shown = np.any(has_area, axis=1)  # instances are often hidden by a scale of zero
+    if not shown.any():
         raise TerrainError(where, "has only faces without area", remedy)
-    return parts
+    faces = np.where(turned[shown, None, None], triangles[:, [0, 2, 1]], triangles)
+    faces += len(points) * np.arange(len(faces))[:, None, None]
+    return _MeshTriangles(
+        path=str(placed.instancer.GetPath()),
+        points=world[shown],
+        triangles=faces[has_area[shown]],
+        places=np.nonzero(has_area[shown])[0],
+        walkable=_is_walkable(prim, placed.instancer),
+    )
 
 
 def _polygons(stage: Usd.Stage, prim: Usd.Prim) -> tuple[FloatArray, IntArray, IntArray, IntArray]:
@@ -167,7 +180,8 @@ def _is_flipped(mesh: UsdGeom.Gprim) -> bool:
 
 
 def _areas(points: FloatArray, triangles: IntArray) -> FloatArray:
-    a, b, c = (points[triangles[:, corner]] for corner in range(3))
+    """Areas of triangles (T, 3) of points in K places (K, P, 3), shape (K, T)."""
+    a, b, c = (points[:, triangles[:, corner]] for corner in range(3))
     return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=-1)
 
 

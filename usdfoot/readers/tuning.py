@@ -8,7 +8,10 @@ from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.model.tuning import BodyTuning
 from usdfoot.readers.agents import AgentSource, said_of
 
-__all__ = ["read_tuning"]
+__all__ = ["UNTUNED", "read_tuning"]
+
+UNTUNED = BodyTuning()
+"""Of whom nothing is said."""
 
 _TOKENS = {
     "hip_spacing": Token.HIP_SPACING,
@@ -31,6 +34,8 @@ def read_tuning(source: AgentSource, units: StageUnits) -> BodyTuning:
         SceneError: If a value is out of its range.
     """
     said = said_of(source, _TOKENS.values())
+    if not said:
+        return UNTUNED
     values = {name: said.get(token) for name, token in _TOKENS.items() if name not in _COM_AXES}
     shift, gravity = said.get(Token.COM_SHIFT), values["gravity"]
     if shift is not None:

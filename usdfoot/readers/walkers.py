@@ -12,14 +12,14 @@ from pxr import Sdf, Usd
 
 from usdfoot.bridge.names import unique_name
 from usdfoot.bridge.units import StageUnits
-from usdfoot.errors import PlanError, UsdfootError
+from usdfoot.errors import UsdfootError
 from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.terrain import Terrain
-from usdfoot.planning.bypass import go_round
-from usdfoot.planning.path import PathOptions, check_length, plan_paths
+from usdfoot.planning.path import PathOptions, plan_each
 from usdfoot.planning.proportions import Proportions, proportions_of
+from usdfoot.planning.world import Obstacle
 from usdfoot.readers.agents import AgentSource
 from usdfoot.readers.casting import Casting
 from usdfoot.readers.characters import only_character, read_character
@@ -95,32 +95,27 @@ def read_walkers(
 
 
 def plan_walkers(
-    walkers: Sequence[Walker], terrain: Terrain, *, options: PathOptions | None = None
+    walkers: Sequence[Walker],
+    terrain: Terrain,
+    *,
+    obstacles: Sequence[Obstacle] = (),
+    options: PathOptions | None = None,
 ) -> dict[str, FootstepPlan | UsdfootError]:
-    """Plans of walkers on a terrain by name, or why there is none."""
-    found: dict[str, FootstepPlan | UsdfootError] = {}
-    options = options or PathOptions()
+    """Plans of walkers on a terrain, round its obstacles, by name, or why there is none."""
     lowest = min((float(walker.path.points[:, 1].min()) for walker in walkers), default=0.0)
-    ground = Ground(terrain, fallback_height=lowest)
-    able = []
-    for walker in walkers:
-        try:
-            check_length(walker.path, walker.proportions)
-            path = go_round(walker.path, ground, body=walker.proportions) if options.around else walker.path
-            able.append(replace(walker, path=path))
-        except PlanError as error:
-            found[walker.name] = error
-    if able:
-        plans = plan_paths(
-            [walker.path for walker in able],
-            ground,
-            proportions=[walker.proportions for walker in able],
-            options=replace(options, around=False),
-        )
-        for walker, plan in zip(able, plans, strict=True):
-            styles = (walker.path.style,) * len(plan) if walker.path.style else ()
-            found[walker.name] = replace(plan, styles=styles)
-    return found
+    plans = plan_each(
+        [walker.path for walker in walkers],
+        Ground(terrain, fallback_height=lowest),
+        proportions=[walker.proportions for walker in walkers],
+        options=options,
+        obstacles=obstacles,
+    )
+    return {
+        walker.name: replace(plan, styles=(walker.path.style,) * len(plan))
+        if walker.path.style and isinstance(plan, FootstepPlan)
+        else plan
+        for walker, plan in zip(walkers, plans, strict=True)
+    }
 
 
 def only_proportions(prims: StagePrims, units: StageUnits, *, foreign: Sequence[Usd.Prim] = ()) -> Proportions:

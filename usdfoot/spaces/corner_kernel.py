@@ -8,6 +8,7 @@ import warp as wp
 
 from usdfoot.spaces.neighbour_kernel import SMALLEST_AREA, best_triple, nearest_examples, square_distance
 from usdfoot.spaces.root_weight_kernel import Corners, areas_at, cross, is_inside, mean_corner, weigh_corners
+from usdfoot.spaces.solid_kernel import SolidArrays
 
 __all__ = [
     "FoundCorners",
@@ -36,6 +37,7 @@ class SpaceArrays:
     triangles: wp.array(dtype=wp.vec3i)  # examples
     edge_begins: wp.array(dtype=wp.int32)  # (S + 1,)
     edges: wp.array(dtype=wp.vec3i)  # examples; the end twice
+    solids: SolidArrays
 
 
 @wp.struct

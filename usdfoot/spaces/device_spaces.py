@@ -12,6 +12,8 @@ from usdfoot.maths.types import IntArray
 from usdfoot.model.device import start_warp
 from usdfoot.spaces.corner_kernel import SpaceArrays
 from usdfoot.spaces.root_choice_kernel import VelocityArrays
+from usdfoot.spaces.root_velocity import device_bands
+from usdfoot.spaces.tetrahedra import SPEED_SCALE, device_solids
 
 if TYPE_CHECKING:
     from usdfoot.spaces.library import FootstepSpaces
@@ -40,6 +42,9 @@ def device_spaces(spaces: FootstepSpaces, *, entered: bool = False) -> SpaceArra
     arrays.coordinates = wp.array(coordinates[members], dtype=wp.float64)
     arrays.triangle_begins, arrays.triangles = _begins(triangles), _triples(triangles)
     arrays.edge_begins, arrays.edges = _begins(edges), _triples(edges)
+    known = np.column_stack([spaces.landings, SPEED_SCALE * np.linalg.norm(spaces.velocities, axis=1)])
+    solids = [space.tetrahedra for space in spaces.spaces.values()]
+    arrays.solids = device_solids(solids, [space.examples for space in spaces.spaces.values()], known)
     return arrays
 
 
@@ -56,6 +61,7 @@ def device_velocities(spaces: FootstepSpaces) -> list[VelocityArrays]:
         arrays.members = wp.array(members, dtype=wp.int32)
         arrays.triangles = wp.array(roots.triangles.reshape(-1, 3), dtype=wp.vec3i)
         arrays.edges = wp.array(roots.edges[:, [0, 1, 1]], dtype=wp.vec3i)
+        arrays.bands = device_bands(roots)
         arrays.example_velocities, arrays.example_coordinates = examples, coordinates
         found.append(arrays)
     return found

@@ -31,7 +31,7 @@ from usdfoot.spaces.neighbours import NeighbourSpace, build_neighbour_space, sol
 from usdfoot.spaces.poses import EndPoses, build_end_poses
 from usdfoot.spaces.root_choice_kernel import VelocityArrays
 from usdfoot.spaces.root_velocity import RootVelocitySpace, build_root_velocity_space
-from usdfoot.spaces.tetrahedra import TetrahedronSpace, build_tetrahedron_space, solve_tetrahedra
+from usdfoot.spaces.tetrahedra import TetrahedronSpace, build_tetrahedron_space
 
 __all__ = [
     "FootstepSpaces",
@@ -283,7 +283,6 @@ def solve_steps(
     flights: BoolArray,
     styles: Sequence[str] | StyleArray,
     features: StepFeatures | None = None,
-    speeds: FloatArray | None = None,
 ) -> StepWeights:
     """Examples and blend weights of steps.
 
@@ -296,8 +295,6 @@ def solve_steps(
         styles: Style of each step, N of them.
         features: Timing, turn and rise of the steps. If given, the examples are the nearest in these around the
             landing; without, those of the Delaunay triangle ([B] 4.3).
-        speeds: Wanted root speeds [m/s], shape (N,). If given, the examples are the corners of the tetrahedron of
-            landing and root speed, four a step.
 
     Raises:
         ClipError: If a style has no step of a swing side.
@@ -307,13 +304,10 @@ def solve_steps(
     coordinates = None
     if features is not None:
         coordinates = step_coordinates(queries, features.as_left(swing_sides), spaces.scales)
-    width = 3 if speeds is None else 4
-    examples, weights = np.zeros((count, width), dtype=np.intp), np.zeros((count, width))
+    examples, weights = np.zeros((count, 3), dtype=np.intp), np.zeros((count, 3))
     distances, projections = np.zeros(count), np.zeros((count, 2))
     for space, steps in spaces.group(queries, swing_sides=swing_sides, flights=flights, styles=styles):
-        if speeds is not None:
-            solved = solve_tetrahedra(space.tetrahedra, queries[steps], speeds[steps])
-        elif coordinates is None:
+        if coordinates is None:
             solved = solve_footsteps(space.footsteps, queries[steps])
         else:
             solved = solve_neighbours(space.neighbours, queries[steps], coordinates[steps])

@@ -6,9 +6,10 @@ from __future__ import annotations
 
 import warp as wp
 
+from usdfoot.spaces.root_kernels import BandArrays, ask_bands, find_influence
 from usdfoot.spaces.root_weight_kernel import Corners, is_inside, mean_corner, weigh_corners
 
-__all__ = ["PICKED", "ChoiceArrays", "VelocityArrays", "choose_roots"]
+__all__ = ["PICKED", "VelocityArrays", "choose_roots"]
 
 wp.set_module_options({"enable_backward": False, "max_unroll": 3})
 
@@ -31,6 +32,7 @@ ONE = wp.constant(wp.float64(1.0))
 
 _Numbers = wp.types.vector(length=POOL, dtype=wp.float64)
 _Indices = wp.types.vector(length=POOL, dtype=wp.int32)
+_Velocities = wp.types.matrix(shape=(POOL, 2), dtype=wp.float64)
 
 
 @wp.struct
@@ -41,29 +43,13 @@ class VelocityArrays:
     members: wp.array2d(dtype=wp.int32)  # the library's examples each stands for, padded with -1
     triangles: wp.array(dtype=wp.vec3i)  # vertices
     edges: wp.array(dtype=wp.vec3i)  # of the hull, the end twice
+    bands: BandArrays
     example_velocities: wp.array(dtype=wp.vec2d)  # of all the library's examples (E,) [m/s]
     example_coordinates: wp.array2d(dtype=wp.float64)  # scaled landings and features (E, D)
 
 
-@wp.struct
-class ChoiceArrays:
-    """A choice for each of N steps."""
-
-    examples: wp.array2d(dtype=wp.int32)  # (N, POOL), of which PICKED have weight
-    weights: wp.array2d(dtype=wp.float64)  # (N, POOL)
-    tilted: wp.array2d(dtype=wp.float64)  # (N, POOL)
-    points: wp.array2d(dtype=wp.vec2d)  # velocities of the examples [m/s] (N, POOL)
-
-
 @wp.func
-def tilt_row(
-    weights: wp.array2d(dtype=wp.float64),
-    points: wp.array2d(dtype=wp.vec2d),
-    row: int,
-    wanted: wp.vec2d,
-    softness: wp.float64,
-    tilted: wp.array2d(dtype=wp.float64),
-):
+def tilt_weights(weights: _Numbers, points: _Velocities, wanted: wp.vec2d) -> _Numbers:
     """Weights nearest to those given whose points' mean is the wanted one, as far as that goes.
 
     Nearest in relative entropy, so they are w_i exp(u . p_i) over their sum: none becomes negative, those of 0 stay 0
@@ -72,46 +58,40 @@ def tilt_row(
     It is found by Newton's method.
 
     Args:
-        weights: Not negative, sum 1 in the row.
+        weights: Not negative, sum 1.
         points: What each of them gives alone.
-        row: Of the arrays.
         wanted: p.
-        softness: Spread of points below which they are hardly told apart, in their unit, above 0.
-        tilted: Gets the weights; may not be `weights`.
     """
     tilt = wp.vec2d()
-    for point in range(weights.shape[1]):
-        tilted[row, point] = weights[row, point]
+    tilted = weights
     rounds = wp.int32(0)
     largest = wp.float64(wp.inf)
     while rounds < ROUNDS and largest > SETTLED:
         rounds += wp.int32(1)
         mean = wp.vec2d()
-        spread = softness * softness * wp.identity(n=2, dtype=wp.float64)
-        for point in range(weights.shape[1]):
-            mean += tilted[row, point] * (points[row, point] - wanted)
-        for point in range(weights.shape[1]):
-            around = points[row, point] - wanted - mean
-            spread += tilted[row, point] * wp.outer(around, around)
-        step = -(wp.inverse(spread) * (mean + softness * softness * tilt))
+        spread = SOFTNESS * SOFTNESS * wp.identity(n=2, dtype=wp.float64)
+        for k in range(POOL):
+            mean += tilted[k] * (points[k] - wanted)
+        for k in range(POOL):
+            around = points[k] - wanted - mean
+            spread += tilted[k] * wp.outer(around, around)
+        step = -(wp.inverse(spread) * (mean + SOFTNESS * SOFTNESS * tilt))
         largest = wp.float64(1.0e-12)
-        for point in range(weights.shape[1]):
-            if weights[row, point] > wp.float64(0.0):
-                change = wp.abs(wp.dot(points[row, point] - wanted - mean, step))
-                largest = wp.max(largest, change)
-        tilt += wp.min(wp.float64(1.0), LONGEST_STEP / largest) * step
+        for k in range(POOL):
+            if weights[k] > ZERO:
+                largest = wp.max(largest, wp.abs(wp.dot(points[k] - wanted - mean, step)))
+        tilt += wp.min(ONE, LONGEST_STEP / largest) * step
         highest = wp.float64(-1.0e30)
-        for point in range(weights.shape[1]):
-            if weights[row, point] > wp.float64(0.0):
-                highest = wp.max(highest, wp.dot(points[row, point] - wanted, tilt))
+        for k in range(POOL):
+            if weights[k] > ZERO:
+                highest = wp.max(highest, wp.dot(points[k] - wanted, tilt))
         total = wp.float64(0.0)
-        for point in range(weights.shape[1]):
-            if weights[row, point] > wp.float64(0.0):
-                exponent = wp.dot(points[row, point] - wanted, tilt) - highest
-                tilted[row, point] = weights[row, point] * wp.exp(exponent)
-                total += tilted[row, point]
-        for point in range(weights.shape[1]):
-            tilted[row, point] = tilted[row, point] / total
+        for k in range(POOL):
+            if weights[k] > ZERO:
+                tilted[k] = weights[k] * wp.exp(wp.dot(points[k] - wanted, tilt) - highest)
+                total += tilted[k]
+        tilted = tilted / total
+    return tilted
 
 
 @wp.struct
@@ -237,21 +217,24 @@ def with_triangle(velocities: VelocityArrays, picked: Picked, blended: wp.vec2d,
 
 
 @wp.func
-def set_choice(
-    velocities: VelocityArrays,
-    picked: Picked,
-    coordinates: wp.array2d(dtype=wp.float64),
-    step: int,
-    choice: ChoiceArrays,
-):
-    """Sets the examples of a step to those of the vertices picked that are most like it."""
+def examples_like(
+    velocities: VelocityArrays, picked: Picked, coordinates: wp.array2d(dtype=wp.float64), step: int
+) -> _Indices:
+    """Of each vertex picked the example most like a step; the first one's where there is no weight."""
+    examples = _Indices()
     for k in range(POOL):
+        examples[k] = examples[0]
         if k == 0 or picked.weights[k] > ZERO:
-            choice.examples[step, k] = member_like(velocities, picked.vertices[k], coordinates, step)
-        else:
-            choice.examples[step, k] = choice.examples[step, 0]
-        choice.weights[step, k] = picked.weights[k]
-        choice.points[step, k] = velocities.example_velocities[choice.examples[step, k]]
+            examples[k] = member_like(velocities, picked.vertices[k], coordinates, step)
+    return examples
+
+
+@wp.func
+def velocities_of(velocities: VelocityArrays, examples: _Indices) -> _Velocities:
+    found = _Velocities()
+    for k in range(POOL):
+        found[k] = velocities.example_velocities[examples[k]]
+    return found
 
 
 @wp.func
@@ -270,29 +253,35 @@ def nearest_vertex(velocities: VelocityArrays, wanted: wp.vec2d) -> int:
 @wp.kernel(enable_backward=False)
 def choose_roots(
     velocities: VelocityArrays,
-    influences: wp.array2d(dtype=wp.float64),  # of the vertices (N, V)
     queries: wp.array(dtype=wp.vec2d),  # wanted velocities (N,) [m/s]
     coordinates: wp.array2d(dtype=wp.float64),  # scaled landings and features of the steps (N, D)
     meet: bool,
-    choice: ChoiceArrays,
+    examples: wp.array2d(dtype=wp.int32),  # (N, PICKED)
+    weights: wp.array2d(dtype=wp.float64),  # (N, PICKED)
 ):
-    """Root examples of each step as `find_roots` describes them; their weights are `tilted` if they `meet`."""
+    """Root examples of each step as `find_roots` describes them; their weights are tilted if they `meet`."""
     step = wp.tid()
     wanted = queries[step]
+    asked = ask_bands(velocities.bands, wanted)
     picked = Picked()
-    for vertex in range(influences.shape[1]):
-        picked = add_heaviest(picked, vertex, influences[step, vertex])
+    for vertex in range(velocities.velocities.shape[0]):
+        picked = add_heaviest(picked, vertex, find_influence(velocities.bands, vertex, asked))
     if picked.weights[0] <= ZERO:
         picked.vertices[0] = nearest_vertex(velocities, wanted)
         picked.weights[0] = ONE
     picked = keep_picked(picked)
-    set_choice(velocities, picked, coordinates, step, choice)
+    chosen = examples_like(velocities, picked, coordinates, step)
+    shares = picked.weights
     if meet:
-        tilt_row(choice.weights, choice.points, step, wanted, SOFTNESS, choice.tilted)
+        points = velocities_of(velocities, chosen)
+        shares = tilt_weights(picked.weights, points, wanted)
         blended = wp.vec2d()
         for k in range(PICKED):
-            blended += choice.tilted[step, k] * choice.points[step, k]
+            blended += shares[k] * points[k]
         if wp.length(blended - wanted) > MISSED:
             picked = with_triangle(velocities, picked, blended, wanted)
-            set_choice(velocities, picked, coordinates, step, choice)
-            tilt_row(choice.weights, choice.points, step, wanted, SOFTNESS, choice.tilted)
+            chosen = examples_like(velocities, picked, coordinates, step)
+            shares = tilt_weights(picked.weights, velocities_of(velocities, chosen), wanted)
+    for k in range(PICKED):
+        examples[step, k] = chosen[k]
+        weights[step, k] = shares[k]

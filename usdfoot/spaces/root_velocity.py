@@ -10,14 +10,14 @@ import warp as wp
 from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.device import start_warp
-from usdfoot.spaces.root_kernels import find_influences
+from usdfoot.spaces.root_kernels import BandArrays, find_influences
 from usdfoot.spaces.triangulation import boundary_edges, merge_points, polyline, triangulate
 
 __all__ = [
     "RootVelocitySpace",
     "RootVelocityWeights",
     "build_root_velocity_space",
-    "find_vertex_influences",
+    "device_bands",
     "solve_root_velocities",
 ]
 
@@ -122,7 +122,7 @@ def solve_root_velocities(space: RootVelocitySpace, queries: FloatArray) -> Root
     """
     queries = np.asarray(queries, dtype=float)
     weights = np.zeros((len(queries), len(space.velocities)))
-    weights[:, space.vertices] = find_vertex_influences(space, queries)
+    weights[:, space.vertices] = _vertex_influences(space, queries)
     totals = weights.sum(axis=1)
     lost = np.flatnonzero(totals <= 0.0)
     if lost.size:
@@ -134,30 +134,24 @@ def solve_root_velocities(space: RootVelocitySpace, queries: FloatArray) -> Root
     return RootVelocityWeights(weights=weights, velocities=blended, errors=np.linalg.norm(blended - queries, axis=1))
 
 
-def find_vertex_influences(space: RootVelocitySpace, queries: FloatArray) -> FloatArray:
+def _vertex_influences(space: RootVelocitySpace, queries: FloatArray) -> FloatArray:
     """H of every vertex, not normalised, shape (N, V)."""
-    start_warp()
-    asked = np.stack([queries[:, 0], np.zeros(len(queries)), queries[:, 1]], axis=1)
-    if space.polar:
-        speeds = np.linalg.norm(queries, axis=1)
-        counted = np.minimum(speeds / (0.5 * space.slowest), 1.0)
-        asked = np.stack([planar.yaw_of(queries), counted, speeds], axis=1)
-    vertices, bands = space.constants.shape
-    influences = wp.empty((len(queries), vertices), dtype=wp.float64)
-    wp.launch(
-        find_influences,
-        dim=influences.shape,
-        inputs=[
-            wp.array(space.constants, dtype=wp.float64, copy=False),
-            wp.array(space.slopes, dtype=wp.float64, copy=False),
-            wp.array(space.bearings, dtype=wp.float64, copy=False),
-            bands,
-            space.polar,
-            wp.array(asked, dtype=wp.float64, copy=False),
-        ],
-        outputs=[influences],
-    )
+    bands = device_bands(space)
+    influences = wp.empty((len(queries), len(space.vertices)), dtype=wp.float64)
+    inputs = [bands, wp.array(queries, dtype=wp.vec2d)]
+    wp.launch(find_influences, dim=len(queries), inputs=inputs, outputs=[influences])
     return influences.numpy()
+
+
+def device_bands(space: RootVelocitySpace) -> BandArrays:
+    """The bands as device arrays."""
+    start_warp()
+    bands = BandArrays()
+    bands.constants = wp.array(space.constants, dtype=wp.float64)
+    bands.slopes = wp.array(space.slopes, dtype=wp.float64)
+    bands.bearings = wp.array(space.bearings, dtype=wp.float64)
+    bands.polar, bands.slowest = space.polar, space.slowest
+    return bands
 
 
 def _polar_tables(velocities: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

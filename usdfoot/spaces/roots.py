@@ -11,10 +11,9 @@ import warp as wp
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray, StyleArray
 from usdfoot.spaces.features import StepFeatures, step_coordinates
 from usdfoot.spaces.library import FootstepSpaces, left_landings
-from usdfoot.spaces.root_choice_kernel import PICKED, POOL, ChoiceArrays, choose_roots
-from usdfoot.spaces.root_velocity import find_vertex_influences
+from usdfoot.spaces.root_choice_kernel import PICKED, choose_roots
 
-__all__ = ["ROOT_EXAMPLES", "RootSteps", "find_roots"]
+__all__ = ["ROOT_EXAMPLES", "RootSteps", "fewer_roots", "find_roots"]
 
 ROOT_EXAMPLES = PICKED
 """Root examples a step is blended from: with the three of its footstep, as many as the kernels take."""
@@ -68,28 +67,28 @@ def find_roots(
     weights: FloatArray = np.zeros((count, ROOT_EXAMPLES))
     examples: IntArray = np.zeros((count, ROOT_EXAMPLES), dtype=np.intp)
     numbers = spaces.numbers(left, swing_sides=swing_sides, flights=flights, styles=styles)
-    for number, space in enumerate(spaces.spaces.values()):
+    for number in np.unique(numbers):
         steps = np.flatnonzero(numbers == number)
-        if not steps.size:
-            continue
-        choice = _empty_choice(len(steps))
+        chosen = wp.empty((len(steps), PICKED), dtype=wp.int32)
+        shares = wp.empty((len(steps), PICKED), dtype=wp.float64)
         inputs = [
             spaces.device_velocities[number],
-            wp.array(find_vertex_influences(space.roots, queries[steps]), dtype=wp.float64, copy=False),
-            wp.array(queries[steps], dtype=wp.vec2d),
-            wp.array(coordinates[steps], dtype=wp.float64),
+            wp.array(queries[steps], dtype=wp.vec2d, copy=False),
+            wp.array(coordinates[steps], dtype=wp.float64, copy=False),
             meet,
         ]
-        wp.launch(choose_roots, dim=len(steps), inputs=inputs, outputs=[choice])
-        examples[steps] = choice.examples.numpy()[:, :ROOT_EXAMPLES]
-        weights[steps] = (choice.tilted if meet else choice.weights).numpy()[:, :ROOT_EXAMPLES]
+        wp.launch(choose_roots, dim=len(steps), inputs=inputs, outputs=[chosen, shares])
+        examples[steps], weights[steps] = chosen.numpy(), shares.numpy()
     return RootSteps(examples=examples, weights=weights)
 
 
-def _empty_choice(count: int) -> ChoiceArrays:
-    choice = ChoiceArrays()
-    choice.examples = wp.empty((count, POOL), dtype=wp.int32)
-    choice.weights = wp.empty((count, POOL), dtype=wp.float64)
-    choice.tilted = wp.empty((count, POOL), dtype=wp.float64)
-    choice.points = wp.empty((count, POOL), dtype=wp.vec2d)
-    return choice
+def fewer_roots(roots: RootSteps, count: int) -> RootSteps:
+    """The `count` heaviest; what the next one weighs is taken off all of them, so that none leaves with a jump."""
+    order = np.argsort(-roots.weights, axis=1, kind="stable")
+    examples, weights = (
+        np.take_along_axis(roots.examples, order, axis=1),
+        np.take_along_axis(roots.weights, order, axis=1),
+    )
+    kept = weights[:, :count] - weights[:, count, None]
+    kept = np.where(kept.sum(axis=1, keepdims=True) > 0.0, kept, weights[:, :count])
+    return RootSteps(examples=examples[:, :count], weights=kept / kept.sum(axis=1, keepdims=True))

@@ -1,4 +1,4 @@
-"""The nearest point of a set of segments, and where rays cross them."""
+"""The nearest point of a set of segments."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from usdfoot.maths.types import FloatArray, IntArray
 
-__all__ = ["cast_on_segments", "project_on_segments"]
+__all__ = ["project_on_segments"]
 
 CHUNK = 1 << 20
 """Pairs of point and segment looked at in one go, for bounded memory."""
@@ -35,24 +35,3 @@ def project_on_segments(segments: FloatArray, points: FloatArray) -> tuple[IntAr
         nearest[part] = np.argmin(distance, axis=1)
         fractions[part] = np.take_along_axis(fraction, nearest[part, None], axis=1)[:, 0]
     return nearest, fractions, starts[nearest] + fractions[:, None] * along[nearest]
-
-
-def cast_on_segments(segments: FloatArray, origins: FloatArray, ways: FloatArray) -> FloatArray:
-    """How many times its way each ray goes until it crosses a segment, beyond 1e-9; infinite if it never does, (N,).
-
-    Args:
-        segments: Start and end, H of them, shape (H, 2, 2).
-        origins: Where the rays begin, shape (N, 2).
-        ways: Shape (N, 2).
-    """
-    along, offsets = segments[:, 1] - segments[:, 0], segments[:, 0] - origins[:, None]
-    turns = _cross(ways[:, None], along)  # (N, H)
-    parallel = turns == 0.0
-    turns = np.where(parallel, 1.0, turns)
-    distances, places = _cross(offsets, along) / turns, _cross(offsets, ways[:, None]) / turns
-    missed = parallel | (places < 0.0) | (places > 1.0) | (distances <= 1e-9)
-    return np.min(np.where(missed, np.inf, distances), axis=1, initial=np.inf)
-
-
-def _cross(first: FloatArray, second: FloatArray) -> FloatArray:
-    return np.asarray(first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0])

@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import warp as wp
 from scipy.spatial import Delaunay, QhullError
 
 from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.device import start_warp
 from usdfoot.spaces.footsteps import FootstepSpace, FootstepWeights, solve_footsteps
+from usdfoot.spaces.solid_kernel import CornerWeights, SolidArrays, find_solids
 
-__all__ = ["TetrahedronSpace", "build_tetrahedron_space", "solve_tetrahedra"]
+__all__ = ["SPEED_SCALE", "TetrahedronSpace", "build_tetrahedron_space", "device_solids", "solve_tetrahedra"]
 
 SPEED_SCALE = 0.25
 """Landing [m] that counts as much as 1 m/s of root speed."""
-INSIDE_TOLERANCE = 1e-9
 SMALLEST_VOLUME = 1e-7
 """Six times the volume [m^3, speed scaled] below which a tetrahedron is flat."""
 SMALLEST_AREA = 1e-9
 """Twice the area on the ground [m^2] below which a face stands upright."""
-CHUNK = 1 << 18
-"""Pairs of query and tetrahedron looked at in one go."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,29 +77,48 @@ def solve_tetrahedra(space: TetrahedronSpace, queries: FloatArray, speeds: Float
     Returns:
         Four examples a query, shape (N, 4); weights and distances as `solve_footsteps` has them.
     """
-    plain = solve_footsteps(space.footsteps, queries)
-    examples = np.concatenate([plain.examples, plain.examples[:, -1:]], axis=1)
-    weights = np.concatenate([plain.weights, np.zeros((len(queries), 1))], axis=1)
-    points = np.column_stack([plain.projections, SPEED_SCALE * np.asarray(speeds, dtype=float), np.ones(len(queries))])
-    if len(space.tetrahedra):
-        simplices, coordinates = _locate(space, points)
-        inside = simplices >= 0
-        examples[inside] = space.examples[space.tetrahedra[simplices[inside]]]
-        weights[inside] = coordinates[inside]
-        outside = np.flatnonzero(~inside)
-        faces, shares = _clamp_speeds(space, points[outside])
-        found = faces >= 0
-        rows = outside[found]
-        examples[rows, :3], examples[rows, 3] = (own := space.examples[space.faces[faces[found]]]), own[:, 2]
-        weights[rows, :3], weights[rows, 3] = shares[found], 0.0
+    plain, count = solve_footsteps(space.footsteps, queries), len(queries)
+    table: Any = np.zeros(count, dtype=CornerWeights.numpy_dtype())  # type: ignore[attr-defined]
+    table["examples"], table["weights"][:, :3] = plain.examples[:, [0, 1, 2, 2]], plain.weights
+    known = np.zeros((1 + max(space.examples.max(), plain.examples.max(initial=0)), 3))
+    known[space.examples] = space.points
+    solids = device_solids([space], [np.arange(len(known))], known)
+    wanted = np.column_stack([plain.projections, SPEED_SCALE * np.broadcast_to(speeds, count)])
+    mixed = wp.array(table, dtype=CornerWeights)
+    wp.launch(find_solids, dim=count, inputs=[solids, wp.array(wanted, dtype=wp.vec3d)], outputs=[mixed])
+    found = mixed.numpy()
     return FootstepWeights(
-        examples=examples,
-        weights=weights,
+        examples=found["examples"].astype(np.intp),
+        weights=found["weights"],
         hull_distances=plain.hull_distances,
         projections=plain.projections,
         simplices=plain.simplices,
         vertices=plain.vertices,
     )
+
+
+def device_solids(spaces: Sequence[TetrahedronSpace], examples: Sequence[IntArray], points: FloatArray) -> SolidArrays:
+    """The tetrahedra of several spaces end to end, as device arrays.
+
+    Args:
+        spaces: The examples of each count from 0.
+        examples: Index into a library's examples of those of each space.
+        points: (x, z, scaled speed) of the library's examples [m], shape (E, 3).
+    """
+    start_warp()
+    vertices = [own[space.examples] for space, own in zip(spaces, examples, strict=True)]
+    tetrahedra = [own[space.tetrahedra] for space, own in zip(spaces, vertices, strict=True)]
+    faces = [own[space.faces] for space, own in zip(spaces, vertices, strict=True)]
+    corners = np.concatenate([space.points[space.tetrahedra] for space in spaces])
+    arrays = SolidArrays()
+    arrays.points = wp.array(points, dtype=wp.vec3d)
+    arrays.begins = wp.array(np.cumsum([0, *map(len, tetrahedra)]), dtype=wp.int32)
+    arrays.tetrahedra = wp.array(np.concatenate(tetrahedra), dtype=wp.vec4i)
+    arrays.inverses = wp.array(np.concatenate([space.inverses for space in spaces]), dtype=wp.mat44d)
+    arrays.lows, arrays.highs = (wp.array(ends, dtype=wp.vec3d) for ends in (corners.min(axis=1), corners.max(axis=1)))
+    arrays.face_begins = wp.array(np.cumsum([0, *map(len, faces)]), dtype=wp.int32)
+    arrays.faces = wp.array(np.concatenate(faces), dtype=wp.vec3i)
+    return arrays
 
 
 def _tetrahedra(points: FloatArray) -> tuple[IntArray, IntArray]:
@@ -118,49 +139,6 @@ def _tetrahedra(points: FloatArray) -> tuple[IntArray, IntArray]:
     tetrahedra = tetrahedra[np.lexsort(tetrahedra.T[::-1])]
     faces = np.sort(found.convex_hull.astype(np.intp), axis=1)
     faces = faces[np.lexsort(faces.T[::-1])]
-    return tetrahedra, faces[np.abs(_areas(points[faces])[3]) > SMALLEST_AREA]
-
-
-def _locate(space: TetrahedronSpace, points: FloatArray) -> tuple[IntArray, FloatArray]:
-    """First tetrahedron around each point (N, 4), -1 if none is, and the coordinates in it (N, 4)."""
-    simplices: IntArray = np.full(len(points), -1, dtype=np.intp)
-    weights = np.zeros((len(points), 4))
-    step = max(1, CHUNK // len(space.tetrahedra))
-    for begin in range(0, len(points), step):
-        part = points[begin : begin + step]
-        coordinates = (space.inverses.reshape(-1, 4) @ part.T).reshape(-1, 4, len(part))  # (T, 4, n)
-        inside = coordinates.min(axis=1) >= -INSIDE_TOLERANCE
-        first = np.argmax(inside, axis=0)
-        simplices[begin : begin + step] = np.where(inside[first, np.arange(len(part))], first, -1)
-        # Once more for itself: a product of many rounds differently with who else is asked.
-        weights[begin : begin + step] = np.maximum(np.einsum("nij,nj->ni", space.inverses[first], part), 0.0)
-    weights[simplices < 0] = 1.0
-    return simplices, weights / weights.sum(axis=1, keepdims=True)
-
-
-def _clamp_speeds(space: TetrahedronSpace, points: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Face of the hull over or under each point (N, 4) whose speed there is nearest, -1 if none is; weights (N, 3)."""
-    if not len(space.faces) or not len(points):
-        return np.full(len(points), -1, dtype=np.intp), np.zeros((len(points), 3))
-    corners = space.points[space.faces]
-    first, second, third, total = _areas(corners[None], points[:, None])
-    shares = np.stack([first, second, third], axis=-1) / total[..., None]  # (N, H, 3)
-    away = np.abs(np.einsum("nhk,hk->nh", shares, corners[..., 2]) - points[:, None, 2])
-    away = np.where(shares.min(axis=2) >= -INSIDE_TOLERANCE, away, np.inf)
-    nearest = np.argmin(away, axis=1)
-    rows = np.arange(len(points))
-    chosen = np.maximum(shares[rows, nearest], 0.0)
-    chosen /= np.maximum(chosen.sum(axis=1, keepdims=True), 1e-12)
-    return np.where(np.isfinite(away[rows, nearest]), nearest, -1), chosen
-
-
-def _areas(corners: FloatArray, points: FloatArray | None = None) -> tuple[FloatArray, ...]:
-    """Twice the ground areas opposite each corner of triangles (..., 3, 3) seen from points (..., 4), and their sum."""
-    a, b, c = (corners[..., i, :2] for i in range(3))
-    p = a if points is None else points[..., :2]
-
-    def cross(u: FloatArray, v: FloatArray) -> FloatArray:
-        return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
-
-    parts = cross(b - p, c - p), cross(c - p, a - p), cross(a - p, b - p)
-    return (*parts, parts[0] + parts[1] + parts[2])
+    ground = points[faces][:, :, :2]
+    areas = np.linalg.det(ground[:, 1:] - ground[:, :1])
+    return tetrahedra, faces[np.abs(areas) > SMALLEST_AREA]

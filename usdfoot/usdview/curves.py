@@ -10,6 +10,7 @@ from usdfoot.bridge.names import unique_name
 from usdfoot.bridge.tokens import Path as Token
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.model.plan import FootstepPlan
+from usdfoot.readers.obstacles import read_obstacles
 from usdfoot.readers.paths import read_paths
 from usdfoot.readers.stage import authored, collect_prims, read_stage_info
 from usdfoot.readers.terrain import read_terrain
@@ -54,7 +55,8 @@ def plan_along_selected(stage: Usd.Stage, selection: Selection, time: Usd.TimeCo
                 path = replace(path, start_time=float(units.codes_to_times(time.GetValue())))
             name = unique_name(prim.GetName(), taken)
             walkers.append(Walker(name=name, agent="", path=path, proportions=body))
-    found = plan_walkers(walkers, terrain)
+    obstacles, _ = read_obstacles(stage, prims, units)
+    found = plan_walkers(walkers, terrain, obstacles=obstacles)
     errors = [plan for plan in found.values() if isinstance(plan, UsdfootError)]
     if errors:
         raise errors[0]

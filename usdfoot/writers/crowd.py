@@ -34,6 +34,7 @@ def write_crowd(
     characters: Sequence[PlacedCharacter],
     provenance: Mapping[str, Any],
     report: Mapping[str, Any],
+    intact: Mapping[str, str],
 ) -> tuple[Path, ...]:
     """Write crowd.usd and all around the chunks, which are there already; till now an earlier crowd was as it was.
 
@@ -44,6 +45,7 @@ def write_crowd(
         chunks: Files of the chunks.
         characters: Copied if they must be.
         provenance: For `customLayerData["usdfoot"]` of crowd.usd.
+        intact: SHA-256 of files that are there and were not written anew, by name.
         report: For report.json; content hashes of the written files are added as "files".
 
     Returns:
@@ -59,7 +61,7 @@ def write_crowd(
         for chunk in chunks:
             place = chunk_folder(target, chunk)
             for name in chunk:
-                files.adopt(name, place / name)
+                files.adopt(name, place / name, content_hash=intact.get(name) if place == target else None)
         for copied in (copied for character in characters for copied in character.copies):
             files.add_layer(copied.name, copied.layer)
             for name, path in copied.files.items():

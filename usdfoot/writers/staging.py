@@ -38,6 +38,7 @@ class StagedFiles:
         self.folder = folder
         self._temporary: dict[str, Path] = {}
         self._adopted: dict[str, Path] = {}
+        self._hashes: dict[str, str] = {}
 
     def add_layer(self, name: str, layer: Sdf.Layer) -> None:
         """Save a layer; a file named .usd has the layer's own format."""
@@ -70,13 +71,23 @@ class StagedFiles:
         """Copy a file."""
         shutil.copyfile(source, self._reserve(name))
 
-    def adopt(self, name: str, source: Path) -> None:
-        """Take a file that is there already, under another name or its own; if all fails it stays where it is."""
+    def adopt(self, name: str, source: Path, *, content_hash: str | None = None) -> None:
+        """Take a file that is there already, under another name or its own; if all fails it stays where it is.
+
+        Args:
+            name: In the folder.
+            source: Where it is.
+            content_hash: Its SHA-256 if that is known.
+        """
         self._adopted[name] = source
+        self._hashes.update({name: content_hash} if content_hash else {})
 
     def content_hashes(self) -> dict[str, str]:
         """SHA-256 of every file so far, by name."""
-        return file_hashes({**self._adopted, **self._temporary})
+        unknown = {
+            name: path for name, path in {**self._adopted, **self._temporary}.items() if name not in self._hashes
+        }
+        return {**self._hashes, **file_hashes(unknown)}
 
     def commit(self) -> tuple[Path, ...]:
         """Rename all files to their final names, adopted first, the last added last; gives back their paths."""

@@ -1,0 +1,104 @@
+"""A crowd made again, whatever changed, has the bytes of one made from nothing."""
+
+import shutil
+
+import pytest
+from pxr import Sdf, Usd, UsdGeom
+
+from tests.batch.conftest import AGENTS, delay_plan, digests, write_crowd_scene
+from usdfoot.bridge.tokens import File
+from usdfoot.pipeline.animate import animate
+
+
+@pytest.fixture
+def shot(stages, tmp_path):
+    """A crowd in chunks of two agents, its scene and its folder."""
+    scene = write_crowd_scene(stages, tmp_path / "scene")
+    animate(scene, tmp_path / "out", chunk_size=2)
+    return scene, tmp_path / "out"
+
+
+def assert_as_new(scene, folder):
+    """Makes the crowd again, and with the same overrides from nothing; how many agents were kept."""
+    report = animate(scene, folder, chunk_size=2)
+    fresh = folder.with_name("fresh")
+    shutil.rmtree(fresh, ignore_errors=True)
+    fresh.mkdir()
+    shutil.copyfile(folder / File.OVERRIDES, fresh / File.OVERRIDES)
+    animate(scene, fresh, chunk_size=2)
+    assert digests(folder) == digests(fresh)
+    return report.kept_agents
+
+
+def add_agent(stage, name):
+    """One more who walks Agent_2's plan, after all others."""
+    agent = UsdGeom.Xform.Define(stage, f"/World/Crowd/{name}").GetPrim()
+    agent.AddAppliedSchema("UsdfootAgentAPI")
+    for relationship in stage.GetPrimAtPath("/World/Crowd/Agent_2").GetRelationships():
+        agent.CreateRelationship(relationship.GetName(), custom=False).SetTargets(relationship.GetTargets())
+
+
+def test_agents_that_go_and_come_leave_the_bytes_of_a_first_run(shot):
+    scene, folder = shot
+    stage = Usd.Stage.Open(str(scene))
+    stage.GetPrimAtPath("/World/Crowd/Agent_0").SetActive(False)
+    stage.Save()
+    assert assert_as_new(scene, folder) == 1  # two are one chunk now, to which the one who moved up is added
+    stage.GetPrimAtPath("/World/Crowd/Agent_0").SetActive(True)
+    stage.Save()
+    assert assert_as_new(scene, folder) == AGENTS - 1
+    add_agent(stage, "Agent_9")
+    stage.Save()
+    assert assert_as_new(scene, folder) == AGENTS
+    delay_plan(scene, 0, 3.0)
+    assert assert_as_new(scene, folder) == AGENTS
+
+
+def test_changed_overrides_leave_the_bytes_of_a_first_run(shot):
+    scene, folder = shot
+    layer = Sdf.Layer.FindOrOpen(str(folder / File.OVERRIDES))
+    moved = Sdf.CreatePrimInLayer(layer, "/Crowd/Plans/Agent_1")
+    translate = Sdf.AttributeSpec(moved, "xformOp:translate", Sdf.ValueTypeNames.Double3)
+    translate.default = (0.25, 0.0, 0.0)
+    order = Sdf.AttributeSpec(moved, "xformOpOrder", Sdf.ValueTypeNames.TokenArray, Sdf.VariabilityUniform)
+    order.default = ["xformOp:translate"]
+    layer.Save()
+    assert assert_as_new(scene, folder) == AGENTS - 1
+    Sdf.CreatePrimInLayer(layer, "/Crowd/Agents/Agent_0").active = False
+    other = Sdf.RelationshipSpec(Sdf.CreatePrimInLayer(layer, "/Crowd/Agents/Agent_2"), "usdfoot:agent:plan")
+    other.targetPathList.Prepend("/Crowd/Plans/Agent_1")
+    layer.Save()
+    assert assert_as_new(scene, folder) == 1
+    layer.Clear()
+    layer.Save()
+    assert assert_as_new(scene, folder) == 0
+    delay_plan(scene, 2, 3.0)
+    assert assert_as_new(scene, folder) == AGENTS - 1
+
+
+@pytest.mark.parametrize("is_only_change", [False, True])
+def test_a_chunk_that_somebody_wrote_into_is_made_again(shot, is_only_change):
+    scene, folder = shot
+    path = folder / "anims.0000.usdc"
+    layer = Sdf.Layer.OpenAsAnonymous(str(path))
+    layer.GetPrimAtPath("/Crowd/Anims/Agent_0").documentation = "edited"
+    layer.Export(str(path))
+    if not is_only_change:
+        delay_plan(scene, 2, 3.0)
+    assert assert_as_new(scene, folder) == int(is_only_change)
+
+
+def test_a_clips_analysis_that_cannot_be_kept_costs_nobody_the_motion(shot, tmp_path, monkeypatch, caplog):
+    scene, folder = shot
+    whole = digests(folder)
+    monkeypatch.setattr("usdfoot.batch.tasks.LARGE_CROWD", 2)
+    (tmp_path / "elsewhere").mkdir()
+    foreign = tmp_path / "elsewhere" / "foreign.npz"
+    foreign.write_bytes(b"not ours")
+    shutil.rmtree(folder)
+    folder.mkdir()
+    (folder / File.EXAMPLES).symlink_to(foreign.parent)
+    animate(scene, folder, chunk_size=2)
+    assert f"{File.EXAMPLES}: leads out of" in caplog.text and list(foreign.parent.iterdir()) == [foreign]
+    (folder / File.EXAMPLES).unlink()
+    assert digests(folder) == whole
