@@ -208,6 +208,21 @@ def test_legs_without_names_are_found_by_shape(facing):
     assert roles["pelvis"] == 0
 
 
+def test_a_heel_without_a_name_is_no_ball():
+    """It lies as low as the toes, but reaches less far; taken for the ball it would turn the character round."""
+    plain = rig(["a"], ["lb", "lc", "ld", "le"], [("x", (0.3, 0.3, 0)), ("y", (-0.3, 0.3, 0))])
+    joints, offsets = [], []
+    for joint, offset in zip(plain.joints, plain.rest_translations, strict=True):
+        joints.append(joint)
+        offsets.append(offset)
+        if joint.endswith("d"):
+            joints.append(f"{joint}/h")
+            offsets.append((0.0, -0.1, -0.05))
+    skeleton = make_skeleton(["/".join(f"j{hash_of(part)}" for part in joint.split("/")) for joint in joints], offsets)
+    roles = find_biped(skeleton, {})
+    assert [joints[roles[f"{side} ball"]][-2:] for side in ("left", "right")] == ["le", "re"]
+
+
 def hash_of(name):
     """A number that tells nothing but tells names apart."""
     return sum(ord(letter) * 31**i for i, letter in enumerate(name))
@@ -222,6 +237,9 @@ def test_swapped_names_are_trusted():
 def test_authored_joints_count_first():
     skeleton = rig(["Root", "Hips"], ["LeftUpLeg", "LeftLeg", "LeftFoot", "LeftToeBase"])
     assert names_found(skeleton, {"pelvis": 0})["pelvis"] == "Root"
+    knee = skeleton.joints.index("Root/Hips/RightUpLeg/RightLeg")
+    with pytest.raises(BipedError, match=r"left and right knee are the same joint: .*RightLeg. author a joint of each"):
+        find_biped(skeleton, {"left knee": knee})
     with pytest.raises(BipedError, match=r"left leg: joint .*LeftLeg is not below .*LeftFoot"):
         find_biped(skeleton, {"left hip": skeleton.joints.index("Root/Hips/LeftUpLeg/LeftLeg/LeftFoot")})
 
@@ -256,6 +274,12 @@ def test_proportions_come_from_the_rest_pose():
     assert biped.nominal_leg_length == pytest.approx(0.95 * 0.82)
     assert_allclose(biped.ball_heights, 0.05)
     assert_allclose(biped.com, (0.0, -0.05 + 0.055 * 0.82, 0.0), atol=1e-12)
+
+
+def test_balls_higher_than_the_legs_are_long_are_refused():
+    skeleton = rig(["Hips"], ["LeftUpLeg", "LeftLeg", "LeftFoot", "LeftToeBase"])
+    with pytest.raises(BipedError, match=r"its balls are 5 m above the soles, its legs 0.82 m long"):
+        make_biped(skeleton, find_biped(skeleton, {}), {"ball_height:left": 5.0})
 
 
 def test_without_a_floor_the_ball_is_a_third_of_the_foot_above_the_sole():

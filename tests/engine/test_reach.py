@@ -11,11 +11,12 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from tests.builders import Gait
-from tests.engine.plans import crowd, way
+from tests.engine.plans import crowd, slope, way
 from tests.engine.walkers import WALKS, in_world, library_of
 from usdfoot.engine.animate import animate_crowd, prepare_library
 from usdfoot.engine.options import EngineOptions
 from usdfoot.model.plan import FootstepPlan
+from usdfoot.physics.animate import animate_all
 
 FAR = 5
 
@@ -79,6 +80,19 @@ def test_footsteps_out_of_reach_are_named(walker_library):
     warnings = [problem.message for problem in problems if "out of reach" in problem.message]
     assert len(warnings) == 1
     assert f"first footstep {FAR}" in warnings[0]
+
+
+@pytest.mark.parametrize("motion", ["clips", "physics", "hybrid"])
+def test_footsteps_off_the_terrain_are_named(walker_library, motion):
+    plan = way()
+    terrain = slope(0.0, 0.0, size=float(plan.positions[-2, 2]) - 0.1)
+    scene = crowd(walker_library.source, [plan], terrain=terrain)
+    scene = replace(scene, agents=tuple(replace(agent, motion=motion) for agent in scene.agents))
+    _, problems = animate_all(scene)
+    (message,) = [problem.message for problem in problems if "off the terrain" in problem.message]
+    x, _, z = plan.positions[-2]
+    last = len(plan) - 2
+    assert f"2 footstep(s) are off the terrain, first footstep {last} at ({x:.2f}, 0.00, {z:.2f}) m" in message
 
 
 def test_footsteps_planted_between_two_frames_are_named_as_not_measured(walker_library):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.engine.plans import crowd, way
-from tests.engine.walkers import WALKS, library_of
+from tests.engine.walkers import WALKS, in_world, library_of
 from usdfoot.maths import planar, quaternion
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.skeleton import Pose, forward_kinematics
@@ -173,3 +173,16 @@ def test_the_heel_of_a_run_rises_from_before_the_middle_of_the_contact_on():
         shares = (motion.times - strike) / (liftoff - strike)
         assert np.abs(leans[(shares > 0.2) & (shares < 0.44)]).max() < 0.02
         assert leans[(shares > 0.55) & (shares < 0.62)].min() > 0.08
+
+
+def test_the_last_swing_of_a_plan_cut_off_in_a_contact_is_that_of_a_walk():
+    source, plan, heights = library_of(WALKS), way(7), []
+    begin = plan.liftoff_times[-2]
+    for cut in (0.0, 0.3):
+        liftoffs = np.append(plan.liftoff_times[:-1], plan.liftoff_times[-1] - cut)
+        scene = crowd(source, [replace(plan, liftoff_times=liftoffs)])
+        (motion,), _ = animate_all(replace(scene, agents=(replace(scene.agents[0], motion="physics"),)))
+        swung = in_world(source, motion)
+        end = plan.liftoff_times[-1] - 0.3
+        heights.append(np.interp(np.linspace(begin, end, 20), swung.times, swung.ankles[:, plan.sides[-2], 1]))
+    np.testing.assert_allclose(heights[1], heights[0], atol=0.06)

@@ -15,6 +15,7 @@ from usdfoot.cli.main import main
 from usdfoot.engine.animate import PreparedLibraries
 from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import OutputError, SceneError
+from usdfoot.pipeline.lint import lint_scene
 from usdfoot.pipeline.plan import plan_scene_paths
 from usdfoot.pipeline.plan_trajectories import plan_scene_trajectories
 from usdfoot.planning.flights import fly_like_clips
@@ -227,6 +228,35 @@ def test_lint_says_what_is_wrong_and_fixes_what_it_can(tmp_path, capsys):
     empty = new_stage(tmp_path / "empty.usda")
     empty.GetRootLayer().Save()
     assert main(["plan", "lint", str(tmp_path / "empty.usda"), "-q"]) == 2
+
+
+def test_a_fixed_plan_stays_where_it_stands_and_only_what_was_wrong_is_authored(tmp_path):
+    plans = plan_scene_paths(scene_with_path(tmp_path / "path.usda", agent=False), tmp_path / "plans.usda").file
+    scene = new_stage(tmp_path / "scene.usda")
+    place = UsdGeom.Xform.Define(scene, "/World/Steps")
+    place.AddTranslateOp().Set(Gf.Vec3d(3.0, 0.0, 1.0))
+    plan = scene.DefinePrim("/World/Steps/Mine")
+    plan.GetReferences().AddReference(str(plans), "/Plans/Way")
+    floor = UsdGeom.Plane.Define(scene, "/World/Floor")
+    floor.CreateWidthAttr(40.0)
+    floor.CreateLengthAttr(40.0)
+    floor.CreateAxisAttr("Y")
+    floor.GetPrim().AddAppliedSchema(Schema.TERRAIN)
+    positions = UsdGeom.PointInstancer(plan).GetPositionsAttr()
+    good = np.array(positions.Get())
+    positions.Set(good + np.where(np.arange(len(good)) == 5, 0.1, 0.0)[:, None] * np.array([0.0, 1.0, 0.0], np.float32))
+    scene.GetRootLayer().Save()
+    (fault,) = lint_scene(tmp_path / "scene.usda").faults
+    assert (fault.plan, fault.footstep, fault.kind) == ("/World/Steps/Mine", 5, "offGround")
+    fixed = lint_scene(tmp_path / "scene.usda", fix=tmp_path / "fixed.usda")
+    layer = Sdf.Layer.FindOrOpen(str(fixed.file))
+    assert fixed.clean and [spec.name for spec in layer.rootPrims] == ["World"]
+    over = layer.GetPrimAtPath("/World/Steps/Mine")
+    assert {spec.name for spec in over.properties} <= {"positions", "orientations"}
+    composed(fixed.file, tmp_path / "scene.usda").GetRootLayer().Export(str(tmp_path / "good.usda"))
+    assert lint_scene(tmp_path / "good.usda").faults == ()
+    mended = Usd.Stage.Open(str(tmp_path / "good.usda"))
+    assert_allclose(mended.GetPropertyAtPath("/World/Steps/Mine.positions").Get(), good, atol=1e-5)
 
 
 def test_obstacles_of_the_scene_are_gone_round_and_a_path_that_cannot_be_is_refused_with_the_place(tmp_path, capsys):

@@ -106,6 +106,16 @@ def test_a_path_between_obstacles_with_room_for_a_body_is_as_drawn():
     assert not any("body" in fault.message for fault in stepped), "one steps over it"
 
 
+def test_a_path_into_the_side_of_a_platform_goes_round_it_not_below_it():
+    platform = slab((-1.0, 1.0), (-1.0, 1.0), (0.7, 0.7))
+    floor = Ground(terrain_of([slab((-3.0, 3.0), (-6.0, 6.0), (0.0, 0.0)), platform]))
+    below = plan_path(STRAIGHT, floor, options=PathOptions(around=False))
+    faults = lint_plans([below], floor, bodies=[Proportions()])
+    assert {fault.message for fault in faults} == {"has only 0.70 m of room above it"}
+    assert {fault.footstep for fault in faults} == set(np.flatnonzero(np.abs(below.positions[:, 2]) < 1.0))
+    assert lint_plans([plan_path(STRAIGHT, floor)], floor, bodies=[Proportions()]) == []
+
+
 def test_a_path_up_a_wall_goes_round_by_the_stair_and_one_that_cannot_is_as_drawn_or_refused():
     wall = [slab((-1.0, 1.0), (-1.0, 1.0), (0.6, 0.6)), slab((-1.0, 1.0), (1.0, 1.5), (0.3, 0.3))]
     open_ground = Ground(terrain_of([slab((-3.0, 3.0), (-3.0, 3.0), (0.0, 0.0)), *wall]))

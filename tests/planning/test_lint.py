@@ -126,6 +126,16 @@ def test_what_is_good_stays_and_what_hovers_or_crosses_is_mended():
     assert_allclose(up[1:, 2], -0.1 / np.hypot(1.0, 0.1), atol=1e-6)
 
 
+def test_mending_a_warning_does_not_make_an_error():
+    plan = way(9)
+    orientations = plan.orientations.copy()
+    orientations[4] = [0.0, 1.0, 0.0, 0.0]
+    backward = replace(plan, orientations=orientations)
+    assert {fault.severity for fault in faults(backward)} == {"warning"}
+    (kept,) = mend_plans([backward], Ground(LEVEL), bodies=[BODY])
+    assert not [fault for fault in faults(kept) if fault.severity == "error"]
+
+
 def test_times_are_mended_or_refused():
     plan = way(8)
     draft = PlanDraft(**vars(plan))

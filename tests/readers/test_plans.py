@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from pxr import Gf, Sdf, Usd, UsdGeom
+from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
 from tests.scenes import Units, add_plan, new_stage, straight_steps
 from usdfoot.bridge.tokens import Plan as Token
@@ -277,6 +277,32 @@ def test_the_real_plans_are_read(shared_data):
     assert_allclose(plan.positions[1], (-0.0020981771, 0.0, -2.6640482), atol=1e-6)
     assert_allclose(plan.strike_times[:2], np.array([7.75, 24.125]) / 30.0)
     assert_allclose(plan.yaws[0], 2 * np.arctan2(-0.0215454, 1.0), atol=1e-4)
+
+
+@pytest.mark.parametrize(("turn", "angle"), [((1.0, 0.0, 0.0, 0.0), 180), ((0.8, 0.0, 0.0, 0.6), 106)])
+def test_a_print_that_nothing_can_stand_on_is_refused(turn, angle):
+    stage = new_stage()
+    instancer = add_plan(stage, "/World/Plan", Units(), yaws=np.zeros(6), half=False)
+    orientations = list(instancer.GetOrientationsfAttr().Get())
+    orientations[4] = Gf.Quatf(turn[3], *turn[:3])
+    instancer.GetOrientationsfAttr().Set(orientations)
+    message = f"/World/Plan: footstep 4 stands on edge or upside down, its normal is {angle} degrees off the vertical"
+    with pytest.raises(PlanError, match=message):
+        read(stage)
+
+
+@pytest.mark.parametrize("moves", [True, False])
+def test_positions_that_are_animated_are_read_at_their_first_sample_with_a_warning(moves):
+    stage = new_stage()
+    attribute = add_plan(stage, "/World/Plan", Units(), yaws=np.zeros(6)).GetPositionsAttr()
+    positions = np.array(attribute.Get())
+    for code in (3.0, 9.0):
+        attribute.Set(Vt.Vec3fArray.FromNumpy(positions + np.float32((code - 3.0) * moves)), code)
+    plan, problems = read(stage)
+    assert_allclose(plan.positions, straight_steps()[1], atol=1e-6)
+    assert [problem.message for problem in problems] == [
+        "/World/Plan: its positions are animated, the first sample is read. author one value, not time samples"
+    ] * moves
 
 
 def test_hidden_prints_stay_footsteps_with_a_warning():

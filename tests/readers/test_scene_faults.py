@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pxr import Sdf, UsdGeom, Vt
+from pxr import Gf, Sdf, UsdGeom, UsdSkel, Vt
 
 from tests.scenes import (
     JOINTS,
@@ -145,6 +145,35 @@ def test_joints_that_do_not_match():
     add_agent(stage, "/World/Hero", clips="/World/Clips")
     with pytest.raises(SceneError, match="/World/Clips/alien: does not move the leg joints of /World/Hero/Skeleton"):
         read_scene(stage)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (lambda clip: clip.GetJointsAttr().Set([*JOINTS[:-1], JOINTS[0]]), f"lists joints twice: {JOINTS[0]}"),
+        (
+            lambda clip: [clip.GetRotationsAttr().Set([Gf.Quatf(1)] * 7, code) for code in clip_codes(clip)],
+            f"has 7 rotations for its {len(JOINTS)} joints",
+        ),
+        (
+            lambda clip: clip.GetTranslationsAttr().Set([Gf.Vec3f(np.nan)] * len(JOINTS), clip_codes(clip)[3]),
+            "translations at time code",
+        ),
+    ],
+)
+@pytest.mark.parametrize("asked", [True, False])
+def test_why_the_only_clip_cannot_be_used_is_said(spoil, message, asked):
+    stage = simple_scene()
+    if not asked:
+        stage.GetPrimAtPath("/World/Hero").RemoveProperty(Token.CLIPS)
+    spoil(UsdSkel.Animation(stage.GetPrimAtPath("/World/Clips/walk")))
+    message = f"none of 1 clip\\(s\\) can be used on /World/Hero/Skeleton; /World/Clips/walk: {message}"
+    with pytest.raises(SceneError, match=message):
+        read_scene(stage)
+
+
+def clip_codes(clip):
+    return clip.GetRotationsAttr().GetTimeSamples()
 
 
 def test_a_missing_file(tmp_path):

@@ -8,7 +8,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdUtils
 from tests.scenes import Units, add_character, add_plan, new_stage, simple_scene
 from usdfoot.bridge.tokens import Schema
 from usdfoot.errors import SceneError
-from usdfoot.readers.stage import authored, collect_prims, open_stage, read_stage_info
+from usdfoot.readers.stage import authored, collect_prims, composition_problems, open_stage, read_stage_info
 
 
 def test_a_missing_file_is_named(tmp_path):
@@ -64,6 +64,23 @@ def test_the_rate_of_the_samples_is_not_the_playback_rate():
     stage.SetFramesPerSecond(24.0)
     info = read_stage_info(stage)
     assert (info.units.time_codes_per_second, info.frames_per_second) == (30.0, 24.0)
+
+
+def test_a_rate_beyond_all_limits_is_refused():
+    stage = new_stage(None, Units(1.0, "Y", 1e6))
+    with pytest.raises(SceneError, match=r"timeCodesPerSecond is 1e\+06, more frames in one .* author at most 100000"):
+        read_stage_info(stage)
+
+
+def test_what_the_stage_refers_to_in_vain_is_said(tmp_path):
+    stage = new_stage(tmp_path / "scene.usda")
+    assert composition_problems(stage) == ()
+    stage.DefinePrim("/World/Hero").GetReferences().AddReference("gone.usda")
+    stage.DefinePrim("/World/Loop").GetReferences().AddInternalReference("/World")
+    messages = [problem.message for problem in composition_problems(stage)]
+    assert any("gone.usda" in message and "</World/Hero>" in message for message in messages)
+    assert any("Cycle" in message and "</World/Loop>" in message for message in messages)
+    assert all(message.startswith(stage.GetRootLayer().identifier) for message in messages)
 
 
 def test_prims_are_collected_by_kind():

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from tests.scenes import Units, add_character, add_ground, add_mesh, add_plan, new_stage
 from usdfoot.bridge.tokens import Schema
@@ -135,6 +135,21 @@ def test_holes_and_faces_without_area_are_left_out():
     assert area(terrain) == pytest.approx(4.0)
     assert len(terrain.triangles) == 2
     assert problems == ()
+
+
+@pytest.mark.parametrize("moving", ["points", "transform", "nothing"])
+def test_terrain_that_moves_is_said(moving):
+    stage = new_stage()
+    mesh = add_ground(stage, "/World/Set/Ground", Units())
+    lift = UsdGeom.Xform.Define(stage, "/World/Set").AddTranslateOp()
+    points = np.array(mesh.GetPointsAttr().Get())
+    for code in (0.0, 10.0):
+        lift.Set(Gf.Vec3d(0.0, code * (moving == "transform"), 0.0), code)
+        mesh.GetPointsAttr().Set(Vt.Vec3fArray.FromNumpy(points + np.float32(code * (moving == "points"))), code)
+    terrain, problems = read(stage)
+    assert_allclose(terrain.points[:, 1], 0.0)
+    said = "/World/Set/Ground: is terrain that moves, feet keep to where it is at the stage's start. "
+    assert [problem.message.startswith(said) for problem in problems] == [True] * (moving != "nothing")
 
 
 def test_instances_are_separate_meshes(tmp_path):

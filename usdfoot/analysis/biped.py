@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from usdfoot.analysis.biped_names import LEG_ROLES, is_pelvis, leg_by_names
-from usdfoot.analysis.biped_shape import legs_by_shape
+from usdfoot.analysis.biped_shape import legs_by_shape, reaching_child
 from usdfoot.analysis.joint_words import is_end, is_helper
 from usdfoot.errors import BipedError, SkeletonError
 from usdfoot.maths.types import FloatArray
@@ -46,7 +46,8 @@ def find_biped(skeleton: Skeleton, authored: Mapping[str, int]) -> dict[str, int
         authored: Joints an artist named, by role.
 
     Raises:
-        BipedError: If roles are missing, or the joints of a leg are not below each other or on one spot.
+        BipedError: If roles are missing, the legs share joints, or those of a leg are not below each other or on one
+            spot.
     """
     positions, _ = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
     legs = _legs(skeleton, authored, positions)
@@ -61,6 +62,7 @@ def find_biped(skeleton: Skeleton, authored: Mapping[str, int]) -> dict[str, int
         missing = ["pelvis"]
     if missing:
         raise BipedError(skeleton.name, "no joint found for the role(s)", _remedy(missing), missing)
+    _check_sides(skeleton, roles)
     _check_chains(skeleton, roles, positions)
     return roles
 
@@ -72,6 +74,9 @@ def make_biped(skeleton: Skeleton, roles: Mapping[str, int], measures: BipedMeas
         skeleton: Canonical skeleton.
         roles: Joint index by role, all of them.
         measures: Authored or measured values, canonical.
+
+    Raises:
+        BipedError: If the balls are higher above the soles than the legs are long.
     """
     positions, _ = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
     leg = positions[[[roles[f"{side} {role}"] for role in LEG_ROLES] for side in SIDES]]  # (2, 4, 3)
@@ -82,6 +87,10 @@ def make_biped(skeleton: Skeleton, roles: Mapping[str, int], measures: BipedMeas
     com = np.asarray(measures.get("com", above_hips - positions[roles["pelvis"]]), dtype=float)
     defaults = default_ball_heights(leg)
     heights = [float(measures.get(f"ball_height:{side}", defaults[i])) for i, side in enumerate(SIDES)]
+    if max(heights) > straight:
+        what = f"its balls are {max(heights):.3g} m above the soles, its legs {straight:.3g} m long"
+        remedy = "author usdfoot:biped:left:ballHeight and :right in the Skeleton's own units, or none"
+        raise BipedError(skeleton.name, what, remedy)
     pairs = {role: (roles[f"left {role}"], roles[f"right {role}"]) for role in LEG_ROLES}
     return Biped(
         pelvis=roles["pelvis"],
@@ -131,13 +140,11 @@ def _legs(
 
 
 def _reaching_child(skeleton: Skeleton, ankle: int, positions: FloatArray) -> int | None:
-    """The child of the ankle farthest from it that is a bone, else the foot's own end; None if there is neither."""
+    """The child of the ankle that is a bone and leads farthest, else the foot's own end; None if there is neither."""
     below = np.flatnonzero(skeleton.parents == ankle).tolist()
     bones = [joint for joint in below if not is_helper(skeleton.joints[joint])]
-    children = bones or [joint for joint in below if is_end(skeleton.joints[joint])]
-    reaches = {child: float(np.linalg.norm(positions[child] - positions[ankle])) for child in children}
-    best = max(children, key=lambda child: reaches[child], default=None)
-    return best if best is not None and reaches[best] > 0.0 else None
+    ends = [joint for joint in below if is_end(skeleton.joints[joint])]
+    return reaching_child(skeleton.parents, positions, ankle, bones or ends)
 
 
 def _pelvis(skeleton: Skeleton, positions: FloatArray, hips: tuple[int, int]) -> int | None:
@@ -156,6 +163,14 @@ def _carries_trunk(skeleton: Skeleton, positions: FloatArray, joint: int, hips: 
     least = height + TRUNK_HEIGHT * (height - positions[:, 1].min())
     high = np.flatnonzero(positions[:, 1] > least)
     return any(joint in skeleton.ancestors(int(other)) for other in high)
+
+
+def _check_sides(skeleton: Skeleton, roles: Mapping[str, int]) -> None:
+    for role in LEG_ROLES:
+        left, right = (roles[f"{side} {role}"] for side in SIDES)
+        if left == right:
+            what = f"left and right {role} are the same joint: {skeleton.joints[left]}"
+            raise BipedError(skeleton.name, what, "author a joint of each leg, usdfoot:biped:left and :right")
 
 
 def _check_chains(skeleton: Skeleton, roles: Mapping[str, int], positions: FloatArray) -> None:

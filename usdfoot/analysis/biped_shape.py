@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from usdfoot.maths.types import FloatArray, IntArray
 
-__all__ = ["legs_by_shape"]
+__all__ = ["legs_by_shape", "reaching_child"]
 
 _MIRROR_TOLERANCE = 0.15
 """Largest difference between the two legs' lengths, as a fraction of them."""
@@ -18,7 +20,7 @@ def legs_by_shape(parents: IntArray, positions: FloatArray) -> tuple[dict[str, i
     """Joint index by role of the left and right leg, found without names; None if there are no two such chains.
 
     The legs end in the lowest joints of the rest pose. Their longest two bones are thigh and shin, and the ball is
-    the next joint down. Left is where +X points when the feet point to +Z.
+    the next joint towards the toes, which reach farther than a heel. Left is where +X points when the feet point to +Z.
 
     Args:
         parents: Index of each joint's parent, -1 for roots, shape (J,).
@@ -36,7 +38,7 @@ def legs_by_shape(parents: IntArray, positions: FloatArray) -> tuple[dict[str, i
         fork = positions[first[shared - 1], 1] if shared else -np.inf
         # Toes of one foot part near the ground, legs part high up.
         if fork - positions[ordered[0], 1] > 0.25 * height:
-            pair = [_roles(chain[shared:], positions) for chain in (first, second)]
+            pair = [_roles(chain[shared:], parents, positions) for chain in (first, second)]
             return _sorted_sides(pair[0], pair[1], positions)
     return None
 
@@ -49,15 +51,37 @@ def _chain(parents: IntArray, joint: int) -> list[int]:
     return way[::-1]
 
 
-def _roles(chain: list[int], positions: FloatArray) -> dict[str, int] | None:
+def reaching_child(
+    parents: IntArray, positions: FloatArray, joint: int, children: Sequence[int] | None = None
+) -> int | None:
+    """The child at or below which a joint lies farthest from the joint itself; None if all lie on it, or without any.
+
+    Args:
+        parents: Index of each joint's parent, -1 for roots, shape (J,).
+        positions: Rest positions, shape (J, 3).
+        joint: Whose children.
+        children: Those that count; None: all.
+    """
+    distances = np.linalg.norm(positions - positions[joint], axis=1)
+    reaches = dict.fromkeys(np.flatnonzero(parents == joint).tolist() if children is None else children, 0.0)
+    for other in np.flatnonzero(distances > 0.0).tolist():
+        for above in reaches.keys() & set(_chain(parents, other)):
+            reaches[above] = max(reaches[above], float(distances[other]))
+    best = max(reaches, key=lambda child: reaches[child], default=None)
+    return best if best is not None and reaches[best] > 0.0 else None
+
+
+def _roles(chain: list[int], parents: IntArray, positions: FloatArray) -> dict[str, int] | None:
     """Hip, knee, ankle and, if there is one, ball of a chain that starts below the pelvis."""
     bones = np.linalg.norm(np.diff(positions[chain], axis=0), axis=1)
     if len(bones) < 2:
         return None
     thigh, shin = np.sort(np.argsort(-bones, kind="stable")[:2])
     leg = {"hip": chain[thigh], "knee": chain[thigh + 1], "ankle": chain[shin + 1]}
-    foot = [i for i in range(shin + 1, len(bones)) if bones[i] > _SHORT * bones.sum()]
-    return leg | ({"ball": chain[foot[0] + 1]} if foot else {})
+    ball = reaching_child(parents, positions, leg["ankle"])
+    while ball is not None and np.linalg.norm(positions[ball] - positions[leg["ankle"]]) <= _SHORT * bones.sum():
+        ball = reaching_child(parents, positions, ball)
+    return leg if ball is None else leg | {"ball": ball}
 
 
 def _sorted_sides(

@@ -23,8 +23,8 @@ example:
   usdfoot plan lint shot.usda --json > faults.json
   usdfoot plan lint shot.usda --fix fixed.usdc
 
---fix mends times out of order, prints off the ground, crossing feet and colliding feet, and writes the plans that
-changed; sublayer the file over the scene. What is left is listed.
+--fix mends times out of order, prints off the ground, crossing feet and colliding feet, and writes what changed of the
+plans as a layer; sublayer it over the scene. What is left is listed.
 
 exit codes: 0 no errors (warnings do not count), 1 errors, 2 nothing could be checked
 

@@ -18,7 +18,7 @@ from usdfoot.engine.kernels import LibraryArrays
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.planting import Planted, Planting, cut_motions, plant_samples, prepare_planting
 from usdfoot.engine.poses import ClipPoses, Setup, StepBlend, device_library, device_segments, place_segments
-from usdfoot.engine.reach import unreached_steps
+from usdfoot.engine.reach import steps_off_terrain, unreached_steps
 from usdfoot.engine.results import measure_contacts, measure_steps, unmeasured_steps
 from usdfoot.engine.rig import Rig, build_rig
 from usdfoot.engine.root import lay_root
@@ -182,7 +182,8 @@ def animate_crowd(
             continue
         found, faults = animate_apart(partial(animate_agents, prepared, crowd=crowd, options=options), agents)
         problems += [*prepared.problems, *faults, *extreme_warps(agents, found, options)]
-        problems += [*unreached_steps(agents, found), *unmeasured_steps(agents, found)]
+        problems += [*unreached_steps(agents, found), *steps_off_terrain(agents, found)]
+        problems += unmeasured_steps(agents, found)
         motions.update({motion.name: motion for motion in found})
     return [motions[agent.name] for agent in crowd.agents if agent.name in motions], problems
 

@@ -13,7 +13,7 @@ from usdfoot.model.agent import Agent
 from usdfoot.model.motion import Motion
 from usdfoot.model.report import Problem
 
-__all__ = ["beyond_reach", "find_high_steps", "find_long_steps", "give_way", "unreached_steps"]
+__all__ = ["beyond_reach", "find_high_steps", "find_long_steps", "give_way", "steps_off_terrain", "unreached_steps"]
 
 TURNED_AWAY = 0.5
 """A root trajectory that faces farther off the feet than this at a missed footstep is why it is missed [rad]."""
@@ -114,6 +114,24 @@ def unreached_steps(agents: Sequence[Agent], motions: Sequence[Motion]) -> list[
         if pulled.size:
             remedy = "raise usdfoot:agent:ikReach, or add clips that step there"
             problems.append(_missed(agent, motion, pulled, "farther from what the clips step than IK may pull", remedy))
+    return problems
+
+
+def steps_off_terrain(agents: Sequence[Agent], motions: Sequence[Motion]) -> list[Problem]:
+    """Warnings of agents with footsteps under or over which there is no ground that carries them."""
+    by_name = {agent.name: agent for agent in agents}
+    problems = []
+    for motion in motions:
+        agent = by_name[motion.name]
+        shown = np.isfinite(motion.results.placement_error)
+        off = np.flatnonzero(shown & (np.array(motion.results.status) == "offTerrain"))
+        if off.size:
+            x, y, z = agent.plan.positions[off[0]]
+            message = (
+                f"{agent.plan.name}: {off.size} footstep(s) are off the terrain, first footstep {off[0]} at ({x:.2f}, "
+                f"{y:.2f}, {z:.2f}) m, +Y up. put them on walkable terrain, or correct the terrain's transform"
+            )
+            problems.append(Problem(severity="warning", where=agent.source, message=message))
     return problems
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from usdfoot.engine.animate import PreparedLibraries, PreparedLibrary, animate_apart, animate_crowd, prepare_steps
 from usdfoot.engine.planting import Planting, cut_motions, plant_samples, prepare_planting
 from usdfoot.engine.poses import ClipPoses, Layout
+from usdfoot.engine.reach import steps_off_terrain
 from usdfoot.engine.results import (
     PLACED,
     ContactFigures,
@@ -130,7 +131,7 @@ def animate_all(
             alike.setdefault((agent.library, agent.motion == "hybrid", agent.tuning), []).append(agent)
     for own in alike.values():
         found, faults = _animate_alike(libraries, bodies, own, crowd, options.tuned(own[0].tuning))
-        motions, problems = [*motions, *found], [*problems, *faults]
+        motions, problems = [*motions, *found], [*problems, *faults, *steps_off_terrain(own, found)]
     by_name = {motion.name: motion for motion in motions}
     return [by_name[agent.name] for agent in agents if agent.name in by_name], problems
 

@@ -189,8 +189,13 @@ def _heel_offs(contacts: ContactTable, flats: FloatArray) -> FloatArray:
 
 
 def _flies(contacts: ContactTable) -> BoolArray:
-    """Whether a flight follows each contact, shape (C,)."""
-    return contacts.has_next & (contacts.liftoffs < np.roll(contacts.strikes, -1))
+    """Whether a flight follows each contact, shape (C,).
+
+    After the last footstep of a plan that ends in mid gait, which may end before that foot would leave, as before it.
+    """
+    flies = contacts.has_next & (contacts.liftoffs < np.roll(contacts.strikes, -1))
+    last = (contacts.steps >= 0) & contacts.has_next & (np.roll(contacts.steps, -1) < 0)
+    return np.where(last, flies & np.roll(flies, 1), flies)
 
 
 def _launches(contacts: ContactTable, heel_offs: FloatArray) -> FloatArray:

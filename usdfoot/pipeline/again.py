@@ -19,7 +19,7 @@ from usdfoot.pipeline.report import AnimateReport
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.stage import start_code
 from usdfoot.readers.written import WrittenCrowd, agent_names, read_agent, read_written_crowd
-from usdfoot.writers.plan_edits import restore_layer, save_plan_edit
+from usdfoot.writers.plan_edits import PlanEdit, restore_layer, save_plan_edit
 from usdfoot.writers.root import SUBLAYERS
 
 __all__ = ["TAKES", "Take", "edit_plan", "keep_take", "make_take", "remake"]
@@ -167,8 +167,8 @@ def _edit_plans(crowd: WrittenCrowd, edits: Mapping[str, Callable[[FootstepPlan]
         before = read_agent(crowd, name).plan
         prim = crowd.stage.GetPrimAtPath(before.name)
         frame = matrices_of(prim, np.array([start_code(crowd.stage).GetValue()]))[0]
-        changes.append((edit(before), before, frame))
-    kept = [save_plan_edit(file, after, before=was, units=crowd.units, frame=frame) for after, was, frame in changes]
+        changes.append(PlanEdit(plan=edit(before), before=before, frame=frame))
+    kept = [save_plan_edit(file, change, units=crowd.units) for change in changes]
     try:
         report = remake(crowd)
         lost = not set(edits) <= set(report.results)
@@ -179,7 +179,7 @@ def _edit_plans(crowd: WrittenCrowd, edits: Mapping[str, Callable[[FootstepPlan]
         restore_layer(file, kept[0])
         if report is not None:
             remake(crowd)
-        where = ", ".join(was.name for _, was, _ in changes)
+        where = ", ".join(change.plan.name for change in changes)
         raise PlanError(where, "cannot be walked as edited, and stays as it was", names=reasons)
     return report
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from usdfoot.errors import PlanError, SceneError, UsdfootError
 from usdfoot.model.agent import Agent
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.ground import Ground
-from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.plan import FootstepPlan, PlanDraft
 from usdfoot.model.report import Problem
 from usdfoot.pipeline.plan import save_plans
 from usdfoot.planning.lint import Fault, LintLimits, lint_clips, lint_plans
@@ -24,9 +24,11 @@ from usdfoot.planning.proportions import Proportions, proportions_of
 from usdfoot.readers.obstacles import read_obstacles
 from usdfoot.readers.plans import is_plan, read_draft
 from usdfoot.readers.scene import read_scene
+from usdfoot.readers.skeleton import StartTransforms
 from usdfoot.readers.stage import StagePrims, collect_prims, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
 from usdfoot.spaces.library import FootstepSpaces, build_spaces
+from usdfoot.writers.plan_edits import PlanEdit
 from usdfoot.writers.plans import PlannedAgent
 
 __all__ = ["LintReport", "lint_scene"]
@@ -99,7 +101,7 @@ def lint_scene(
     stage = open_stage(scene)
     info, prims = read_stage_info(stage), collect_prims(stage)
     terrain, terrain_problems = read_terrain(stage, prims, info.units)
-    found, malformed, mended_times = _read_plans(prims, info, mend=fix is not None)
+    found, malformed, drafts = _read_plans(prims, info, mend=fix is not None)
     crowd, problems = _read_crowd(scene)
     walkers = _Walkers(
         agents={agent.plan.name: agent for agent in crowd.crowd.agents} if crowd else {},
@@ -114,9 +116,17 @@ def lint_scene(
     file = None
     if fix is not None:
         mended = dict(zip(plans, mend_plans(list(plans.values()), ground, bodies=bodies), strict=True))
-        changed = {name for name in plans if mended[name] is not plans[name]} | mended_times
+        changed, transforms = (
+            {name for name in plans if mended[name] is not plans[name]} | set(drafts),
+            StartTransforms(stage),
+        )
+        before = {name: drafts.get(name, found[name]) for name in changed if name in found}
+        edits = [
+            PlanEdit(plan=mended[name], before=before[name], frame=transforms.matrix_of(stage.GetPrimAtPath(name)))
+            for name in sorted(before)
+        ]
         plans = mended
-        file = _save(changed, plans, walkers, info, fix) if changed else None
+        file = _save(changed - set(before), edits, plans, walkers, info, fix) if changed else None
     obstacles, obstacle_problems = read_obstacles(stage, prims, info.units)
     found_faults = lint_plans(list(plans.values()), ground, bodies=bodies, obstacles=obstacles, limits=limits)
     faults = [*malformed, *found_faults]
@@ -129,10 +139,11 @@ def lint_scene(
 
 def _read_plans(
     prims: StagePrims, info: StageInfo, *, mend: bool
-) -> tuple[dict[str, FootstepPlan], list[Fault], set[str]]:
-    """Plans by prim path, what is wrong with those that are none, and whose times were mended."""
+) -> tuple[dict[str, FootstepPlan], list[Fault], dict[str, PlanDraft]]:
+    """Plans by prim path, what is wrong with those that are none, and what those were whose times were mended."""
     plans: dict[str, FootstepPlan] = {}
-    faults, mended = [], set()
+    faults: list[Fault] = []
+    drafts: dict[str, PlanDraft] = {}
     for prim in prims.instancers:
         if not is_plan(prim):
             continue
@@ -145,11 +156,11 @@ def _read_plans(
                 if not mend:
                     raise
                 plans[name] = mend_times(draft).checked()
-                mended.add(name)
+                drafts[name] = draft
         except PlanError as error:
             text = f"{error.what}. {error.remedy}" if error.remedy else error.what
             faults.append(Fault(plan=name, footstep=-1, kind="malformed", severity="error", value=0.0, message=text))
-    return plans, faults, mended
+    return plans, faults, drafts
 
 
 def _read_crowd(scene: str | os.PathLike[str]) -> tuple[Scene | None, list[Problem]]:
@@ -187,16 +198,17 @@ def _prepare(library: ClipLibrary) -> tuple[FootstepSpaces, str]:
 
 
 def _save(
-    changed: set[str],
+    added: set[str],
+    edits: Sequence[PlanEdit],
     plans: Mapping[str, FootstepPlan],
     walkers: _Walkers,
     info: StageInfo,
     output: str | os.PathLike[str],
 ) -> Path:
-    """A layer with the mended plans, to which their agents point."""
+    """A layer over the plans that were mended, and with those of paths, to which their agents point."""
     taken: set[str] = set()
     mended = []
-    for name in sorted(changed):
+    for name in sorted(added):
         agent = walkers.agents.get(name)
         mended.append(
             PlannedAgent(
@@ -206,4 +218,4 @@ def _save(
                 agent=agent.source if agent else "",
             )
         )
-    return save_plans(mended, output, info, made_by={"planner": "lint --fix"})
+    return save_plans(mended, output, info, edits=edits, made_by={"planner": "lint --fix"})

@@ -32,6 +32,7 @@ from usdfoot.readers.obstacles import read_obstacles
 from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
 from usdfoot.readers.walkers import Walker, plan_walkers, read_walkers
+from usdfoot.writers.plan_edits import PlanEdit
 from usdfoot.writers.plans import PlannedAgent, write_plans
 
 __all__ = ["PlanReport", "plan_scene_paths", "save_plans"]
@@ -114,14 +115,20 @@ def plan_scene_paths(
 
 
 def save_plans(
-    plans: Sequence[PlannedAgent], output: str | os.PathLike[str], info: StageInfo, *, made_by: Mapping[str, Any]
+    plans: Sequence[PlannedAgent],
+    output: str | os.PathLike[str],
+    info: StageInfo,
+    *,
+    edits: Sequence[PlanEdit] = (),
+    made_by: Mapping[str, Any],
 ) -> Path:
     """Write plans as a layer in a scene's units; gives back its path.
 
     Args:
-        plans: At least one.
+        plans: New ones.
         output: Where to.
         info: Of the scene.
+        edits: Of plans where they stand.
         made_by: For the layer's provenance.
 
     Raises:
@@ -130,6 +137,7 @@ def save_plans(
     return write_plans(
         output,
         plans,
+        edits=edits,
         units=info.units,
         frames_per_second=info.frames_per_second,
         sources=info.layers,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -37,14 +37,9 @@ class Bumps:
 def find_bumps(feet: FootTable, obstacles: Sequence[Obstacle]) -> tuple[Bumps, Bumps]:
     """Soles in obstacles, and bodies, midway between the feet, in them; margins do not count."""
     forward = planar.direction(feet.yaws)
-    left = planar.direction(feet.yaws + 0.5 * np.pi)
     places, heights = feet.positions[:, [0, 2]], feet.positions[:, 1]
-    ahead = np.stack([-feet.heels, -0.5 * feet.heels, np.zeros(len(heights)), feet.toes])  # (4, N)
-    soles = (
-        places
-        + ahead[..., None] * forward
-        + np.array([-1.0, 1.0])[:, None, None, None] * (feet.half_widths[:, None] * left)
-    )
+    ends = np.stack([-feet.heels + feet.half_widths, np.zeros(len(heights)), feet.toes - feet.half_widths])
+    soles = places + np.insert(ends, 1, 0.5 * ends[0], axis=0)[..., None] * forward
     stepping = feet.numbers > 0
     before = np.where(stepping, np.arange(len(places)) - 1, np.arange(len(places)))
     middles = 0.5 * (places + places[before])
@@ -52,29 +47,28 @@ def find_bumps(feet: FootTable, obstacles: Sequence[Obstacle]) -> tuple[Bumps, B
     bodies = middles + WAY[:, None, None] * (middles - began)
     lower = np.minimum(heights, heights[before])
     return (
-        _inside(soles.reshape(-1, *places.shape), heights + ON_TOP, obstacles),
-        _inside(bodies, lower + STEPPED_OVER, obstacles),
+        _inside(soles, feet.half_widths, heights + ON_TOP, obstacles),
+        _inside(bodies, np.zeros(len(places)), lower + STEPPED_OVER, obstacles),
     )
 
 
-def _inside(points: FloatArray, heights: FloatArray, obstacles: Sequence[Obstacle]) -> Bumps:
-    """Which of N rows have points (K, N, 2) in obstacles higher than heights (N,) [m]."""
+def _inside(points: FloatArray, radii: FloatArray, heights: FloatArray, obstacles: Sequence[Obstacle]) -> Bumps:
+    """Which of N rows have discs round points (K, N, 2) in obstacles higher than heights (N,) [m]."""
+    reach = np.broadcast_to(radii, points.shape[:2]).ravel()
     levels = np.broadcast_to(heights + UNDERFOOT, points.shape[:2]).ravel()
     flat = points.reshape(-1, 2)
-    lows, highs = flat.min(axis=0, initial=np.inf), flat.max(axis=0, initial=-np.inf)
-    rows, which, depths = [], [], []
+    rows, which, depths = [np.zeros(0, dtype=int)], [np.zeros(0, dtype=int)], [np.zeros(0)]
     for index, obstacle in enumerate(obstacles):
-        if (obstacle.outline.max(axis=0) < lows).any() or (obstacle.outline.min(axis=0) > highs).any():
+        lowest, highest = obstacle.outline.min(axis=0), obstacle.outline.max(axis=0)
+        near = ((flat > lowest - reach[:, None]) & (flat < highest + reach[:, None])).all(axis=1)
+        if not near.any():
             continue
-        near = ((flat >= obstacle.outline.min(axis=0)) & (flat <= obstacle.outline.max(axis=0))).all(axis=1)
-        bare = Obstacle(name=obstacle.name, outline=obstacle.outline, heights=obstacle.heights)
+        bare = World(obstacles=(replace(obstacle, margin=0.0),))
         depth = np.zeros(len(flat))
-        depth[near] = -clearances(World(obstacles=(bare,)), flat[near], levels[near])
+        depth[near] = reach[near] - clearances(bare, flat[near], levels[near])
         deepest = depth.reshape(points.shape[:2]).max(axis=0)
         own = np.flatnonzero(deepest > 0.0)
         rows.append(own)
         which.append(np.full(len(own), index))
         depths.append(deepest[own])
-    if not rows:
-        return Bumps(rows=np.zeros(0, dtype=int), obstacles=np.zeros(0, dtype=int), depths=np.zeros(0))
     return Bumps(rows=np.concatenate(rows), obstacles=np.concatenate(which), depths=np.concatenate(depths))

@@ -23,6 +23,8 @@ from usdfoot.spaces.library import FootstepSpaces, solve_steps
 __all__ = ["Fault", "LintLimits", "lint_alone", "lint_clips", "lint_plans", "lint_steps"]
 
 ERROR, WARNING = "error", "warning"
+CEILING = 0.5
+"""Terrain so far above a print is another level, not the next stair [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,9 +53,11 @@ class LintLimits:
     """[rad]"""
     poke: float = 0.05
     """Ground may rise this much through the sole [m]."""
+    headroom: float = 1.8
+    """Free height above a print, over the leg length."""
     collision: float = 0.005
     """Feet of two people may overlap this much [m]."""
-    bump: float = 0.02
+    bump: float = 0.03
     """A sole may be this far in an obstacle [m]."""
 
 
@@ -123,6 +127,7 @@ def lint_alone(
     return [
         *_steps(names, feet, legs, sizes, limits),
         *_ground(names, feet, [plan.normals for plan in plans], ground, limits),
+        *_ceilings(names, feet, legs, ground, limits),
         *_bumps(names, feet, obstacles, limits),
     ]
 
@@ -285,6 +290,19 @@ def _ground(
     poked = good & ~steep & (pokes > limits.poke)
     message = "has ground {:.2f} m high in its sole"
     return found + _faults(names, feet.owners[poked], feet.numbers[poked], "obstructed", WARNING, pokes[poked], message)
+
+
+def _ceilings(
+    names: Sequence[str], feet: FootTable, legs: FloatArray, ground: Ground, limits: LintLimits
+) -> list[Fault]:
+    """Footsteps under terrain too low to stand upright, or inside of it."""
+    if not ground.has_terrain:
+        return []
+    heights = feet.positions[:, 1]
+    above = ground.heights(feet.positions[:, [0, 2]], heights + limits.headroom * legs, step_up=0.0).heights - heights
+    low = np.flatnonzero((above > CEILING) & (above <= limits.headroom * legs))
+    message = "has only {:.2f} m of room above it"
+    return _faults(names, feet.owners[low], feet.numbers[low], "obstructed", ERROR, above[low], message)
 
 
 def _bumps(names: Sequence[str], feet: FootTable, obstacles: Sequence[Obstacle], limits: LintLimits) -> list[Fault]:

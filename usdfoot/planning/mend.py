@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -12,6 +13,7 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan, PlanDraft
 from usdfoot.planning.collisions import feet_of, find_collisions
 from usdfoot.planning.feet_apart import set_feet_apart, uncross
+from usdfoot.planning.lint import lint_alone
 from usdfoot.planning.prints import lay_prints
 from usdfoot.planning.proportions import Proportions
 
@@ -65,7 +67,7 @@ def mend_times(draft: PlanDraft) -> PlanDraft:
 def mend_plans(plans: Sequence[FootstepPlan], ground: Ground, *, bodies: Sequence[Proportions]) -> list[FootstepPlan]:
     """The plans with crossing feet uncrossed, feet of different people set apart and prints laid on the ground.
 
-    A plan where none of that is needed stays exactly as it is.
+    A plan where none of that is needed stays exactly as it is, and so does one that would only get more errors.
     """
     if not plans:
         return []
@@ -95,4 +97,12 @@ def mend_plans(plans: Sequence[FootstepPlan], ground: Ground, *, bodies: Sequenc
             positions = np.where(laid[own, None], prints.positions[own], positions)
             orientations = np.where(laid[own, None], prints.orientations[own], orientations)
         mended.append(replace(plan, positions=positions, orientations=orientations))
-    return mended
+    before, after = (_errors(version, ground, bodies) for version in (plans, mended))
+    return [new if after[i] <= before[i] else old for i, (old, new) in enumerate(zip(plans, mended, strict=True))]
+
+
+def _errors(plans: Sequence[FootstepPlan], ground: Ground, bodies: Sequence[Proportions]) -> Counter[int]:
+    """How many errors each plan has, whoever else is there."""
+    numbered = [replace(plan, name=str(index)) for index, plan in enumerate(plans)]
+    faults = lint_alone(numbered, ground, bodies=bodies)
+    return Counter(int(fault.plan) for fault in faults if fault.severity == "error")

@@ -27,7 +27,7 @@ __all__ = ["PathOptions", "plan_each", "plan_path", "plan_paths"]
 
 LONGEST = 1e5
 """A path longer than that is in another unit than was meant, or broken [m]."""
-BARRING = ("unreachable", "steep", "offTerrain", "obstacle")
+BARRING = ("unreachable", "steep", "offTerrain", "obstructed", "obstacle")
 """Faults of plans whose paths lead where nobody walks."""
 
 
@@ -159,7 +159,8 @@ def _barred(
     faults = lint_alone(numbered, ground, bodies=bodies, obstacles=obstacles)
     places = np.array([plans[int(fault.plan)].positions[fault.footstep] for fault in faults]).reshape(-1, 3)
     known = ground.heights(places[:, [0, 2]], places[:, 1]).hit
-    return sorted({int(fault.plan) for fault, on in zip(faults, known, strict=True) if on and fault.kind in BARRING})
+    barring = np.array([fault.severity == "error" and fault.kind in BARRING for fault in faults], dtype=bool)
+    return sorted({int(faults[index].plan) for index in np.flatnonzero(known & barring)})
 
 
 @dataclass(frozen=True, kw_only=True)

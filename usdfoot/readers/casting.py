@@ -184,24 +184,26 @@ class Casting:
         """Clips of the agent's scopes that can be used. Clips nobody asked for may be of other skeletons."""
         actor = self.characters[character]
         animations = self.finder.animations_below(source.clips)
-        clips, reasons = [], []
+        clips: list[Clip] = []
+        unfit: list[str] = []
+        faults: list[UsdfootError] = []
         for animation in animations:
             path = str(animation.GetPath())
             try:
                 clip_source = self.finder.source_of(animation, skeleton)
                 if not source.clips and missing_leg_joints(clip_source, actor.skeleton, actor.biped):
                     self._unfit.setdefault(path, actor.skeleton.name)
-                    reasons.append(path)
+                    unfit.append(path)
                     continue
                 clips.append(
                     read_clip(clip_source, actor.skeleton, actor.biped, self.units, most_frames=self.most_frames)
                 )
             except UsdfootError as error:
-                reasons.append(path)
+                faults.append(error)
                 severity = "error" if source.clips else "warning"
                 self.problems.append(Problem(severity=severity, where=path, message=str(error)))
         if required and not clips:
-            raise _no_clips(source, actor, len(animations), reasons)
+            raise _no_clips(source, actor, unfit, faults)
         return tuple(clips)
 
     def unfit_clips(self) -> tuple[Problem, ...]:
@@ -226,15 +228,23 @@ def _spaced(character: Character, spacing: float) -> Character:
     return replace(character, skeleton=space_hips(character.skeleton, character.biped, spacing))
 
 
-def _no_clips(source: AgentSource, character: Character, count: int, names: Sequence[str]) -> ClipError:
+def _no_clips(
+    source: AgentSource, character: Character, unfit: Sequence[str], faults: Sequence[UsdfootError]
+) -> ClipError:
+    """The error of an agent none of whose clips can be used: of another rig, or faulty."""
+    count = len(unfit) + len(faults)
     where = ", ".join(str(path) for path in source.clips) or "the stage"
     if not count:
         return ClipError(where, "has no clips (SkelAnimation prims)", "add some, or point usdfoot:agent:clips at them")
+    if faults:
+        first = faults[0]
+        what = f"none of {count} clip(s) can be used on {character.skeleton.name}; {first.where}: {first.what}"
+        return ClipError(where, what, first.remedy, first.names)
     return ClipError(
         where,
         f"none of {count} clip(s) fits {character.skeleton.name}",
         "their joints must have the names of the Skeleton's leg joints and at least two samples",
-        names,
+        unfit,
     )
 
 

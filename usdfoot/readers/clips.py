@@ -121,11 +121,16 @@ def _sample(source: ClipSource, units: StageUnits, most_frames: int) -> tuple[Fl
     animation, raw = UsdSkel.Animation(source.prim), source.skeleton
     where = source.prim.GetPath()
     joints = [str(joint) for joint in animation.GetJointsAttr().Get() or ()]
+    twice = sorted({joint for joint in joints if joints.count(joint) > 1})
+    if twice:
+        raise ClipError(where, "lists joints twice", "every joint path must be unique", twice)
     rotations = read_samples(animation.GetRotationsAttr(), len(joints))
     translations = read_samples(animation.GetTranslationsAttr(), len(joints))
     scales = read_samples(animation.GetScalesAttr(), len(joints))
     if rotations is None:
-        raise ClipError(where, f"has no rotations for its {len(joints)} joints", "author one quaternion a joint")
+        held = len(animation.GetRotationsAttr().Get(Usd.TimeCode.EarliestTime()) or ())
+        what = f"has {held or 'no'} rotations for its {len(joints)} joints"
+        raise ClipError(where, what, "author one quaternion a joint")
     _check_finite(where, rotations, translations)
     if translations is None:
         _logger.warning("%s: has no translations for its %d joints, they stay as at rest", where, len(joints))

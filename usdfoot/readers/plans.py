@@ -19,9 +19,9 @@ from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.plan import FootstepPlan, PlanDraft
 from usdfoot.model.report import Problem
-from usdfoot.readers.skeleton import StartTransforms, matrices_of
+from usdfoot.readers.skeleton import StartTransforms
 from usdfoot.readers.stage import authored_values, is_authored
-from usdfoot.readers.transform_codes import transform_codes
+from usdfoot.readers.transform_codes import changes_place, changes_value
 
 __all__ = ["is_plan", "path_orientations", "read_draft", "read_plan", "read_prints"]
 
@@ -179,7 +179,9 @@ def _orientations(
     """Canonical orientations of the prints; without any they face along the path, with a warning."""
     value = next((v for name in ("orientationsf", "orientations") if (v := said.get(name))), None)
     if value is not None:
-        return _to_world(prim, units, matrix, np.array(value, dtype=float)), ()
+        turned = _to_world(prim, units, matrix, np.array(value, dtype=float))
+        _check_upright(prim, turned)
+        return turned, ()
     if len(sides) != len(positions) or len(sides) < 2:
         return np.tile([0.0, 0.0, 0.0, 1.0], (len(positions), 1)), ()
     message = (
@@ -188,6 +190,16 @@ def _orientations(
     )
     problem = Problem(severity="warning", where=str(prim.GetPath()), message=message)
     return path_orientations(sides, positions), (problem,)
+
+
+def _check_upright(prim: Usd.Prim, orientations: FloatArray) -> None:
+    """Raises PlanError if nothing could stand on a print, canonical orientations (N, 4)."""
+    heights = 1.0 - 2.0 * (orientations[:, 0] ** 2 + orientations[:, 2] ** 2)  # of the normals
+    down = np.flatnonzero(heights <= 0.0)
+    if down.size:
+        angle = np.degrees(np.arccos(np.clip(heights[down[0]], -1.0, 1.0)))
+        what = f"footstep {down[0]} stands on edge or upside down, its normal is {angle:.0f} degrees off the vertical"
+        raise PlanError(prim.GetPath(), what, "author orientations that turn its up axis to the normal")
 
 
 def _ignored(prim: Usd.Prim, hidden: Any, transforms: StartTransforms) -> tuple[Problem, ...]:
@@ -202,7 +214,9 @@ def _ignored(prim: Usd.Prim, hidden: Any, transforms: StartTransforms) -> tuple[
             found.append(
                 f"{count} of its prints are {state}, but stay footsteps. delete their entries from every array"
             )
-    if transforms.is_moving(prim) and np.ptp(matrices_of(prim, transform_codes(prim)), axis=0).any():
+    if changes_value(prim.GetAttribute(UsdGeom.Tokens.positions)):
+        found.append("its positions are animated, the first sample is read. author one value, not time samples")
+    if transforms.is_moving(prim) and changes_place(prim):
         found.append("its transform is animated, its prints are read at the stage's start. remove the animation")
     return tuple(Problem(severity="warning", where=where, message=f"{where}: {text}") for text in found)
 

@@ -30,7 +30,7 @@ from usdfoot.readers.obstacles import read_obstacles
 from usdfoot.readers.overrides import read_overrides
 from usdfoot.readers.plans import read_plan
 from usdfoot.readers.skeleton import StartTransforms, check_skeletons
-from usdfoot.readers.stage import StagePrims, collect_prims, open_stage, read_stage_info
+from usdfoot.readers.stage import StagePrims, collect_prims, composition_problems, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
 from usdfoot.readers.trajectories import TrajectoryReader
 from usdfoot.readers.tuning import UNTUNED
@@ -114,7 +114,8 @@ class SceneReader:
             stage.Reload()
         prims = collect_prims(stage)
         self.info = read_stage_info(stage)
-        self._everyone, self._agent_problems = list_agents(stage, prims)
+        self._everyone, problems = list_agents(stage, prims)
+        self._agent_problems = (*problems, *composition_problems(stage))
         check_limit(self.info.identifier, "agents", len(self._everyone), limits.agents)
         check_skeletons(prims.skeletons, limits)
         self._overrides = read_overrides(crowd, self.info.units)

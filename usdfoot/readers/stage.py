@@ -16,12 +16,15 @@ from usdfoot.bridge.scene import StageInfo
 from usdfoot.bridge.schema import applied_apis, declared_type
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import SceneError
+from usdfoot.model.limits import DEFAULT_LIMITS
+from usdfoot.model.report import Problem
 
 __all__ = [
     "StagePrims",
     "authored",
     "authored_values",
     "collect_prims",
+    "composition_problems",
     "is_authored",
     "open_stage",
     "read_stage_info",
@@ -66,8 +69,16 @@ def open_stage(scene: str | os.PathLike[str] | Usd.Stage) -> Usd.Stage:
 
 
 def read_stage_info(stage: Usd.Stage) -> StageInfo:
-    """Metadata of a stage; what is not authored takes USD's fallback and is logged."""
+    """Metadata of a stage; what is not authored takes USD's fallback and is logged.
+
+    Raises:
+        SceneError: If a unit is not positive, the up axis is neither Y nor Z, or the rate is beyond all limits.
+    """
     root = stage.GetRootLayer()
+    rate = stage.GetTimeCodesPerSecond()
+    if rate > DEFAULT_LIMITS.frames:
+        what = f"timeCodesPerSecond is {rate:g}, more frames in one second than there may be in all"
+        raise SceneError(root.identifier, what, f"author at most {DEFAULT_LIMITS.frames}")
     for key, is_authored, fallback in (
         ("metersPerUnit", UsdGeom.StageHasAuthoredMetersPerUnit(stage), "0.01"),
         ("upAxis", stage.HasAuthoredMetadata(UsdGeom.Tokens.upAxis), UsdGeom.GetFallbackUpAxis()),
@@ -80,13 +91,21 @@ def read_stage_info(stage: Usd.Stage) -> StageInfo:
         units=StageUnits(
             meters_per_unit=UsdGeom.GetStageMetersPerUnit(stage),
             up_axis=str(UsdGeom.GetStageUpAxis(stage)),
-            time_codes_per_second=stage.GetTimeCodesPerSecond(),
+            time_codes_per_second=rate,
         ),
         frames_per_second=stage.GetFramesPerSecond(),
         start_code=stage.GetStartTimeCode(),
         end_code=stage.GetEndTimeCode(),
         layers=tuple(sorted({layer.realPath or layer.identifier for layer in _shared_layers(stage)})),
     )
+
+
+def composition_problems(stage: Usd.Stage) -> tuple[Problem, ...]:
+    """A warning for each file or prim that the stage refers to and USD does not find, and for each broken arc."""
+    where = stage.GetRootLayer().identifier
+    texts = dict.fromkeys(" ".join(str(error).split()).rstrip(".") for error in stage.GetCompositionErrors())
+    remedy = "what it would bring is missing here; correct or remove the arc"
+    return tuple(Problem(severity="warning", where=where, message=f"{where}: {text}. {remedy}") for text in texts)
 
 
 def start_code(stage: Usd.Stage) -> Usd.TimeCode:

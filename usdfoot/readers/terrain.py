@@ -20,9 +20,10 @@ from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
 from usdfoot.readers.instanced_meshes import PlacedMesh, is_scattered, placed_meshes
 from usdfoot.readers.plans import is_plan
-from usdfoot.readers.skeleton import matrices_of
+from usdfoot.readers.skeleton import is_moving, matrices_of
 from usdfoot.readers.skins import inherited_target
 from usdfoot.readers.stage import StagePrims, authored, start_code
+from usdfoot.readers.transform_codes import changes_place, changes_value
 from usdfoot.readers.triangles import cut_polygons
 
 __all__ = ["no_terrain", "read_terrain"]
@@ -70,7 +71,7 @@ def read_terrain(
     scattered = [prim for prim in outermost if _is_marked(prim)]
     if not marked and chosen:
         _logger.info("no UsdfootTerrainAPI, terrain by name: %s", ", ".join(str(mesh.GetPath()) for mesh in chosen))
-    parts, problems = [], _without_meshes(marked, [*meshes, *solids, *scattered])
+    parts, problems = [], [*_without_meshes(marked, [*meshes, *solids, *scattered]), *_moving([*chosen, *scattered])]
     if not marked and not chosen:
         problems += _shapes_named(prims.shapes)
     placed = [_in_place(stage, mesh) for mesh in chosen]
@@ -241,6 +242,19 @@ def _without_meshes(marked: Sequence[Usd.Prim], meshes: Sequence[Usd.Prim]) -> l
             )
             problems.append(Problem(severity="error", where=error.where, message=str(error)))
     return problems
+
+
+def _moving(prims: Sequence[Usd.Prim]) -> list[Problem]:
+    """A warning for each prim that moves or changes its shape."""
+    remedy = "feet keep to where it is at the stage's start. let a terrain stand still"
+    return [
+        Problem(
+            severity="warning", where=str(prim.GetPath()), message=f"{prim.GetPath()}: is terrain that moves, {remedy}"
+        )
+        for prim in prims
+        if (is_moving(prim) and changes_place(prim))
+        or (prim.IsA(UsdGeom.PointBased) and changes_value(UsdGeom.PointBased(prim).GetPointsAttr()))
+    ]
 
 
 def _is_skinned(prim: Usd.Prim) -> bool:

@@ -9,8 +9,9 @@ from pxr import Usd, UsdGeom
 
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.limits import DEFAULT_LIMITS, check_limit
+from usdfoot.readers.skeleton import matrices_of
 
-__all__ = ["is_animated", "transform_codes"]
+__all__ = ["changes_place", "changes_value", "is_animated", "transform_codes"]
 
 _SPLINE_RATE = 24.0
 """Samples a second of what splines move."""
@@ -49,6 +50,18 @@ def transform_codes(prim: Usd.Prim) -> FloatArray:
 def is_animated(operation: UsdGeom.XformOp) -> bool:
     """Whether an operation has time samples or a spline."""
     return operation.GetNumTimeSamples() > 0 or _has_spline(operation)
+
+
+def changes_place(prim: Usd.Prim) -> bool:
+    """Whether a prim is elsewhere in the world, or turned or scaled otherwise, at one time code than at another."""
+    codes = transform_codes(prim)
+    return len(codes) > 1 and bool(np.ptp(matrices_of(prim, codes), axis=0).any())
+
+
+def changes_value(attribute: Usd.Attribute) -> bool:
+    """Whether an attribute differs between its time samples."""
+    codes = attribute.GetTimeSamples()
+    return any(attribute.Get(code) != attribute.Get(codes[0]) for code in codes[1:])
 
 
 def _operations(prim: Usd.Prim) -> Iterator[UsdGeom.XformOp]:

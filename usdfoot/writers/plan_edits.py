@@ -1,7 +1,8 @@
-"""Edits of executed plans in the artists' layer, where the next run of animate finds them."""
+"""Edits of plans where they stand: in the artists' layer of a crowd, or in a layer over a scene."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,26 +13,34 @@ from usdfoot.bridge.tokens import Plan
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import OutputError
 from usdfoot.maths.types import FloatArray
-from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.plan import FootstepPlan, PlanDraft
 from usdfoot.writers.footsteps import in_frame
 from usdfoot.writers.layers import author, rounded_codes
 
-__all__ = ["restore_layer", "save_plan_edit"]
+__all__ = ["PlanEdit", "author_plan_edit", "restore_layer", "save_plan_edit"]
 
 ValueTypes = Sdf.ValueTypeNames
 
 
-def save_plan_edit(
-    file: Path, plan: FootstepPlan, *, before: FootstepPlan, units: StageUnits, frame: FloatArray
-) -> Sdf.Layer:
+@dataclass(frozen=True, kw_only=True)
+class PlanEdit:
+    """A plan that was changed."""
+
+    plan: FootstepPlan
+    """As edited, named by its prim."""
+    before: FootstepPlan | PlanDraft
+    """As it was."""
+    frame: FloatArray
+    """From the plan's prim to the world (row vectors, stage units), shape (4, 4)."""
+
+
+def save_plan_edit(file: Path, edit: PlanEdit, *, units: StageUnits) -> Sdf.Layer:
     """Author over a plan what an edit changed of it, and save the layer; gives back what it held before, in memory.
 
     Args:
         file: overrides.usda of the crowd.
-        plan: As edited, named by its prim.
-        before: As it was.
+        edit: To save.
         units: Of the crowd.
-        frame: From the plan's prim to the world (row vectors, stage units), shape (4, 4).
 
     Raises:
         OutputError: If the layer cannot be changed or saved.
@@ -42,7 +51,7 @@ def save_plan_edit(
     kept = Sdf.Layer.CreateAnonymous(".usda")
     kept.TransferContent(layer)
     with Sdf.ChangeBlock():
-        _author(Sdf.CreatePrimInLayer(layer, plan.name), plan, before, units, frame)
+        author_plan_edit(layer, edit, units)
     _save(layer)
     return kept
 
@@ -67,8 +76,11 @@ def _save(layer: Sdf.Layer) -> None:
         raise OutputError(layer.realPath, "cannot be saved", "make it writable")
 
 
-def _author(prim: Sdf.PrimSpec, plan: FootstepPlan, before: FootstepPlan, units: StageUnits, frame: FloatArray) -> None:
-    local = in_frame(plan, frame, units)
+def author_plan_edit(layer: Sdf.Layer, edit: PlanEdit, units: StageUnits) -> None:
+    """Author over a plan's prim those of its attributes that an edit changed."""
+    plan, before = edit.plan, edit.before
+    prim = Sdf.CreatePrimInLayer(layer, plan.name)
+    local = in_frame(plan, edit.frame, units)
     positions = np.ascontiguousarray(units.points_to_stage(local.positions), dtype=np.float32)
     orientations = np.ascontiguousarray(units.rotations_to_stage(local.orientations), dtype=np.float16)
     for field, name, type_name, value, uniform in (

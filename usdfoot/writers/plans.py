@@ -18,6 +18,7 @@ from usdfoot.model.plan import FootstepPlan
 from usdfoot.writers.footsteps import author_plan, print_models
 from usdfoot.writers.layers import LayerFormat, author, author_targets, define_prim, new_layer
 from usdfoot.writers.paths import layer_path
+from usdfoot.writers.plan_edits import PlanEdit, author_plan_edit
 from usdfoot.writers.staging import staged_files
 
 __all__ = ["PLANS_SCOPE", "PlannedAgent", "write_plans"]
@@ -47,14 +48,16 @@ def write_plans(
     *,
     units: StageUnits,
     frames_per_second: float,
+    edits: Sequence[PlanEdit] = (),
     sources: Sequence[str] = (),
     provenance: Mapping[str, Any] | None = None,
 ) -> Path:
-    """Write /Plans/<name> for every plan, and an `over` of each agent that points its usdfoot:agent:plan there.
+    """Write /Plans/<name> for every plan, an `over` of each agent that points its usdfoot:agent:plan there, and edits.
 
     Args:
         file: .usd, .usda or .usdc to write, replaced if it exists.
-        plans: At least one.
+        plans: New ones.
+        edits: Of plans where they stand.
         units: Of the scene the layer belongs to.
         frames_per_second: Its playback rate.
         sources: Layers of the scene, which must not be replaced.
@@ -64,26 +67,32 @@ def write_plans(
         OutputError: If the file's name is no USD layer's, would replace the scene, or cannot be written.
     """
     target = layer_path(file, sources=sources)
-    if not plans:
+    if not (plans or edits):
         raise OutputError(file, "there is no plan to write", "plan at least one agent or curve")
-    layer = _layer_of(plans, units, frames_per_second)
+    layer = _layer_of(plans, edits, units, frames_per_second)
     layer.customLayerData = {tokens.PROVENANCE: dict(provenance or {})}
     with staged_files(target.parent) as files:
         files.add_layer(target.name, layer)
     return target
 
 
-def _layer_of(plans: Sequence[PlannedAgent], units: StageUnits, frames_per_second: float) -> Sdf.Layer:
+def _layer_of(
+    plans: Sequence[PlannedAgent], edits: Sequence[PlanEdit], units: StageUnits, frames_per_second: float
+) -> Sdf.Layer:
     """The layer in memory."""
-    codes = [units.times_to_codes(part.plan.strike_times[0]) for part in plans]
-    ends = [units.times_to_codes(part.plan.liftoff_times.max()) for part in plans]
+    every = [part.plan for part in plans] + [edit.plan for edit in edits]
+    codes = [units.times_to_codes(plan.strike_times[0]) for plan in every]
+    ends = [units.times_to_codes(plan.liftoff_times.max()) for plan in every]
     layer_format = LayerFormat(
         units=units, frames_per_second=frames_per_second, start_code=float(min(codes)), end_code=float(max(ends))
     )
     layer = new_layer(layer_format, text=True)
-    layer.defaultPrim = Sdf.Path(PLANS_SCOPE).name
+    layer.defaultPrim = Sdf.Path(PLANS_SCOPE).name if plans else ""
     with Sdf.ChangeBlock():
-        define_prim(layer, PLANS_SCOPE, "Scope")
+        for edit in edits:
+            author_plan_edit(layer, edit, units)
+        if plans:
+            define_prim(layer, PLANS_SCOPE, "Scope")
     for part in plans:
         path = f"{PLANS_SCOPE}/{part.name}"
         with Sdf.ChangeBlock():
