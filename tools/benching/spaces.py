@@ -43,7 +43,7 @@ def space_figures(library: ClipLibrary, *, agents: int = 100, frames: int = 240)
             return prepare_steps(prepared, crowd.agents, crowd, options=options)
 
         made = prepare_steps(prepared, crowd.agents, crowd, options=options)
-        spent = function_times(run, ("weigh_steps",), repeats=3)["weigh_steps"]
+        spent = function_times(run, ("weigh_steps",), repeats=10)["weigh_steps"]
         steps = np.flatnonzero(~made.setup.segments.stands)
         figures[title] = {
             "footstep error [mm]": 1e3 * float(made.landings.blend_error[steps].mean()),
