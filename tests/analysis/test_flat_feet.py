@@ -37,6 +37,13 @@ def test_walkers_say_what_flat_is_not_runners(generator):
     assert_allclose(quaternion.align_signs(flats, LEVEL), [LEVEL, LEVEL], atol=3e-3)
 
 
+def test_heels_raised_a_little_do_not_count_where_most_feet_are_held_alike():
+    alike = pitched(np.append(np.zeros(7), [0.5, 1.0, 1.9]))
+    tilted, offsets = pitched(np.array([40.0, 40.0])), np.array([OFFSET] * 2)
+    flats = flat_turns(tilted, [alike] * 2, offsets, same_pitch=np.radians(0.2))
+    assert_allclose(quaternion.align_signs(flats, LEVEL), [LEVEL, LEVEL], atol=1e-9)
+
+
 def test_stances_that_disagree_do_not_refute_a_rest_pose():
     raised = pitched(np.linspace(2.0, 30.0, 8))
     assert flat_turns(np.array([LEVEL, LEVEL]), [raised] * 2, np.array([OFFSET] * 2)) is None

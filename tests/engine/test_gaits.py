@@ -93,6 +93,19 @@ def test_a_body_does_not_plunge_where_contacts_are_longer_than_the_clips(animate
     assert np.abs(np.diff(heights, n=2)).max() * 30.0**2 < 3.0 * EARTH_GRAVITY
 
 
+def test_heels_do_not_snap_up_where_a_run_is_longer_than_the_clips(animate, walker_library):
+    """The leg behind would be too short at the liftoff, the heel makes up for it in time."""
+    plan = way(10, length=1.3, width=0.12, step_time=0.38, duty=0.42)
+    motion = animate([plan], rate=240.0)[0]
+    body = in_world(walker_library.source, motion)
+    feet = body.ankles - body.balls
+    pitches = np.arctan2(feet[..., 1], np.linalg.norm(feet[..., [0, 2]], axis=-1))
+    for number in range(3, 7):
+        leaving = between(body.times, plan.liftoff_times[number] - 0.1, plan.liftoff_times[number])
+        assert np.abs(np.diff(pitches[leaving, plan.sides[number]])).max() * 240.0 < 10.0
+    assert motion.results.placement_error.max() < 1e-3
+
+
 @pytest.mark.parametrize(
     ("plan", "direction"),
     [

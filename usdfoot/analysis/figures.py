@@ -32,6 +32,8 @@ __all__ = [
 
 FRAME_TOLERANCE = 1e-6
 """Times closer than this to a frame count as on it [s]."""
+HELD_FLAT = np.radians(0.2)
+"""Feet that are held flat on their footsteps differ by no more in pitch [rad]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,7 +158,7 @@ def sole_offsets(skeleton: Skeleton, biped: Biped, stances: Sequence[FloatArray]
     ankles, balls = list(biped.ankles), list(biped.balls)
     turns = rotations[ankles]
     offsets = quaternion.rotate(quaternion.inverse(turns), positions[balls] - positions[ankles])
-    flat = flat_turns(turns, stances, offsets) if stances is not None else None
+    flat = flat_turns(turns, stances, offsets, same_pitch=HELD_FLAT) if stances is not None else None
     turns = turns if flat is None else flat
     return flat_heels(turns, offsets, np.asarray(biped.ball_heights))
 

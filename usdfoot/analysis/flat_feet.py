@@ -27,19 +27,22 @@ def ahead(turns: FloatArray, offset: FloatArray) -> FloatArray:
     return quaternion.compose(quaternion.yaw_quaternion(-planar.yaw_of(direction[..., [0, 2]])), turns)
 
 
-def flat_turns(rest: FloatArray, stances: Sequence[FloatArray], offsets: FloatArray) -> FloatArray | None:
+def flat_turns(
+    rest: FloatArray, stances: Sequence[FloatArray], offsets: FloatArray, *, same_pitch: float = SAME_PITCH
+) -> FloatArray | None:
     """World rotations of both ankles with the feet flat and pointing along +Z, shape (2, 4).
 
     Args:
         rest: Ankles in the rest pose, shape (2, 4).
         stances: Ankles in mid stance, in any heading, shape (N, 4) for each foot.
         offsets: Balls in the ankles' frames, shape (2, 3).
+        same_pitch: Feet that stand flat differ by no more in pitch [rad].
 
     Returns:
         None if the feet of the rest pose stand level, or nothing tells otherwise: neither stances that differ as much
         among themselves do, nor those of which a quarter stands as it, as on stones, where heels are often raised.
     """
-    flats = standing_turns(rest, stances, offsets)
+    flats = standing_turns(rest, stances, offsets, same_pitch=same_pitch)
     for flat, turn, stance, offset in zip(flats, rest, stances, offsets, strict=True):
         rested, pitches = _elevations(turn, offset), _elevations(stance, offset)
         spread = 4.0 * _closest_half(pitches)[1] if len(stance) else 0.0  # of all, were they spread evenly
@@ -49,10 +52,12 @@ def flat_turns(rest: FloatArray, stances: Sequence[FloatArray], offsets: FloatAr
     return None
 
 
-def standing_turns(rest: FloatArray, stances: Sequence[FloatArray], offsets: FloatArray) -> FloatArray:
+def standing_turns(
+    rest: FloatArray, stances: Sequence[FloatArray], offsets: FloatArray, *, same_pitch: float = SAME_PITCH
+) -> FloatArray:
     """World rotations of both ankles as the feet stand, pointing along +Z, shape (2, 4).
 
-    A foot that stands is as pitched as most: the mean of those within `SAME_PITCH` of the half that is closest
+    A foot that stands is as pitched as most: the mean of those within `same_pitch` of the half that is closest
     together, since runners' heels hardly come down. A foot without stances stands as in the rest pose. Arguments as
     of `flat_turns`.
     """
@@ -63,7 +68,7 @@ def standing_turns(rest: FloatArray, stances: Sequence[FloatArray], offsets: Flo
             turned = ahead(stance, offset)
             pitches = _elevations(turned, offset)
             middle, width = _closest_half(pitches)
-            usual = np.abs(pitches - middle) <= max(width, SAME_PITCH)
+            usual = np.abs(pitches - middle) <= max(width, same_pitch)
             flat = quaternion.mean(turned, usual.astype(float))
         flats.append(ahead(flat, offset))
     return np.array(flats)

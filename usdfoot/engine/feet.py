@@ -27,6 +27,7 @@ __all__ = [
     "hold_feet",
     "lead_swings",
     "lower_pelvis",
+    "raise_heels",
     "roll_contacts",
     "unplanted_feet",
     "with_values",
@@ -36,6 +37,8 @@ FLAT_TIME = 0.12
 FLAT_SHARE = 0.25
 """Flat comes at most this long [s], and at most this part of the contact, after the strike (design.md section 2)."""
 
+ENDLESS = 1e3
+"""Length of a leg that reaches everything [m]."""
 BENT = 0.98
 """Part of the longest leg that is left to one for which the pelvis comes down: its knee is bent by 20 degrees."""
 
@@ -64,6 +67,9 @@ class ContactFeet:
     leave_drops: FloatArray
     """How far the pelvis has to come down for the leg to reach its print, at its strike and at a liftoff into a
     flight [m], shape (C,)."""
+    leave_raises: FloatArray
+    """How much more than blended the heel is raised at a liftoff into a flight, for the leg to reach [rad],
+    shape (C,)."""
     on_ground: BoolArray
     """Whether there is walkable ground under the ball, shape (C,)."""
 
@@ -84,6 +90,7 @@ def unplanted_feet(count: int) -> ContactFeet:
         land_rotations=still,
         drops=zero,
         leave_drops=zero,
+        leave_raises=zero,
         on_ground=np.zeros(count, dtype=bool),
     )
 
@@ -140,6 +147,7 @@ def foot_table(layout: Layout, feet: ContactFeet) -> Any:
     table["liftoff"] = np.where(contacts.has_swing, contacts.liftoffs, np.inf) - clock
     table["flat_pitch"], table["roll_time"] = feet.flat_pitches, feet.roll_times
     table["drop"], table["leave_drop"] = feet.drops, feet.leave_drops
+    table["leave_raise"] = feet.leave_raises
     table["position"] = contacts.positions - layout.origins[contacts.agents]
     table["normal"] = contacts.normals
     table["pitch_axis"] = np.cross(contacts.normals, planned_forwards(contacts))
@@ -245,6 +253,22 @@ def hold_feet(layout: Layout, feet: ContactFeet, rows: IntArray, times: FloatArr
         blended_rotations=blended.rotations[own],
         rotations=rotations.numpy().astype(float),
     )
+
+
+def raise_heels(layout: Layout, feet: ContactFeet, rows: IntArray, times: FloatArray, blended: Feet) -> ContactFeet:
+    """The feet with how much more than blended some heels are raised when they are left for a flight.
+
+    Args:
+        layout: Contacts as executed.
+        feet: Prints and rolls; none of these heels is raised yet.
+        rows: Contacts that are left, shape (N,).
+        times: Their liftoffs [s], shape (N,).
+        blended: Feet at these instants, one frame each.
+    """
+    endless = replace(blended, longest=np.full_like(blended.longest, ENDLESS))
+    needed, wanted = (hold_feet(layout, feet, rows, times, legs).rotations for legs in (blended, endless))
+    turns = quaternion.to_rotation_vector(quaternion.compose(needed, quaternion.inverse(wanted)))
+    return with_values(feet, rows, {"leave_raises": np.linalg.norm(turns, axis=1)})
 
 
 def lead_swings(layout: Layout, feet: ContactFeet, rows: IntArray, leaves: HeldFeet, lands: HeldFeet) -> ContactFeet:

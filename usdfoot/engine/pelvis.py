@@ -10,6 +10,8 @@ __all__ = ["MOST_DROP", "longest_leg", "moved_leg", "pelvis_offset", "ramp", "so
 
 MOST_DROP = wp.constant(0.35)
 """Most that the pelvis comes down for a leg, over the leg's length."""
+MOST_SINK = wp.constant(1.3)
+"""The pelvis comes down for a leg by at most so much of what the leg is too short by, the rest is across the ground."""
 PULLS = wp.constant(5)
 """Rounds in which the pelvis is moved towards both feet, beyond the first."""
 
@@ -35,12 +37,17 @@ def longest_leg(rig: LegRig, leg: Leg) -> float:
 
 @wp.func
 def needed_drop(rig: LegRig, leg: Leg, ankle: wp.vec3f) -> float:
-    """How far the pelvis must come down for the leg to reach the ankle's place, as far as it may."""
+    """How far the pelvis must come down for the leg to reach the ankle's place, as far as it may.
+
+    Downwards alone a leg that lies flat would pull the pelvis down at once.
+    """
     longest = longest_leg(rig, leg)
     offset = leg.hip - ankle
     flat = offset[0] * offset[0] + offset[2] * offset[2]
     height = wp.sqrt(wp.max(longest * longest - flat, 0.0))
-    return wp.min(offset[1] - height, MOST_DROP * longest)
+    drop = wp.min(offset[1] - height, MOST_DROP * longest)
+    missing = wp.max(wp.length(offset) - longest, 0.0)
+    return drop - ramp(wp.max(drop, 0.0) - MOST_SINK * missing - 0.002, 0.002)
 
 
 @wp.func

@@ -22,6 +22,10 @@ EASE_TIME = wp.constant(0.25)
 """The pelvis sinks at most so long before a strike or liftoff that needs it low, and rises as long after [s]."""
 
 
+RAISE_TIME = wp.constant(0.15)
+"""A heel that a liftoff into a flight needs higher than blended rises for at most so long before it [s]."""
+
+
 @wp.struct
 class FootRow:
     """A contact on the device."""
@@ -34,6 +38,7 @@ class FootRow:
     roll_time: wp.float32  # from flat until the clip's pitch counts again [s]
     drop: wp.float32  # how far the pelvis has to come down at the strike [m]
     leave_drop: wp.float32  # the same at the liftoff
+    leave_raise: wp.float32  # how much more than blended the heel is raised at a liftoff into a flight [rad]
     position: wp.vec3f  # ground under the ball, from the agent's origin
     normal: wp.vec3f  # of the print as planned
     pitch_axis: wp.vec3f  # heels rise about it: the yaw, seen along the plan's normal, stays
@@ -116,8 +121,8 @@ def standing_foot(
 ) -> FootPose:
     """Foot in contact: the heel stays put until flat, the ball from flat to the liftoff (design.md section 2).
 
-    The heel rises as in the clip, and as far as a leg that would be too short behind the body needs; the ankle stays
-    behind the ball, where on steep prints it would come over it and the foot point backwards.
+    The heel rises as in the clip, and as far as a leg that would be too short behind the body needs, early enough for a
+    flight; the ankle stays behind the ball, where on steep prints it would come over it and the foot point backwards.
     """
     own = feet.rows[contact]
     print_to_world = own.frame
@@ -142,7 +147,10 @@ def standing_foot(
     raised = soft_positive(pitch, 0.02)
     raised -= ramp(raised - raise_onto(level - ball, own.normal, lateral) + SHORT_OF_UPRIGHT, 0.03)
     needed = reaching_raise(level, ball, hip, own.normal, lateral, longest)
-    turn = wp.quat_from_axis_angle(lateral, gain * (raised + soft_positive(needed - raised, 0.02)))
+    reaching = raised + soft_positive(needed - raised, 0.02)
+    left = (own.liftoff - time) / wp.clamp(own.liftoff - own.flat, 1.0e-3, RAISE_TIME)
+    leaving = raised + own.leave_raise * (1.0 - smootherstep(left))
+    turn = wp.quat_from_axis_angle(lateral, gain * wp.max(reaching, leaving))
     pose.rotation = turn * flat
     pose.ankle = ball - wp.quat_rotate(pose.rotation, rig.ball_offsets[side])
     pose.toes = smootherstep((time - own.flat) / own.roll_time)

@@ -15,6 +15,7 @@ from usdfoot.engine.feet import (
     hold_feet,
     lead_swings,
     lower_pelvis,
+    raise_heels,
     roll_contacts,
     unplanted_feet,
     with_values,
@@ -114,6 +115,7 @@ def prepare_feet(
     times = np.where(np.arange(len(rows)) < struck, contacts.strikes[rows], contacts.liftoffs[rows])
     blended = _feet_at(layout, source, rows, times)
     raises = blended.raises[np.arange(struck), contacts.sides[due.strikes]]
+    feet = with_values(feet, left, {"leave_raises": np.zeros(len(left))})
     feet = roll_contacts(layout, feet, due.strikes, raises, ground)
     flat = _feet_at(layout, source, due.flats, feet.flats[due.flats])
     raises = flat.raises[np.arange(len(due.flats)), contacts.sides[due.flats]]
@@ -121,6 +123,8 @@ def prepare_feet(
     held = hold_feet(layout, feet, rows, times, blended)
     leaves, lands = held[struck:moved], held[np.searchsorted(due.strikes, due.swings + 2)]
     feet = lead_swings(layout, feet, due.swings, leaves, lands)
+    last = np.arange(moved, len(rows))
+    feet = raise_heels(layout, feet, left, times[last], blended[last])
     return lower_pelvis(layout, feet, due.strikes[reached], held[reached], left, held[moved:])
 
 

@@ -33,8 +33,8 @@ SUBFRAMES = (0.25, 0.5, 0.75)
 LONGEST_ROLL = 0.12
 SHARE_OF_ROLL = 0.25
 """The foot is flat at most this long [s], and this part of the contact, after the strike (design.md section 2)."""
-STANCE = (0.25, 0.3, 0.35, 0.4, 0.5)
-"""Parts of a contact's time, at one of which at least the foot stands flat."""
+STANCE = (0.0, 0.1, 0.2, 0.4, 0.6)
+"""Parts of the time from flat to liftoff, at one of which at least the foot stands flat."""
 NEAR_FOOTSTEP = 0.1
 """Ground no higher than this above a footstep is what it stands on [m]."""
 PLANTED = 0.015
@@ -199,8 +199,8 @@ def _stances(agent: WrittenAgent, tracks: JointTracks, side: int, ground: Ground
 
     Only of the half on the ground that is least steep: where it is steeper than ankles bend, feet do not lie on it.
     """
-    strikes, liftoffs = agent.plan.strike_times[:, None], agent.plan.liftoff_times[:, None]
-    instants = strikes + (liftoffs - strikes) * np.array(STANCE)  # (N, S)
+    flats, liftoffs = planted_times(agent)[:, None], agent.plan.liftoff_times[:, None]
+    instants = flats + (liftoffs - flats) * np.array(STANCE)  # (N, S)
     seen = (instants >= tracks.times[0]) & (instants <= tracks.times[-1])
     own = (agent.plan.sides == side) & seen.all(axis=1)
     frames = np.searchsorted(tracks.times, instants[own])
