@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from usdfoot.maths import planar
+from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.planning.proportions import Proportions
@@ -83,11 +83,13 @@ def feet_of(plans: Sequence[FootstepPlan], bodies: Sequence[Proportions]) -> Foo
     counts = np.array([len(plan) for plan in plans])
     owners = np.repeat(np.arange(len(plans)), counts)
     numbers = np.arange(len(owners)) - np.repeat(np.cumsum(counts) - counts, counts)
+    orientations = np.concatenate([plan.orientations for plan in plans])
+    forward = quaternion.rotate(orientations, np.array([0.0, 0.0, 1.0]))
     return FootTable(
         owners=owners,
         numbers=numbers,
         positions=np.concatenate([plan.positions for plan in plans]),
-        yaws=np.concatenate([plan.yaws for plan in plans]),
+        yaws=planar.yaw_of(forward[:, [0, 2]]),
         sides=np.concatenate([plan.sides for plan in plans]),
         strikes=np.concatenate([plan.strike_times for plan in plans]),
         liftoffs=np.concatenate([plan.liftoff_times for plan in plans]),

@@ -9,7 +9,7 @@ import numpy as np
 
 from usdfoot.analysis.gaits import has_flight
 from usdfoot.analysis.timing import EARTH_GRAVITY
-from usdfoot.maths import planar
+from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import SIDES
 from usdfoot.model.ground import Ground
@@ -115,18 +115,30 @@ def lint_alone(
     bodies: Sequence[Proportions],
     obstacles: Sequence[Obstacle] = (),
     limits: LintLimits | None = None,
+    names: Sequence[str] = (),
 ) -> list[Fault]:
-    """Faults of plans, each as if nobody else was there; as `lint_plans` otherwise."""
+    """Faults of plans, each as if nobody else was there; as `lint_plans` otherwise.
+
+    Args:
+        plans: To check.
+        ground: Terrain below them.
+        bodies: Who walks each plan.
+        obstacles: That nobody walks through.
+        limits: What is still right.
+        names: To call the plans by; none = their own.
+    """
     if not plans:
         return []
     limits = limits or LintLimits()
     feet = feet_of(plans, bodies)
     legs = np.array([body.leg_length for body in bodies])[feet.owners]
     sizes = np.array([body.foot_length for body in bodies])[feet.owners]
-    names = [plan.name for plan in plans]
+    names = names or [plan.name for plan in plans]
+    orientations = np.concatenate([plan.orientations for plan in plans])
+    normals = quaternion.rotate(orientations, np.array([0.0, 1.0, 0.0]))
     return [
         *_steps(names, feet, legs, sizes, limits),
-        *_ground(names, feet, [plan.normals for plan in plans], ground, limits),
+        *_ground(names, feet, normals, ground, limits),
         *_ceilings(names, feet, legs, ground, limits),
         *_bumps(names, feet, obstacles, limits),
     ]
@@ -256,17 +268,14 @@ def _steps(
     return found
 
 
-def _ground(
-    names: Sequence[str], feet: FootTable, normals: Sequence[FloatArray], ground: Ground, limits: LintLimits
-) -> list[Fault]:
-    """What is wrong with where footsteps are on the terrain."""
+def _ground(names: Sequence[str], feet: FootTable, laid: FloatArray, ground: Ground, limits: LintLimits) -> list[Fault]:
+    """What is wrong with where footsteps, laid on normals (N, 3), are on the terrain."""
     if not ground.has_terrain:
         return []
     places, heights = feet.positions[:, [0, 2]], feet.positions[:, 1]
     under = ground.heights(places, heights, step_up=limits.off_ground)
     above = heights - under.heights
     slopes = np.arccos(np.clip(under.normals[:, 1], -1.0, 1.0))
-    laid = np.concatenate(list(normals))
     forward = planar.direction(feet.yaws)
     rise = -np.sum(laid[:, [0, 2]] * forward, axis=1) / laid[:, 1]
     pokes = np.zeros(len(heights))

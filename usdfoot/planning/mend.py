@@ -103,6 +103,5 @@ def mend_plans(plans: Sequence[FootstepPlan], ground: Ground, *, bodies: Sequenc
 
 def _errors(plans: Sequence[FootstepPlan], ground: Ground, bodies: Sequence[Proportions]) -> Counter[int]:
     """How many errors each plan has, whoever else is there."""
-    numbered = [replace(plan, name=str(index)) for index, plan in enumerate(plans)]
-    faults = lint_alone(numbered, ground, bodies=bodies)
+    faults = lint_alone(plans, ground, bodies=bodies, names=[str(index) for index in range(len(plans))])
     return Counter(int(fault.plan) for fault in faults if fault.severity == "error")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -126,11 +126,12 @@ def plan_each(
 
 def _wrong_length(path: WalkingPath, body: Proportions) -> PlanError | None:
     """What is wrong with a path too short to step along, or longer than anybody walks."""
-    if not path.length <= LONGEST:
-        what = f"is {path.length:.3g} m long, more than {LONGEST:g} m"
+    length = path.length
+    if not length <= LONGEST:
+        what = f"is {length:.3g} m long, more than {LONGEST:g} m"
         return PlanError(path.name, what, "correct the curve, or the stage's metersPerUnit")
-    if path.length < body.toe:
-        return PlanError(path.name, f"is {path.length:.3g} m long, less than a step", "draw a longer curve")
+    if length < body.toe:
+        return PlanError(path.name, f"is {length:.3g} m long, less than a step", "draw a longer curve")
     return None
 
 
@@ -155,8 +156,8 @@ def _barred(
     plans: Sequence[FootstepPlan], ground: Ground, bodies: list[Proportions], obstacles: Sequence[Obstacle]
 ) -> list[int]:
     """Which plans have footsteps nobody can step to, or in obstacles; off the terrain nothing is known."""
-    numbered = [replace(plan, name=str(row)) for row, plan in enumerate(plans)]
-    faults = lint_alone(numbered, ground, bodies=bodies, obstacles=obstacles)
+    numbers = [str(row) for row in range(len(plans))]
+    faults = lint_alone(plans, ground, bodies=bodies, obstacles=obstacles, names=numbers)
     places = np.array([plans[int(fault.plan)].positions[fault.footstep] for fault in faults]).reshape(-1, 3)
     known = ground.heights(places[:, [0, 2]], places[:, 1]).hit
     barring = np.array([fault.severity == "error" and fault.kind in BARRING for fault in faults], dtype=bool)
