@@ -50,7 +50,9 @@ def clips_of(results: StepResults, step: int) -> list[str]:
     return list(results.clips[ends[step] - results.clip_counts[step] : ends[step]])
 
 
-@pytest.mark.parametrize("options", [{}, {"root_weight": 0.5}, {"space": "delaunay"}])
+@pytest.mark.parametrize(
+    "options", [{}, {"root_weight": 0.5}, {"space": "delaunay"}, {"space": "3d"}, {"space": "3d", "root_weight": 0.5}]
+)
 def test_every_step_is_blended_from_clips_of_its_style(styled, options):
     styles = ("", "", "sad", "sad", "default", "proud", "proud", "")
     results = run(styled, replace(way(8), styles=styles), **options)

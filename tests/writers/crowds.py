@@ -300,4 +300,5 @@ def write_crowd(scene: Scene, motions: Sequence[Motion], folder: Path, *, collec
         characters=characters,
         provenance={"version": "1"},
         report={"agents": []},
+        intact={},
     )

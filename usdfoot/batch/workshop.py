@@ -157,6 +157,7 @@ def _workshop(
         crowd=Path(folder),
         limits=limits,
         sampling=options.sampling,
+        foreseen=False,
     )
     return Workshop(reader, options, keep=Path(folder) if keeps else None)
 

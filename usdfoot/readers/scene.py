@@ -87,6 +87,8 @@ class SceneReader:
         limits: How much of a scene is read.
         sampling: Who is sampled at which frames.
         listed: Told how many agents there are, before their plans are read.
+        foreseen: Whether all plans are read at once, for what is wrong with any and for the frames if none are given;
+            else each is read with its agent.
 
     Raises:
         SceneError: If the stage cannot be opened, the glob matches nobody, the frames are none, or it is too large.
@@ -105,6 +107,7 @@ class SceneReader:
         limits: Limits = DEFAULT_LIMITS,
         sampling: SamplingOptions = ALL_FRAMES,
         listed: Callable[[int], None] = lambda agents: None,
+        foreseen: bool = True,
     ) -> None:
         stage = open_stage(scene)
         if reload:
@@ -133,7 +136,7 @@ class SceneReader:
         self._cast: dict[str, Agent | Follower | None] = {}
         self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units, limits=limits)
         self._planned = self._plan_paths(stage, prims)
-        spans = _spans(self._all_walks(), self.info)
+        spans = _spans(self._all_walks() if foreseen else (), self.info)
         codes = _frame_codes(spans, self.info, frames, limits.frames)
         self._walk_problems += _outside(spans, codes)
         foreign = (
