@@ -1,5 +1,7 @@
 """Samples given to USD in a file against samples set one by one."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from pxr import Gf, Sdf, Vt
@@ -24,7 +26,7 @@ def values_of(type_name: str, seed: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("agents", [0, 1, 2, 70])
-def test_layers_are_the_same_as_with_samples_set_one_by_one(agents: int) -> None:
+def test_layers_are_the_same_as_with_samples_set_one_by_one(tmp_path: Path, agents: int) -> None:
     samples = [
         {name: Samples(type_name=name, codes=FRAMES, values=values_of(name, number)) for name in VALUES}
         for number in range(agents)
@@ -32,11 +34,10 @@ def test_layers_are_the_same_as_with_samples_set_one_by_one(agents: int) -> None
     named = {name: f"a:{name.removesuffix('[]')}{len(name)}" for name in VALUES}
     given, expected = (Sdf.Layer.CreateAnonymous(".usdc") for _ in range(2))
     by_attribute = [{named[name]: value for name, value in agent.items()} for agent in samples]
-    with sampled_attributes(by_attribute) as attributes:
-        for number, sampled in enumerate(attributes):
-            prim = Sdf.CreatePrimInLayer(given, f"/Crowd/Agent_{number}")
-            for name in named.values():
-                sampled.author(prim, name)
+    for number, sampled in enumerate(sampled_attributes(by_attribute, tmp_path / "samples.usdc")):
+        prim = Sdf.CreatePrimInLayer(given, f"/Crowd/Agent_{number}")
+        for name in named.values():
+            sampled.author(prim, name)
     for number, agent in enumerate(samples):
         prim = Sdf.CreatePrimInLayer(expected, f"/Crowd/Agent_{number}")
         for name, (kind, _, convert) in VALUES.items():

@@ -56,12 +56,14 @@ def write_chunk(
         OutputError: If the folder cannot be written to.
     """
     order = [motion.name for motion in motions] if names is None else names
-    layers, notes = _chunk_layers(scene, motions, references, order, base), notes or ChunkNotes()
+    notes = notes or ChunkNotes()
     made_from = {Record.CONTENT_HASH: notes.content_hash}
     told = {Record.AGENT_HASHES: dict(notes.agent_hashes), Record.REPORT: notes.record}
-    layers.agents.customLayerData = layers.footsteps.customLayerData = {PROVENANCE: made_from}
-    layers.anims.customLayerData = {PROVENANCE: {**made_from, **told}}
     with staged_files(Path(os.path.realpath(folder))) as staged:
+        samples = staged.scratch(f"{File.PENDING}/{files.anims}")
+        layers = _chunk_layers(scene, motions, references, order, base, samples)
+        layers.agents.customLayerData = layers.footsteps.customLayerData = {PROVENANCE: made_from}
+        layers.anims.customLayerData = {PROVENANCE: {**made_from, **told}}
         staged.add_layer(f"{File.PENDING}/{files.agents}", layers.agents)
         staged.add_layer(f"{File.PENDING}/{files.footsteps}", layers.footsteps)
         staged.add_layer(f"{File.PENDING}/{files.anims}", layers.anims)  # while it is missing, the chunk is not done
@@ -73,8 +75,9 @@ def _chunk_layers(
     references: Sequence[tuple[str, str]],
     names: Sequence[str],
     base: ChunkLayers | None,
+    samples: Path,
 ) -> ChunkLayers:
-    """The layers with all agents of a chunk."""
+    """The layers with all agents of a chunk, whose samples are in a file of their own until the layers are saved."""
     units = scene.stage.units
     by_name = {agent.name: agent for agent in scene.crowd.agents}
     cast = [rest_character(character) for character in scene.characters]
@@ -85,28 +88,30 @@ def _chunk_layers(
     _lay_out(layers, names, {motion.name for motion in motions})
     prints = [print_models(resting.foot_length, units) for resting in cast]
     posed = list(pose_agents(held, units))
-    with sampled_attributes([agent_samples(agent, units) | animation_samples(agent) for agent in posed]) as attributes:
-        for agent, sampled, reference in zip(posed, attributes, references, strict=True):
-            source = by_name[agent.motion.name]
-            with Sdf.ChangeBlock():
-                write_agent(
-                    layers.agents,
-                    agent,
-                    sampled,
-                    reference=Sdf.Reference(*reference),
-                    units=units,
-                    visibility=scene.visibility.get(source.name, ()),
-                )
-                write_animation(layers.anims, agent, sampled, units=units)
-                write_executed_plan(
-                    layers.footsteps,
-                    source.name,
-                    source.plan,
-                    results=agent.motion.results,
-                    prints=prints[source.character],
-                    units=units,
-                    frame=scene.plan_frames.get(source.name),
-                )
+    attributes = sampled_attributes(
+        [agent_samples(agent, units) | animation_samples(agent) for agent in posed], samples
+    )
+    for agent, sampled, reference in zip(posed, attributes, references, strict=True):
+        source = by_name[agent.motion.name]
+        with Sdf.ChangeBlock():
+            write_agent(
+                layers.agents,
+                agent,
+                sampled,
+                reference=Sdf.Reference(*reference),
+                units=units,
+                visibility=scene.visibility.get(source.name, ()),
+            )
+            write_animation(layers.anims, agent, sampled, units=units)
+            write_executed_plan(
+                layers.footsteps,
+                source.name,
+                source.plan,
+                results=agent.motion.results,
+                prints=prints[source.character],
+                units=units,
+                frame=scene.plan_frames.get(source.name),
+            )
     codes = [_span(layers.anims, name) for name in names]
     for layer in (layers.agents, layers.footsteps, layers.anims):
         layer.startTimeCode, layer.endTimeCode = min(first for first, _ in codes), max(last for _, last in codes)

@@ -6,16 +6,13 @@ From Python USD takes samples one by one, which costs more than to make them. It
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from pxr import Sdf
 
-from usdfoot.errors import OutputError
 from usdfoot.writers.crate import SAMPLES_PRIM, Samples, attribute_name, write_samples
 
 __all__ = ["SampledAttributes", "sampled_attributes"]
@@ -35,28 +32,21 @@ class SampledAttributes:
         Sdf.CopySpec(self.layer, self.paths[name], prim.layer, prim.path.AppendProperty(name))
 
 
-@contextmanager
-def sampled_attributes(agents: Sequence[Mapping[str, Samples]]) -> Iterator[list[SampledAttributes]]:
-    """The attributes of agents, as long as the block runs.
+def sampled_attributes(agents: Sequence[Mapping[str, Samples]], file: Path) -> list[SampledAttributes]:
+    """The attributes of agents, as long as a file that is written for them is there.
 
     Args:
         agents: Samples of each agent, by the name of the attribute.
+        file: Path of the file.
 
     Raises:
-        OutputError: If there is no room for a temporary file.
+        OSError: If it cannot be written.
     """
-    with TemporaryDirectory(prefix="usdfoot", ignore_cleanup_errors=True) as folder:
-        file = Path(folder, "samples.usdc")
-        try:
-            with file.open("wb") as stream:
-                write_samples(stream, [samples for agent in agents for samples in agent.values()])
-        except OSError as error:
-            raise OutputError(file, f"cannot be written ({error.strerror})", "make room, or set TMPDIR") from error
-        layer = Sdf.Layer.OpenAsAnonymous(str(file))
-        prim, index = Sdf.Path.absoluteRootPath.AppendChild(SAMPLES_PRIM), count()
-        yield [
-            SampledAttributes(
-                layer=layer, paths={name: prim.AppendProperty(attribute_name(next(index))) for name in agent}
-            )
-            for agent in agents
-        ]
+    with file.open("wb") as stream:
+        write_samples(stream, [samples for agent in agents for samples in agent.values()])
+    layer = Sdf.Layer.OpenAsAnonymous(str(file))
+    prim, index = Sdf.Path.absoluteRootPath.AppendChild(SAMPLES_PRIM), count()
+    return [
+        SampledAttributes(layer=layer, paths={name: prim.AppendProperty(attribute_name(next(index))) for name in agent})
+        for agent in agents
+    ]

@@ -37,6 +37,7 @@ class StagedFiles:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self._temporary: dict[str, Path] = {}
+        self._scratch: list[Path] = []
         self._adopted: dict[str, Path] = {}
         self._hashes: dict[str, str] = {}
 
@@ -82,6 +83,11 @@ class StagedFiles:
         self._adopted[name] = source
         self._hashes.update({name: content_hash} if content_hash else {})
 
+    def scratch(self, name: str) -> Path:
+        """Where a file may be that is not to stay."""
+        self._scratch.append(self._hidden(name))
+        return self._scratch[-1]
+
     def content_hashes(self) -> dict[str, str]:
         """SHA-256 of every file so far, by name."""
         unknown = {
@@ -102,19 +108,22 @@ class StagedFiles:
 
     def discard(self) -> None:
         """Remove what has not been renamed, as far as that can be done."""
-        for path in self._temporary.values():
+        for path in (*self._temporary.values(), *self._scratch):
             with suppress(OSError):
                 path.unlink()
         self._temporary.clear()
+        self._scratch.clear()
 
     def _reserve(self, name: str) -> Path:
+        self._temporary[name] = self._hidden(name)
+        return self._temporary[name]
+
+    def _hidden(self, name: str) -> Path:
         final = self.folder / name
         if not final.parent.resolve().is_relative_to(self.folder.resolve()):
             raise OutputError(final.parent, f"leads out of {self.folder}", "remove the link, or name another folder")
         final.parent.mkdir(parents=True, exist_ok=True)
-        path = final.with_name(f".{os.getpid()}.{final.name}")
-        self._temporary[name] = path
-        return path
+        return final.with_name(f".{os.getpid()}.{final.name}")
 
 
 def _check_room(path: Path) -> None:
