@@ -125,6 +125,21 @@ def test_on_stairs_one_foot_falls_on_each_tread_and_no_heel_in_a_riser(rise, dep
         assert above.max() < 0.02
 
 
+def test_past_the_corner_of_a_block_no_corner_of_a_sole_is_in_it():
+    ground = Ground(
+        terrain_of([slab((-9.0, 9.0), (-9.0, 9.0), (0.0, 0.0)), slab((-2.0, 0.0), (-2.0, 0.0), (0.2, 0.2))])
+    )
+    offsets, body = np.linspace(-0.3, 0.3, 31), Proportions()
+    ways = [np.array([(shift - 2.0, 0.0, shift + 2.0), (shift + 2.0, 0.0, shift - 2.0)]) for shift in offsets]
+    for plan in plan_paths([WalkingPath(name="/Past", points=way) for way in ways], ground):
+        forward, left = planar.direction(plan.yaws), planar.direction(plan.yaws + 0.5 * np.pi)
+        for ahead in (-body.heel, body.toe):
+            for across in (-body.half_width, body.half_width):
+                corners = plan.positions[:, [0, 2]] + ahead * forward + across * left
+                inside = (np.abs(corners + 1.0) < 1.0 - 1e-6).all(axis=1)
+                assert not (inside & (plan.positions[:, 1] < 0.1)).any()
+
+
 def climbed(heights, before, sample, side):
     """From the lower foot to the highest that is stepped over or on."""
     feet = [heights[before, 1 - side], heights[sample, side]]

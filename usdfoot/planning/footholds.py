@@ -24,6 +24,8 @@ STEEPEST = np.radians(35.0)
 """Ground steeper than this is nothing to stand on."""
 POKES = 0.02
 """Ground that rises this much through the plane of the sole is in the way [m]."""
+EDGE = 0.05
+"""Ground that rises this much through a corner of the sole is an edge, as of a tread [m]."""
 HANGS = 0.03
 """A heel or toe this far above the ground hangs over an edge [m]."""
 MARGIN = 0.15
@@ -82,23 +84,32 @@ def find_footholds(
     rows, points, near = ways.rows[chosen], ways.points[chosen], ways.heights[chosen]
     widths = np.array([gait.step_width for gait in gaits])[rows]
     toe_out = np.array([gait.toe_out for gait in gaits])[rows]
-    heels = np.array([body.heel + MARGIN * body.foot_length for body in bodies])[rows]
-    toes = np.array([body.toe + MARGIN * body.foot_length for body in bodies])[rows]
+    outlines = np.stack([_outline(body) for body in bodies], axis=1)[:, rows]
     costs, heights = np.zeros((len(rows), 2)), np.zeros((len(rows), 2))
     for side in (0, 1):
         places, yaws = foot_places(points, ways.headings[chosen], np.full(len(rows), side), widths, toe_out)
         balls = ground.heights(places, near)
-        forward = planar.direction(yaws)
-        rise = -np.sum(balls.normals[:, [0, 2]] * forward, axis=1) / balls.normals[:, 1]
+        forward, across = planar.direction(yaws), planar.direction(yaws + 0.5 * np.pi)
+        slopes = -balls.normals[:, [0, 2]] / balls.normals[:, [1]]
         bad = ~balls.walkable | (balls.normals[:, 1] < np.cos(STEEPEST))
         cost = np.zeros(len(rows))
-        for reach in (-heels, toes):
-            end = ground.heights(places + reach[:, None] * forward, balls.heights)
-            above = end.heights - (balls.heights + reach * rise)
-            bad |= end.hit & (above > POKES)
-            cost += HANGING * (~end.hit | (above < -HANGS)) * ground.has_terrain
+        for outline in outlines:
+            fair = np.flatnonzero(~bad)
+            offset = outline[fair, :1] * across[fair] + outline[fair, 1:] * forward[fair]
+            end = ground.heights(places[fair] + offset, balls.heights[fair])
+            above = end.heights - (balls.heights[fair] + np.sum(offset * slopes[fair], axis=1))
+            central = outline[fair, 0] == 0.0
+            bad[fair] = end.hit & (above > np.where(central, POKES, EDGE))
+            cost[fair] += HANGING * (central & (~end.hit | (above < -HANGS))) * ground.has_terrain
         costs[:, side], heights[:, side] = np.where(bad, BAD, cost), balls.heights
     return Footholds(costs=costs, heights=heights)
+
+
+def _outline(body: Proportions) -> FloatArray:
+    """Places about the ball, to the left and ahead [m]: ends of the free ground, corners of the sole, shape (6, 2)."""
+    margin, width = MARGIN * body.foot_length, body.half_width
+    ends = [(0.0, -body.heel - margin), (0.0, body.toe + margin)]
+    return np.array([*ends, *((across, ahead) for across in (-width, width) for ahead in (-body.heel, body.toe))])
 
 
 def firm_ends(ways: Ways, footholds: Footholds, gaits: Sequence[Gait]) -> IntArray:

@@ -44,7 +44,7 @@ class PathOptions:
     first_side: int = LEFT
     """The foot that steps first."""
     around: bool | None = None
-    """Go round obstacles and ground that is too steep, too low or not walkable: None = where there is a way round,
+    """Go round obstacles and ground that is too steep, too low or not walkable: None = where there is a better way,
     True = or there is no plan, False = the path is kept to as it is drawn."""
 
 
@@ -112,15 +112,19 @@ def plan_each(
     plans = _laid(chosen, walking, ground, options)
     found |= dict(zip(able, plans, strict=True))
     if options.around is not False and (ground.has_terrain or obstacles):
-        for index in _barred(plans, ground, walking, obstacles):
+        barred = _barred(plans, ground, walking, obstacles)
+        for index in np.flatnonzero(barred).tolist():
             try:
                 led = go_round(chosen[index], ground, body=walking[index], obstacles=obstacles)
             except PlanError as error:
                 if options.around:
                     found[able[index]] = error
                 continue
-            if led is not chosen[index]:
-                found[able[index]] = _laid([led], [walking[index]], ground, options)[0]
+            if led is chosen[index]:
+                continue
+            round_it = _laid([led], [walking[index]], ground, options)
+            if options.around or _barred(round_it, ground, [walking[index]], obstacles)[0] < barred[index]:
+                found[able[index]] = round_it[0]
     return [found[row] for row in range(len(paths))]
 
 
@@ -154,14 +158,15 @@ def _laid(
 
 def _barred(
     plans: Sequence[FootstepPlan], ground: Ground, bodies: list[Proportions], obstacles: Sequence[Obstacle]
-) -> list[int]:
-    """Which plans have footsteps nobody can step to, or in obstacles; off the terrain nothing is known."""
+) -> IntArray:
+    """How many faults each plan has that bar the way, shape (P,); off the terrain nothing is known."""
     numbers = [str(row) for row in range(len(plans))]
     faults = lint_alone(plans, ground, bodies=bodies, obstacles=obstacles, names=numbers)
     places = np.array([plans[int(fault.plan)].positions[fault.footstep] for fault in faults]).reshape(-1, 3)
     known = ground.heights(places[:, [0, 2]], places[:, 1]).hit
     barring = np.array([fault.severity == "error" and fault.kind in BARRING for fault in faults], dtype=bool)
-    return sorted({int(faults[index].plan) for index in np.flatnonzero(known & barring)})
+    owners = np.array([int(fault.plan) for fault in faults], dtype=int)
+    return np.bincount(owners[known & barring], minlength=len(plans))
 
 
 @dataclass(frozen=True, kw_only=True)
