@@ -10,6 +10,24 @@ from usdfoot.model.clip import Clip
 from usdfoot.model.skeleton import Skeleton
 
 AXIS = np.array([0.6, 0.0, 0.8])
+SKELETON = Skeleton(
+    name="s",
+    joints=("root", "root/pelvis"),
+    parents=np.array([-1, 0]),
+    rest_translations=np.zeros((2, 3)),
+    rest_rotations=np.tile([0.0, 0.0, 0.0, 1.0], (2, 1)),
+)
+BIPED = Biped(
+    pelvis=1,
+    hips=(1, 1),
+    knees=(1, 1),
+    ankles=(1, 1),
+    balls=(1, 1),
+    ball_heights=np.zeros(2),
+    com=np.zeros(3),
+    nominal_leg_length=1.0,
+    maximal_leg_length=1.0,
+)
 
 
 def turning(angles):
@@ -38,24 +56,6 @@ def test_sign_flips_do_not_count():
 
 
 def test_clips_are_resampled_within_their_range_and_the_pelvis_is_seen_in_the_world():
-    skeleton = Skeleton(
-        name="s",
-        joints=("root", "root/pelvis"),
-        parents=np.array([-1, 0]),
-        rest_translations=np.zeros((2, 3)),
-        rest_rotations=np.tile([0.0, 0.0, 0.0, 1.0], (2, 1)),
-    )
-    biped = Biped(
-        pelvis=1,
-        hips=(1, 1),
-        knees=(1, 1),
-        ankles=(1, 1),
-        balls=(1, 1),
-        ball_heights=np.zeros(2),
-        com=np.zeros(3),
-        nominal_leg_length=1.0,
-        maximal_leg_length=1.0,
-    )
     angles = np.linspace(0.0, 1.0, 121)
     clip = Clip(
         name="c",
@@ -66,11 +66,28 @@ def test_clips_are_resampled_within_their_range_and_the_pelvis_is_seen_in_the_wo
         range_start=2.25,
         range_end=2.75,
     )
-    rotations = clip_rotations(clip, skeleton, biped, rate=24.0)
+    rotations = clip_rotations(clip, SKELETON, BIPED, rate=24.0)
     assert rotations.shape == (13, 2, 4)
     expected = quaternion.align_signs(turning(2.0 * (0.25 + np.arange(13) / 24.0)), rotations[:, 1])
     np.testing.assert_allclose(rotations[:, 1], expected, atol=1e-7)
-    assert body_joints(skeleton, biped).tolist() == [1]
+    assert body_joints(SKELETON, BIPED).tolist() == [1]
+
+
+@pytest.mark.parametrize("rate", [24.0, 30.0, 60.0])
+def test_a_clip_at_another_rate_is_as_smooth_as_its_motion(rate):
+    def motion(times):
+        return np.stack([turning(0.1 * times), turning(1.5 + 0.5 * np.sin(2.0 * np.pi * 2.0 * times))], axis=1)
+
+    flips = np.where(np.arange(121) % 2, -1.0, 1.0)[:, None, None]
+    sampled = motion(np.arange(121) / 30.0)
+    clip = Clip(name="c", rate=30.0, start_time=0.0, translations=np.zeros((121, 2, 3)), rotations=sampled * flips)
+    truth = motion(np.arange(int(4.0 * rate) + 1) / rate)
+    truth[:, 1] = quaternion.compose(truth[:, 0], truth[:, 1])
+    rotations = clip_rotations(clip, SKELETON, BIPED, rate=rate)
+    assert rotations.shape == truth.shape
+    for figure in (angular_jerks, angular_jumps):
+        expected = np.quantile(figure(truth, rate), 0.99)
+        assert np.quantile(figure(rotations, rate), 0.99) == pytest.approx(expected, rel=0.02)
 
 
 def test_too_few_samples_have_no_jerk():

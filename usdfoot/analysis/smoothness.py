@@ -5,15 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from usdfoot.maths import quaternion
+from usdfoot.maths.splines import build_splines
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.clip import Clip
 from usdfoot.model.skeleton import Skeleton
 
 __all__ = ["angular_jerks", "angular_jumps", "angular_speeds", "body_joints", "clip_rotations"]
-
-ON_SAMPLE = 1e-9
-"""Part of a sample by which the last digits of times may miss one."""
 
 
 def angular_speeds(rotations: FloatArray, rate: float) -> FloatArray:
@@ -60,6 +58,9 @@ def body_joints(skeleton: Skeleton, biped: Biped) -> IntArray:
 def clip_rotations(clip: Clip, skeleton: Skeleton, biped: Biped, *, rate: float) -> FloatArray:
     """Joint-local rotations of a clip at another rate, the pelvis's in the clip's world, shape (F, J, 4).
 
+    They lie on C2 splines through the clip's samples: chords would smooth the motion at a lower rate and have kinks at
+    a higher one.
+
     Args:
         clip: Clip; only its range is sampled.
         skeleton: Its skeleton.
@@ -69,18 +70,16 @@ def clip_rotations(clip: Clip, skeleton: Skeleton, biped: Biped, *, rate: float)
     start = clip.times[0] if clip.range_start is None else max(clip.range_start, clip.times[0])
     end = clip.times[-1] if clip.range_end is None else min(clip.range_end, clip.times[-1])
     count = int(np.floor((end - start) * rate + 1e-6)) + 1
-    places = np.clip((start + np.arange(count) / rate - clip.start_time) * clip.rate, 0.0, len(clip.rotations) - 1)
-    below = np.minimum(places.astype(int), len(clip.rotations) - 2)
-    fraction = (places - below)[:, None]
-    rotations = clip.rotations[below]
-    if np.any(fraction > ON_SAMPLE):
-        rotations = quaternion.slerp(rotations, clip.rotations[below + 1], fraction)
-    pelvis, joint = rotations[:, biped.pelvis], int(skeleton.parents[biped.pelvis])
+    rotations = clip.rotations.copy()
+    joint = int(skeleton.parents[biped.pelvis])
     while joint >= 0:
-        pelvis = quaternion.compose(rotations[:, joint], pelvis)
+        rotations[:, biped.pelvis] = quaternion.compose(rotations[:, joint], rotations[:, biped.pelvis])
         joint = int(skeleton.parents[joint])
-    rotations[:, biped.pelvis] = pelvis
-    return rotations
+    samples = quaternion.continuous(rotations).reshape(len(rotations), -1)
+    runs, first = np.zeros(count, dtype=np.intp), np.array([0, len(samples)])
+    splines = build_splines(samples, first, clip.times[:1], np.array([clip.rate]))
+    times = np.minimum(start + np.arange(count) / rate, clip.times[-1])
+    return quaternion.normalised(splines.at(runs, times).reshape(count, -1, 4))
 
 
 def _angular_velocities(rotations: FloatArray, rate: float) -> FloatArray:
