@@ -94,13 +94,12 @@ def find_footholds(
         bad = ~balls.walkable | (balls.normals[:, 1] < np.cos(STEEPEST))
         cost = np.zeros(len(rows))
         for outline in outlines:
-            fair = np.flatnonzero(~bad)
-            offset = outline[fair, :1] * across[fair] + outline[fair, 1:] * forward[fair]
-            end = ground.heights(places[fair] + offset, balls.heights[fair])
-            above = end.heights - (balls.heights[fair] + np.sum(offset * slopes[fair], axis=1))
-            central = outline[fair, 0] == 0.0
-            bad[fair] = end.hit & (above > np.where(central, POKES, EDGE))
-            cost[fair] += HANGING * (central & (~end.hit | (above < -HANGS))) * ground.has_terrain
+            offset = outline[:, :1] * across + outline[:, 1:] * forward
+            end = ground.heights(places + offset, balls.heights)
+            above = end.heights - (balls.heights + np.einsum("ni,ni->n", offset, slopes))
+            central = outline[:, 0] == 0.0
+            bad |= end.hit & (above > np.where(central, POKES, EDGE))
+            cost += HANGING * (central & (~end.hit | (above < -HANGS))) * ground.has_terrain
         costs[:, side], heights[:, side] = np.where(bad, BAD, cost), balls.heights
     return Footholds(costs=costs, heights=heights)
 
