@@ -1,7 +1,7 @@
 """Samples: the time samples of many attributes given to USD at once.
 
 From Python USD takes samples one by one, which costs more than to make them. It reads them all from a file, and
-`Sdf.CopySpec` takes an attribute from there in a sixth of the time.
+`Sdf.CopySpec` takes an attribute from there: file and copies take 0.2 to 0.4 of the time.
 """
 
 from __future__ import annotations
