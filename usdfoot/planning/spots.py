@@ -109,8 +109,8 @@ def build_spots(
 ) -> Spots:
     """Spots wherever the ground is walkable and not too steep and nothing hangs too low above it.
 
-    Steep ground so narrow that one steps over it, as the risers of stairs are, counts as part of what it joins, if these
-    are no more than a step above one another: a slanting wall is no stair.
+    Steep ground so narrow that one steps over it, as the risers of stairs are, counts as part of what it joins, if that
+    is no more than a step above one another: a slanting wall is no stair.
 
     Args:
         ground: Terrain; None = level at height 0.
