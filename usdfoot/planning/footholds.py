@@ -13,6 +13,7 @@ from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.device import start_warp
 from usdfoot.model.ground import Ground
+from usdfoot.planning.foothold_kernel import FootholdLimits, feel_ground
 from usdfoot.planning.gait import Gait
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.tread_kernel import choose_treads
@@ -81,34 +82,46 @@ def find_footholds(
 ) -> Footholds:
     """Footholds of both feet at samples (M,) of the ways, None = at every one."""
     chosen = np.arange(len(ways.arcs)) if samples is None else samples
-    rows, points, near = ways.rows[chosen], ways.points[chosen], ways.heights[chosen]
-    widths = np.array([gait.step_width for gait in gaits])[rows]
-    toe_out = np.array([gait.toe_out for gait in gaits])[rows]
-    outlines = np.stack([_outline(body) for body in bodies], axis=1)[:, rows]
-    costs, heights = np.zeros((len(rows), 2)), np.zeros((len(rows), 2))
-    for side in (0, 1):
-        places, yaws = foot_places(points, ways.headings[chosen], np.full(len(rows), side), widths, toe_out)
-        balls = ground.heights(places, near)
-        forward, across = planar.direction(yaws), planar.direction(yaws + 0.5 * np.pi)
-        slopes = -balls.normals[:, [0, 2]] / balls.normals[:, [1]]
-        bad = ~balls.walkable | (balls.normals[:, 1] < np.cos(STEEPEST))
-        cost = np.zeros(len(rows))
-        for outline in outlines:
-            offset = outline[:, :1] * across + outline[:, 1:] * forward
-            end = ground.heights(places + offset, balls.heights)
-            above = end.heights - (balls.heights + np.einsum("ni,ni->n", offset, slopes))
-            central = outline[:, 0] == 0.0
-            bad |= end.hit & (above > np.where(central, POKES, EDGE))
-            cost += HANGING * (central & (~end.hit | (above < -HANGS))) * ground.has_terrain
-        costs[:, side], heights[:, side] = np.where(bad, BAD, cost), balls.heights
-    return Footholds(costs=costs, heights=heights)
+    if ground.faces is None or not len(chosen):
+        costs = np.full((len(chosen), 2), BAD if ground.has_terrain else 0.0)
+        return Footholds(costs=costs, heights=np.full((len(chosen), 2), float(ground.fallback_height)))
+    limits: Any = FootholdLimits()
+    limits.flattest, limits.pokes, limits.edge = np.cos(STEEPEST), POKES, EDGE
+    limits.hangs, limits.hanging, limits.bad = HANGS, HANGING, BAD
+    tables: list[tuple[FloatArray | IntArray, type]] = [
+        (ways.headings[chosen], wp.float64),
+        (ways.rows[chosen], wp.int32),
+        (np.array([gait.step_width for gait in gaits]), wp.float64),
+        (np.array([gait.toe_out for gait in gaits]), wp.float64),
+        (_outlines(bodies), wp.vec2d),
+    ]
+    shape, centre = (len(chosen), 2), float(ground.centre[1])
+    costs, heights = wp.empty(shape, dtype=wp.float64), wp.empty(shape, dtype=wp.float64)
+    wp.launch(
+        feel_ground,
+        dim=shape,
+        inputs=[
+            ground.faces,
+            limits,
+            ground.around_centre(ways.points[chosen], ways.heights[chosen]),
+            *(wp.array(values, dtype=dtype) for values, dtype in tables),
+            ground.fallback_height - centre,
+        ],
+        outputs=[costs, heights],
+        device="cpu",
+    )
+    return Footholds(costs=costs.numpy(), heights=heights.numpy() + centre)
 
 
-def _outline(body: Proportions) -> FloatArray:
-    """Places about the ball, to the left and ahead [m]: ends of the free ground, corners of the sole, shape (6, 2)."""
-    margin, width = MARGIN * body.foot_length, body.half_width
-    ends = [(0.0, -body.heel - margin), (0.0, body.toe + margin)]
-    return np.array([*ends, *((across, ahead) for across in (-width, width) for ahead in (-body.heel, body.toe))])
+def _outlines(bodies: Sequence[Proportions]) -> FloatArray:
+    """Places about the balls, to the left and ahead [m]: ends of the free ground, corners of the sole, (P, 6, 2)."""
+    lengths, heels, toes, widths = np.array(
+        [(body.foot_length, body.heel, body.toe, body.half_width) for body in bodies]
+    ).T
+    margins, middle = MARGIN * lengths, np.zeros(len(bodies))
+    ends = [(middle, -heels - margins), (middle, toes + margins)]
+    corners = [(across, ahead) for across in (-widths, widths) for ahead in (-heels, toes)]
+    return np.stack([np.stack(place, axis=-1) for place in (*ends, *corners)], axis=1)
 
 
 def firm_ends(ways: Ways, footholds: Footholds, gaits: Sequence[Gait]) -> IntArray:
