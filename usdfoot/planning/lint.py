@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdfoot.analysis.gaits import has_flight
-from usdfoot.analysis.timing import EARTH_GRAVITY
+from usdfoot.analysis.timing import EARTH_GRAVITY, HUMAN_LEG
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import SIDES
@@ -213,15 +213,15 @@ def _steps(
     """What is wrong between consecutive footsteps of a plan."""
     rows = np.flatnonzero(feet.numbers > 0)
     before = rows - 1
-    strides = feet.positions[rows] - feet.positions[before]
+    displacements = feet.positions[rows] - feet.positions[before]
     durations, leg = feet.strikes[rows] - feet.strikes[before], legs[rows]
     flights = np.maximum(feet.strikes[rows] - feet.liftoffs[before], 0.0)
     turns = planar.wrap_angle(feet.yaws[rows] - feet.yaws[before])
-    local = planar.rotate(-(feet.yaws[before] + 0.5 * turns), strides[:, [0, 2]])
+    local = planar.rotate(-(feet.yaws[before] + 0.5 * turns), displacements[:, [0, 2]])
     apart = local[:, 0] * np.where(feet.sides[rows] == 0, 1.0, -1.0)
-    lengths, rises = np.linalg.norm(strides, axis=1), strides[:, 1]
+    lengths, rises = np.linalg.norm(displacements, axis=1), displacements[:, 1]
     flies = flights > 0.0
-    speeds = lengths / np.maximum(durations, 1e-6) / np.sqrt(leg / 0.86)
+    speeds = lengths / np.maximum(durations, 1e-6) / np.sqrt(leg / HUMAN_LEG)
     launch = np.where(flies, rises / np.maximum(flights, 1e-6) + 0.5 * EARTH_GRAVITY * flights, 0.0)
     jumps = np.maximum(launch, 0.0) ** 2 / (2.0 * EARTH_GRAVITY)
     found: list[Fault] = []
