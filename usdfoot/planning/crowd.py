@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from usdfoot.errors import PlanError
+from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
@@ -34,6 +35,8 @@ SMOOTHING = 0.4
 """Standard deviation of the filter on the simulated paths: people start and stop more gently than discs [s]."""
 NEAR = 0.3
 """The ground is at most this far from the middle of its cell [m]."""
+WALL_ROUNDS = 4
+"""How often a foot is moved off the walls that its heel and toe are in."""
 BETWEEN = 0.01
 """Between the feet when one closes up to the other in side steps [m]."""
 ELBOW_ROOM = 0.45
@@ -110,8 +113,8 @@ def _plans(party: Party, tracks: Tracks, terrain: Terrain, faults: list[Problem]
         order = np.concatenate([order, own])
     feet, narrowest = _joined(tables)
     narrowest = np.where(is_sideways(feet), 2.0 * feet.half_widths + BETWEEN, narrowest)
-    feet = set_feet_apart(uncross(feet, narrowest=narrowest), narrowest=narrowest)
-    feet = _where_free(feet, _off_walls(feet.positions[:, [0, 2]], float(feet.half_widths.max()), party))
+    feet = uncross(feet, narrowest=narrowest)
+    feet = set_feet_apart(feet, narrowest=narrowest, confine=lambda table: _soles_off_walls(table, party))
     feet = _off_edges(feet, ground)
     ordered = [seekers[index] for index in order]
     plans = lay_plans([seeker.name for seeker in ordered], feet, ground, on_ground=True)
@@ -126,6 +129,21 @@ def _off_walls(points: FloatArray, distance: float, party: Party) -> FloatArray:
 
     levels = party.area.levels
     return points if len(levels) > 1 else move_inside(levels[0].buffer(-distance), points)
+
+
+def _soles_off_walls(feet: FootTable, party: Party) -> FootTable:
+    """The table with feet moved until their soles, from heel to toe, are in no wall, or as far out as they come."""
+    points, forward = feet.positions[:, [0, 2]], planar.direction(feet.yaws)
+    reaches = np.stack([feet.half_widths - feet.heels, np.zeros(len(points)), feet.toes - feet.half_widths])
+    for _ in range(WALL_ROUNDS):
+        soles = points + reaches[..., None] * forward  # (3, S, 2)
+        inside = _off_walls(soles.reshape(-1, 2), float(feet.half_widths.max()), party).reshape(soles.shape)
+        out = inside - soles
+        count = np.any(out != 0.0, axis=2).sum(axis=0)
+        if not count.any():
+            break
+        points = points + out.sum(axis=0) / np.maximum(count, 1)[:, None]
+    return replace(feet, positions=np.insert(points, 1, feet.positions[:, 1], axis=1))
 
 
 def _on_ground(tracks: Tracks, starts: FloatArray, ground: Ground) -> FloatArray:

@@ -19,7 +19,7 @@ from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.tread_kernel import choose_treads
 from usdfoot.planning.ways import Ways
 
-__all__ = ["Footholds", "find_footholds", "firm_ends", "foot_places", "tread_steps"]
+__all__ = ["Footholds", "find_footholds", "firm_ends", "foot_places", "strained_ways", "tread_steps"]
 
 STEEPEST = np.radians(35.0)
 """Ground steeper than this is nothing to stand on."""
@@ -43,6 +43,10 @@ SHORTEST = 0.25
 """Shortest step over the gait's own."""
 HIGH = 0.22
 """Rise of a step over the leg length that costs as much as a step twice as long as it should be."""
+CROSSING = 0.25
+"""A foot this far on the other one's side, over the foot length, costs 1: so far lint lets it."""
+EASY_TURN = 0.9
+"""A step may turn this far for nothing [rad]; as much again costs 1."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -140,16 +144,48 @@ def firm_ends(ways: Ways, footholds: Footholds, gaits: Sequence[Gait]) -> IntArr
     return np.stack(ends, axis=1)
 
 
-def tread_steps(ways: Ways, footholds: Footholds, gaits: Sequence[Gait], *, ends: IntArray, support: int) -> IntArray:
+def strained_ways(ways: Ways, gaits: Sequence[Gait], *, rows: IntArray, arcs: FloatArray, first_side: int) -> IntArray:
+    """Ways on which steps cross the feet, or turn farther than is easy, ascending.
+
+    Args:
+        ways: All ways.
+        gaits: Of each way's walker.
+        rows: Way of each step, ascending, shape (S,).
+        arcs: Where it ends along it [m], shape (S,).
+        first_side: Foot of each way's first step.
+    """
+    starts = np.searchsorted(rows, np.arange(len(gaits)))
+    outward = 1.0 - 2.0 * ((np.arange(len(rows)) - starts[rows] + first_side) % 2)
+    before = np.roll(arcs, 1)
+    before[starts] = 0.0
+    strides = [ways.at(rows, arcs, ways.points[:, i]) - ways.at(rows, before, ways.points[:, i]) for i in (0, 1)]
+    ahead, behind = ways.at(rows, arcs, ways.headings), ways.at(rows, before, ways.headings)
+    across = planar.direction(0.5 * (ahead + behind + np.pi))
+    widths = np.array([gait.step_width for gait in gaits])[rows] * np.cos(0.5 * (ahead - behind))
+    crossed = outward * (strides[0] * across[:, 0] + strides[1] * across[:, 1]) + widths < 0.0
+    return np.unique(rows[crossed | (np.abs(ahead - behind) > EASY_TURN)])
+
+
+def tread_steps(
+    ways: Ways,
+    footholds: Footholds,
+    gaits: Sequence[Gait],
+    bodies: Sequence[Proportions],
+    *,
+    ends: IntArray,
+    support: int,
+) -> IntArray:
     """Samples of ways to step on, from their starts to their ends: those nearest to even steps on firm footholds.
 
     On stairs these are the treads. A shortest path over (sample, foot): a step costs the square of how much its length
-    differs from what it should be there, and a little more for a high rise, over what lies between too.
+    differs from what it should be there, and a little more for a high rise, over what lies between too, for feet that
+    cross, and for a far turn.
 
     Args:
         ways: Samples at even spacing.
         footholds: At all of them.
         gaits: Of each way's walker.
+        bodies: Of the walkers.
         ends: Samples within each way where the feet stand first and last, as from `firm_ends`, shape (P, 2).
         support: Foot that stands at the start while the other steps first.
 
@@ -172,11 +208,16 @@ def tread_steps(ways: Ways, footholds: Footholds, gaits: Sequence[Gait], *, ends
         (wanted, wp.float64),
         (footholds.costs, wp.float64),
         (footholds.heights, wp.float64),
+        (ways.points, wp.vec2d),
+        (ways.headings, wp.float64),
+        (planar.direction(ways.headings + 0.5 * np.pi), wp.vec2d),
+        (np.array([gait.step_width for gait in gaits]), wp.float64),
+        (CROSSING * np.array([body.foot_length for body in bodies]), wp.float64),
     ]
     wp.launch(
         choose_treads,
         dim=len(gaits),
-        inputs=[*(wp.array(values, dtype=dtype) for values, dtype in tables), support, STEP],
+        inputs=[*(wp.array(values, dtype=dtype) for values, dtype in tables), EASY_TURN, support, STEP],
         outputs=[wp.full((count, 2), np.inf, dtype=wp.float64), wp.full((count, 2), -1, dtype=wp.int32), taken],
         device="cpu",
     )
