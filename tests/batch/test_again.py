@@ -2,15 +2,14 @@
 
 import shutil
 
+import numpy as np
 import pytest
-from pxr import Sdf, Usd, UsdGeom
+from pxr import Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from tests.batch.conftest import AGENTS, delay_plan, digests, write_crowd_scene
 from usdfoot.bridge.tokens import File
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.animate import animate
-
-BALL_HEIGHT = "usdfoot:biped:left:ballHeight"
 
 
 @pytest.fixture
@@ -71,7 +70,9 @@ def test_what_all_agents_share_makes_all_again(shot, shared):
     if shared == "clips":
         stage.GetPrimAtPath("/World/Library/Motion/Clips/walk_090").SetActive(False)
     if shared == "character":
-        stage.GetPrimAtPath("/World/Library/Character/Skeleton").GetAttribute(BALL_HEIGHT).Set(0.05)
+        meshes = [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh) and prim.HasAPI(UsdSkel.BindingAPI)]
+        points = UsdGeom.Mesh(meshes[0]).GetPointsAttr()
+        points.Set(Vt.Vec3fArray.FromNumpy(1.2 * np.array(points.Get(), dtype=np.float32)))
     if shared == "terrain":
         stage.GetPrimAtPath("/World/Terrain").SetActive(True)
     stage.Save()
