@@ -101,6 +101,10 @@ def test_steep_ground_walls_and_water_are_found():
     heights = np.where(plan.positions[:, 2] < z, 0.15, 0.0)
     down = replace(plan, positions=plan.positions + heights[:, None] * [0.0, 1.0, 0.0])
     assert [(fault.footstep, fault.kind) for fault in faults(down, terrain=step)] == [(4, "obstructed")]
+    x, z = plan.positions[4, [0, 2]] + (0.8 * BODY.half_width, -0.9 * BODY.heel)
+    block = slab((x, x + 0.02), (z - 0.02, z), (0.15, 0.15))
+    beside = terrain_of([slab((-20.0, 20.0), (-20.0, 20.0), (0.0, 0.0)), block])
+    assert [(fault.footstep, fault.kind) for fault in faults(plan, terrain=beside)] == [(4, "obstructed")], "its corner"
 
 
 def test_flights_nobody_can_make_and_swings_nobody_has_time_for():
