@@ -140,15 +140,15 @@ def plan_table(plans: Mapping[str, FootstepPlan]) -> Table:
 
     table = _table("plans", "plan", figures=("footsteps", "from s", "to s", "length m", "mean step m", "climb m"))
     for name, plan in list(plans.items())[:MOST_ROWS]:
-        strides = np.linalg.norm(np.diff(plan.positions[:, [0, 2]], axis=0), axis=1)
+        lengths = np.linalg.norm(np.diff(plan.positions[:, [0, 2]], axis=0), axis=1)
         rises = np.diff(plan.positions[:, 1])
         table.add_row(
             name,
             str(len(plan)),
             f"{plan.strike_times[0]:.2f}",
             f"{plan.liftoff_times.max():.2f}",
-            f"{strides.sum():.2f}",
-            f"{strides.mean():.2f}",
+            f"{lengths.sum():.2f}",
+            f"{lengths.mean():.2f}",
             f"{rises[rises > 0.0].sum():.2f}",
         )
     return _counted(table, len(plans))

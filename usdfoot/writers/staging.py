@@ -6,7 +6,7 @@ import errno
 import logging
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -37,17 +37,28 @@ class StagedFiles:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self._temporary: dict[str, Path] = {}
-        self._scratch: list[Path] = []
         self._adopted: dict[str, Path] = {}
         self._hashes: dict[str, str] = {}
+
+    def reserve(self, name: str) -> Path:
+        """Where a file is to be written that will have the name."""
+        self._temporary[name] = self._hidden(name)
+        return self._temporary[name]
 
     def add_layer(self, name: str, layer: Sdf.Layer) -> None:
         """Save a layer; a file named .usd has the layer's own format."""
         arguments = {"format": str(layer.GetFileFormat().formatId)} if name.endswith(".usd") else {}
-        delegate = UsdUtils.CoalescingDiagnosticDelegate()
-        path = self._reserve(name)
+        path = self.reserve(name)
+        self._save(name, lambda: layer.Export(str(path), args=arguments))
+
+    def save_layer(self, name: str, layer: Sdf.Layer) -> None:
+        """Save a layer that was opened from the file reserved for it."""
+        self._save(name, layer.Save)
+
+    def _save(self, name: str, save: Callable[[], bool]) -> None:
+        path, delegate = self._temporary[name], UsdUtils.CoalescingDiagnosticDelegate()
         try:
-            saved = layer.Export(str(path), args=arguments)
+            saved = save()
         except Tf.ErrorException as error:
             _check_room(path)
             raise OutputError(self.folder / name, "cannot be written", str(error).strip().splitlines()[-1]) from error
@@ -62,15 +73,15 @@ class StagedFiles:
 
     def add_text(self, name: str, text: str) -> None:
         """Save a text file."""
-        self._reserve(name).write_text(text, encoding="utf-8", newline="\n")
+        self.reserve(name).write_text(text, encoding="utf-8", newline="\n")
 
     def add_bytes(self, name: str, content: bytes) -> None:
         """Save a file of any kind."""
-        self._reserve(name).write_bytes(content)
+        self.reserve(name).write_bytes(content)
 
     def add_file(self, name: str, source: Path) -> None:
         """Copy a file."""
-        shutil.copyfile(source, self._reserve(name))
+        shutil.copyfile(source, self.reserve(name))
 
     def adopt(self, name: str, source: Path, *, content_hash: str | None = None) -> None:
         """Take a file that is there already, under another name or its own; if all fails it stays where it is.
@@ -82,11 +93,6 @@ class StagedFiles:
         """
         self._adopted[name] = source
         self._hashes.update({name: content_hash} if content_hash else {})
-
-    def scratch(self, name: str) -> Path:
-        """Where a file may be that is not to stay."""
-        self._scratch.append(self._hidden(name))
-        return self._scratch[-1]
 
     def content_hashes(self) -> dict[str, str]:
         """SHA-256 of every file so far, by name."""
@@ -108,15 +114,10 @@ class StagedFiles:
 
     def discard(self) -> None:
         """Remove what has not been renamed, as far as that can be done."""
-        for path in (*self._temporary.values(), *self._scratch):
+        for path in self._temporary.values():
             with suppress(OSError):
                 path.unlink()
         self._temporary.clear()
-        self._scratch.clear()
-
-    def _reserve(self, name: str) -> Path:
-        self._temporary[name] = self._hidden(name)
-        return self._temporary[name]
 
     def _hidden(self, name: str) -> Path:
         final = self.folder / name
