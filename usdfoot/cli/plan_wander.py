@@ -28,7 +28,8 @@ in Python:
   from usdfoot.pipeline.plan_goals import plan_scene_wander
   report = plan_scene_wander("park.usda", "plans.usda", steps=200, seed=7)
 
-step by step: usdfoot.planning.wander.wander is a generator of footsteps; its send() tells it how the world has changed.
+step by step: usdfoot.planning.wander.wander is a generator of footsteps; its send() tells it how the world has changed,
+or its goals (usdfoot.planning.wander.News).
 """
 
 

@@ -15,6 +15,7 @@ from usdfoot.model.device import start_warp
 from usdfoot.model.ground import Ground
 from usdfoot.planning.foothold_kernel import FootholdLimits, feel_ground
 from usdfoot.planning.gait import Gait
+from usdfoot.planning.prints import EDGE
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.tread_kernel import choose_treads
 from usdfoot.planning.ways import Ways
@@ -25,8 +26,6 @@ STEEPEST = np.radians(35.0)
 """Ground steeper than this is nothing to stand on."""
 POKES = 0.02
 """Ground that rises this much through the plane of the sole is in the way [m]."""
-EDGE = 0.05
-"""Ground that rises this much through a corner of the sole is an edge, as of a tread [m]."""
 HANGS = 0.03
 """A heel or toe this far above the ground hangs over an edge [m]."""
 MARGIN = 0.15

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -277,11 +278,13 @@ def _ground(names: Sequence[str], feet: FootTable, laid: FloatArray, ground: Gro
     above = heights - under.heights
     slopes = np.arccos(np.clip(under.normals[:, 1], -1.0, 1.0))
     forward = planar.direction(feet.yaws)
-    rise = -np.sum(laid[:, [0, 2]] * forward, axis=1) / laid[:, 1]
+    left, inclines = planar.direction(feet.yaws + 0.5 * np.pi), -laid[:, [0, 2]] / laid[:, [1]]
     pokes = np.zeros(len(heights))
-    for reach in (-feet.heels, feet.toes):
-        end = ground.heights(places + reach[:, None] * forward, heights, step_up=0.3)
-        pokes = np.maximum(pokes, np.where(end.hit, end.heights - (heights + reach * rise), 0.0))
+    for reach, across in product((-feet.heels, feet.toes), (-feet.half_widths, feet.half_widths)):
+        offsets = reach[:, None] * forward + across[:, None] * left
+        end = ground.heights(places + offsets, heights, step_up=0.3)
+        sole = heights + np.sum(offsets * inclines, axis=1)
+        pokes = np.maximum(pokes, np.where(end.hit, end.heights - sole, 0.0))
     off = ~under.hit
     barred = under.hit & ~under.walkable
     away = under.hit & ~barred & (np.abs(above) > limits.off_ground)
