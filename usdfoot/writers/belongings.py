@@ -6,6 +6,7 @@ import json
 import re
 import shutil
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from pxr import Sdf, Tf
@@ -44,16 +45,22 @@ def tidy(folder: Path, chunks: Sequence[ChunkFiles]) -> None:
         chunks: Files of the chunks that are to stay.
     """
     shutil.rmtree(folder / File.PENDING, ignore_errors=True)
-    names = {name for chunk in chunks for name in chunk}
-    for path in folder.iterdir():
+    names, parts = {folder / name for chunk in chunks for name in chunk}, folder / File.CHUNKS
+    for path in [*folder.iterdir(), *_files_below(parts)]:
         unfinished = _UNFINISHED.fullmatch(path.name)
         left = unfinished and (_is_written(unfinished["name"]) or unfinished["name"] == File.OVERRIDES)
-        if left or (_CHUNK_FILE.fullmatch(path.name) and path.name not in names):
+        if left or (_CHUNK_FILE.fullmatch(path.name) and path not in names):
             path.unlink()
-    copies = folder / FOLDER
-    for path in [] if copies.is_symlink() else copies.rglob(".*"):
+    for path in _files_below(folder / FOLDER):
         if _UNFINISHED.fullmatch(path.name):
             path.unlink()
+    with suppress(OSError):  # it has files, or is not there
+        parts.rmdir()
+
+
+def _files_below(folder: Path) -> list[Path]:
+    """Files of a folder and of those in it; none of a link, behind which nothing is a crowd's."""
+    return [] if folder.is_symlink() else [path for path in folder.rglob("*") if path.is_file()]
 
 
 def _is_written(name: str) -> bool:
