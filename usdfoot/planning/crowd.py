@@ -17,10 +17,10 @@ from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
 from usdfoot.planning.collisions import FootTable, feet_of, find_collisions
+from usdfoot.planning.edges import keep_off_edges
 from usdfoot.planning.elbow_room import keep_apart
 from usdfoot.planning.facing import face_tracks
 from usdfoot.planning.feet_apart import is_sideways, set_feet_apart, uncross
-from usdfoot.planning.prints import settle_on_treads
 from usdfoot.planning.root_curves import build_root_curves
 from usdfoot.planning.scenario import Scenario, Seeker
 from usdfoot.planning.trajectories import NARROW, lay_plans, step_along_curves
@@ -115,7 +115,7 @@ def _plans(party: Party, tracks: Tracks, terrain: Terrain, faults: list[Problem]
     narrowest = np.where(is_sideways(feet), 2.0 * feet.half_widths + BETWEEN, narrowest)
     feet = uncross(feet, narrowest=narrowest)
     feet = set_feet_apart(feet, narrowest=narrowest, confine=lambda table: _soles_off_walls(table, party))
-    feet = _off_edges(feet, ground)
+    feet = keep_off_edges(feet, ground)
     ordered = [seekers[index] for index in order]
     plans = lay_plans([seeker.name for seeker in ordered], feet, ground, on_ground=True)
     faults += [_late(seekers[index], tracks.left[index]) for index in np.flatnonzero(~tracks.arrived)]
@@ -162,28 +162,6 @@ def _joined(tables: Sequence[tuple[FootTable, float]]) -> tuple[FootTable, Float
         **{part.name: np.concatenate([getattr(table, part.name) for table, _ in tables]) for part in fields(FootTable)}
     )
     return joined, np.concatenate([np.full(len(table.owners), width) for table, width in tables])
-
-
-def _off_edges(feet: FootTable, ground: Ground) -> FootTable:
-    """The table with feet moved off the edges of treads, where that brings them into nobody else's."""
-    points, near = feet.positions[:, [0, 2]], feet.positions[:, 1]
-    settled = settle_on_treads(
-        ground, points, feet.yaws, near, heels=feet.heels, toes=feet.toes, half_widths=feet.half_widths
-    )
-    return _where_free(feet, settled)
-
-
-def _where_free(feet: FootTable, points: FloatArray) -> FootTable:
-    """The table with feet moved to points (S, 2), where that brings them into nobody else's."""
-    before, near = feet.positions[:, [0, 2]], feet.positions[:, 1]
-    if np.array_equal(points, before):
-        return feet
-    moved = replace(feet, positions=np.insert(points, 1, near, axis=1))
-    met = find_collisions(moved).steps.ravel()
-    back = np.concatenate([met, np.minimum(met + 2, len(near) - 1)])
-    settled = points.copy()
-    settled[back] = before[back]
-    return replace(feet, positions=np.insert(settled, 1, near, axis=1))
 
 
 def _treads(seekers: Sequence[Seeker], feet: FootTable) -> list[Problem]:

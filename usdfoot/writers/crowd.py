@@ -7,16 +7,17 @@ import os
 import re
 import shutil
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from usdfoot.bridge.chunks import JsonText
 from usdfoot.bridge.scene import Scene
-from usdfoot.bridge.tokens import ChunkFiles, File, chunk_files, chunk_folder
+from usdfoot.bridge.tokens import ChunkFiles, File, Prim, chunk_files, chunk_folder
 from usdfoot.errors import OutputError
 from usdfoot.writers.layers import LayerFormat
 from usdfoot.writers.placing import PlacedCharacter
-from usdfoot.writers.root import expanded_layer, root_layer, stacked_layer
+from usdfoot.writers.root import expanded_layer, root_layer, scope_layer, stacked_layer
 from usdfoot.writers.staging import staged_files
 
 __all__ = ["check_output", "write_crowd"]
@@ -68,8 +69,11 @@ def write_crowd(
                 files.add_file(name, path)
         files.add_layer(File.ANIMS, stacked_layer(layer_format, [chunk.anims for chunk in chunks], text=True))
         if len(chunks) > 1:
-            files.add_layer(File.AGENTS, stacked_layer(layer_format, [chunk.agents for chunk in chunks]))
-            files.add_layer(File.FOOTSTEPS, stacked_layer(layer_format, [chunk.footsteps for chunk in chunks]))
+            for name, scope, parts in (
+                (File.AGENTS, Prim.AGENTS, [chunk.agents for chunk in chunks]),
+                (File.FOOTSTEPS, Prim.PLANS, [chunk.footsteps for chunk in chunks]),
+            ):
+                files.add_joined(name, scope_layer(layer_format, scope), map(files.place_of, parts), scope=scope)
         files.add_layer(File.EXPANDED, expanded_layer(layer_format, agents))
         files.add_text(File.REPORT, _readable({**report, "files": files.content_hashes()}) + "\n")
         if not (target / File.OVERRIDES).exists():
@@ -82,10 +86,13 @@ def write_crowd(
 def _tidy(folder: Path, chunks: Sequence[ChunkFiles]) -> None:
     """Remove chunks that a larger crowd left behind, and what runs that were killed did not finish."""
     shutil.rmtree(folder / File.PENDING, ignore_errors=True)
-    names = {name for chunk in chunks for name in chunk}
-    for path in folder.iterdir():
-        if _CHUNK_FILE.fullmatch(path.name) and path.name not in names:
+    names = {folder / name for chunk in chunks for name in chunk}
+    parts = folder / File.CHUNKS
+    for path in [*folder.iterdir(), *([] if parts.is_symlink() or not parts.is_dir() else parts.iterdir())]:
+        if _CHUNK_FILE.fullmatch(path.name) and path not in names:
             path.unlink()
+    with suppress(OSError):  # it has files, or is not there
+        parts.rmdir()
 
 
 def _readable(report: Mapping[str, Any]) -> str:
