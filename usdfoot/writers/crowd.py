@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-import re
-import shutil
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -15,15 +12,13 @@ from usdfoot.bridge.chunks import JsonText
 from usdfoot.bridge.scene import Scene
 from usdfoot.bridge.tokens import ChunkFiles, File, Prim, chunk_files, chunk_folder
 from usdfoot.errors import OutputError
+from usdfoot.writers.belongings import check_foreign, tidy
 from usdfoot.writers.layers import LayerFormat
 from usdfoot.writers.placing import PlacedCharacter
 from usdfoot.writers.root import expanded_layer, root_layer, scope_layer, stacked_layer
 from usdfoot.writers.staging import staged_files
 
 __all__ = ["check_output", "write_crowd"]
-
-_CHUNK_FILE = re.compile(r"(\.\d+\.)?(agents|footsteps|anims)\.\d{4}\.usdc|\.\d+\.(agents|footsteps)\.usdc")
-"""Numbered chunks, and chunks' files under temporary names."""
 
 
 def write_crowd(
@@ -79,20 +74,8 @@ def write_crowd(
         if not (target / File.OVERRIDES).exists():
             files.add_layer(File.OVERRIDES, stacked_layer(layer_format, (), text=True))
         files.add_layer(File.CROWD, root_layer(layer_format, provenance))
-    _tidy(target, chunks)
+    tidy(target, chunks)
     return target / File.CROWD, target / File.REPORT
-
-
-def _tidy(folder: Path, chunks: Sequence[ChunkFiles]) -> None:
-    """Remove chunks that a larger crowd left behind, and what runs that were killed did not finish."""
-    shutil.rmtree(folder / File.PENDING, ignore_errors=True)
-    names = {folder / name for chunk in chunks for name in chunk}
-    parts = folder / File.CHUNKS
-    for path in [*folder.iterdir(), *([] if parts.is_symlink() or not parts.is_dir() else parts.iterdir())]:
-        if _CHUNK_FILE.fullmatch(path.name) and path not in names:
-            path.unlink()
-    with suppress(OSError):  # it has files, or is not there
-        parts.rmdir()
 
 
 def _readable(report: Mapping[str, Any]) -> str:
@@ -125,10 +108,11 @@ def crowd_format(scene: Scene) -> LayerFormat:
 
 
 def check_output(scene: Scene, folder: Path) -> None:
-    """Raise an OutputError if a file to be written is a layer of the scene."""
+    """Raise an OutputError if a file to be written is a layer of the scene, or is there and not usdfoot's."""
     outputs = {folder / name for name in (File.CROWD, File.OVERRIDES, File.ANIMS, File.EXPANDED)}
     outputs |= {folder / name for name in chunk_files(0, 1)}
     layers = {Path(os.path.realpath(layer)) for layer in scene.stage.layers}
     over = sorted(str(path) for path in outputs & layers)
     if over:
         raise OutputError(folder, "the output would replace layers of the scene", "name another folder", over)
+    check_foreign(folder)
