@@ -93,7 +93,7 @@ def crowd_report(figures: Mapping[int, Mapping[str, float]], *, frames: int) -> 
         "",
         "| | " + " | ".join(f"{agents:,} agents" for agents in figures) + " |",
         "|---|" + "---|" * len(figures),
-        *(f"| {name} | " + " | ".join(f"{row[name]:,.4g}" for row in figures.values()) + " |" for name in names),
+        *(f"| {name} | " + " | ".join(rounded(row[name]) for row in figures.values()) + " |" for name in names),
         "",
         "Growth from the smallest to the largest crowd, as the exponent of the number of agents (1 = twice the agents",
         "take twice the time):",
@@ -101,6 +101,11 @@ def crowd_report(figures: Mapping[int, Mapping[str, float]], *, frames: int) -> 
         *(f"- {name}: {growth_exponent(figures, name):.2f}" for name in DURATIONS),
     ]
     return "\n".join(lines) + "\n"
+
+
+def rounded(value: float) -> str:
+    """A figure with three digits, or with all before the point."""
+    return f"{value:,.0f}" if abs(value) >= 100.0 else f"{value:.3g}"
 
 
 def machine() -> str:

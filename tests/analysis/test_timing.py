@@ -47,6 +47,23 @@ def test_legs_of_other_lengths_move_alike(scale):
     np.testing.assert_allclose(other.overlaps, np.sqrt(scale) * human.overlaps)
 
 
+def test_weaker_gravity_slows_all_steps_alike():
+    lengths = np.linspace(0.2, 2.5, 24)
+    earth = time_steps(lengths, TimingRule())
+    light = time_steps(lengths, TimingRule(gravity=TimingRule().gravity / 4.0))
+    np.testing.assert_allclose(light.step_times, 2.0 * earth.step_times)
+    np.testing.assert_allclose(light.overlaps, 2.0 * earth.overlaps)
+
+
+def test_feet_stand_as_long_as_those_of_people():
+    """Of a stride 0.66 to 0.55 in walks (Grieve and Gear 1966), from 0.42 down in runs (Minetti and Alexander 1997)."""
+    timing = time_steps(np.linspace(0.5, 2.0, 61), TimingRule())
+    stances = 0.5 + 0.5 * timing.overlaps / timing.step_times
+    walks, runs = stances[~timing.flies], stances[timing.flies]
+    np.testing.assert_allclose([walks[0], walks[-1], runs[0]], [0.66, 0.55, 0.42], atol=0.01)
+    assert (np.diff(walks) < 0.0).all() and (np.diff(runs) <= 0.0).all() and runs[-1] < 0.36
+
+
 def test_two_long_steps_among_short_ones_become_leaps():
     lengths = np.array([0.6, 0.6, 1.1, 0.6, 0.6, 1.3, 0.6])
     times = time_footsteps(row_of_prints(lengths), start_time=2.0)
@@ -57,12 +74,15 @@ def test_two_long_steps_among_short_ones_become_leaps():
 
 def test_a_leap_among_walking_steps_is_slower_than_a_running_step():
     lengths = np.array([0.6, 0.6, 1.3, 0.6, 0.6])
-    leap = np.diff(time_footsteps(row_of_prints(lengths)).strike_times)[2]
+    times = time_footsteps(row_of_prints(lengths))
+    leap = np.diff(times.strike_times)[2]
     run = np.diff(time_footsteps(row_of_prints(np.full(5, 1.3))).strike_times)
     np.testing.assert_allclose(run, run[0])
     walking = 0.6 / time_steps(np.array([0.6]), TimingRule()).step_times[0]
     assert leap > 1.5 * run[0]
     assert 1.3 / leap == pytest.approx(TimingRule().leap_gain * walking)
+    flight = times.strike_times[3] - times.liftoff_times[2]  # half of what it takes longer is flown
+    assert flight == pytest.approx(-time_steps(np.array([1.3]), TimingRule()).overlaps[0] + 0.5 * (leap - run[0]))
 
 
 @pytest.mark.parametrize("standing", [False, True])

@@ -2,11 +2,14 @@
 
 import shutil
 
+import numpy as np
 import pytest
-from pxr import Sdf, Usd, UsdGeom
+from pxr import Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from tests.batch.conftest import AGENTS, delay_plan, digests, write_crowd_scene
 from usdfoot.bridge.tokens import File
+from usdfoot.errors import OutputError
+from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.animate import animate
 
 
@@ -18,14 +21,14 @@ def shot(stages, tmp_path):
     return scene, tmp_path / "out"
 
 
-def assert_as_new(scene, folder):
+def assert_as_new(scene, folder, **options):
     """Makes the crowd again, and with the same overrides from nothing; how many agents were kept."""
-    report = animate(scene, folder, chunk_size=2)
+    report = animate(scene, folder, chunk_size=2, **options)
     fresh = folder.with_name("fresh")
     shutil.rmtree(fresh, ignore_errors=True)
     fresh.mkdir()
     shutil.copyfile(folder / File.OVERRIDES, fresh / File.OVERRIDES)
-    animate(scene, fresh, chunk_size=2)
+    animate(scene, fresh, chunk_size=2, **options)
     assert digests(folder) == digests(fresh)
     return report.kept_agents
 
@@ -54,6 +57,34 @@ def test_agents_that_go_and_come_leave_the_bytes_of_a_first_run(shot):
     assert assert_as_new(scene, folder) == AGENTS
 
 
+def test_other_frames_leave_the_bytes_of_a_first_run(shot):
+    """An agent's frames count where it walks: an earlier end makes it again, a later one than its own does not."""
+    scene, folder = shot
+    for frames, kept in (((0, 40), 0), ((0, 60), 0), ((0, 900), 0), ((0, 950), AGENTS)):
+        assert assert_as_new(scene, folder, frames=frames) == kept
+
+
+@pytest.mark.parametrize("shared", ["clips", "character", "terrain"])
+def test_what_all_agents_share_makes_all_again(shot, shared):
+    scene, folder = shot
+    stage = Usd.Stage.Open(str(scene))
+    if shared == "clips":
+        stage.GetPrimAtPath("/World/Library/Motion/Clips/walk_090").SetActive(False)
+    if shared == "character":
+        meshes = [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh) and prim.HasAPI(UsdSkel.BindingAPI)]
+        points = UsdGeom.Mesh(meshes[0]).GetPointsAttr()
+        points.Set(Vt.Vec3fArray.FromNumpy(1.2 * np.array(points.Get(), dtype=np.float32)))
+    if shared == "terrain":
+        stage.GetPrimAtPath("/World/Terrain").SetActive(True)
+    stage.Save()
+    assert assert_as_new(scene, folder) == 0
+
+
+def test_changed_options_leave_the_bytes_of_a_first_run(shot):
+    scene, folder = shot
+    assert assert_as_new(scene, folder, options=MotionOptions(seam="crossfade")) == 0
+
+
 def test_changed_overrides_leave_the_bytes_of_a_first_run(shot):
     scene, folder = shot
     layer = Sdf.Layer.FindOrOpen(str(folder / File.OVERRIDES))
@@ -74,6 +105,26 @@ def test_changed_overrides_leave_the_bytes_of_a_first_run(shot):
     assert assert_as_new(scene, folder) == 0
     delay_plan(scene, 2, 3.0)
     assert assert_as_new(scene, folder) == AGENTS - 1
+
+
+def test_a_crowd_whose_chunks_are_elsewhere_is_made_again(shot):
+    scene, folder = shot
+    parts = folder / File.CHUNKS
+    for path in parts.iterdir():  # as versions before had them
+        path.rename(folder / path.name)
+    parts.rmdir()
+    delay_plan(scene, 0, 3.0)
+    assert assert_as_new(scene, folder) == 0
+
+
+def test_nothing_is_written_where_a_link_leads(shot, tmp_path):
+    scene, folder = shot
+    (tmp_path / "elsewhere").mkdir()
+    shutil.rmtree(folder / File.CHUNKS)
+    (folder / File.CHUNKS).symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(OutputError, match="leads out of"):
+        animate(scene, folder, chunk_size=2)
+    assert not list((tmp_path / "elsewhere").iterdir())
 
 
 @pytest.mark.parametrize("is_only_change", [False, True])

@@ -2,6 +2,7 @@
 
 import argparse
 import ast
+import builtins
 import importlib
 import shlex
 
@@ -59,6 +60,10 @@ def test_the_python_twin_of_help_exists_and_exit_codes_are_told(names):
     for node in imports:
         module = importlib.import_module(node.module)
         assert all(hasattr(module, alias.name) for alias in node.names)
+    used = [node for node in ast.walk(ast.parse(code)) if isinstance(node, ast.Name)]
+    known = {alias.name for node in imports for alias in node.names} | set(dir(builtins))
+    known |= {node.id for node in used if isinstance(node.ctx, ast.Store)}
+    assert {node.id for node in used} <= known
 
 
 @pytest.mark.parametrize("names", WORKERS, ids=" ".join)

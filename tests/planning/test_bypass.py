@@ -73,6 +73,23 @@ def test_where_there_is_no_way_round_place_and_slope_are_named():
         go_round(path((0.2, 0.0, -5.0), (0.2, 0.0, -0.75)), ground(width=6.0), body=Proportions())
 
 
+@pytest.mark.parametrize("offset", [0.0, 0.01, 0.02, 0.03])
+def test_a_wall_that_slants_a_little_is_no_stair_and_stairs_that_do_are(offset):
+    """Height maps have walls a sample wide, and a grid's cells may have their centres in them."""
+
+    def faces(rise):
+        top = [slab((-1.0, 1.0), (0.04, 1.0), (rise, rise)), slab((-1.0, 1.0), (1.0, 1.04), (rise, 0.0))]
+        return Ground(
+            terrain_of([slab((-6.0, 6.0), (-6.0, 6.0), (0.0, 0.0)), slab((-1.0, 1.0), (0.0, 0.04), (0.0, rise)), *top])
+        )
+
+    line = path((0.2, 0.0, -3.0 + offset), (0.2, 0.0, 3.0))
+    led = go_round(line, faces(0.6), body=Proportions())
+    assert np.abs(led.points[:, 0]).max() > 1.0
+    assert lint_plans([plan_path(line, faces(0.6))], faces(0.6), bodies=[Proportions()]) == []
+    assert_array_equal(go_round(line, faces(0.2), body=Proportions()).points, line.points)
+
+
 def block(x, z) -> Obstacle:
     corners = box_outline(np.array([x[0], z[0]]), np.array([x[1], z[1]]))
     return Obstacle(name="/Block", outline=corners, heights=(0.0, 1.0))

@@ -6,13 +6,16 @@ import pytest
 from tests.planning.seekers import FLAT, scenario, seeker
 from tests.planning.terrains import slab, terrain_of
 from usdfoot.errors import PlanError
+from usdfoot.model.ground import Ground
 from usdfoot.planning import crowd as crowd_module
 from usdfoot.planning.collisions import feet_of, find_collisions
 from usdfoot.planning.crowd import CrowdOptions, plan_crowd
+from usdfoot.planning.lint import lint_plans
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.world import Obstacle, World, box_outline, clearances
 
 BLOCK = Obstacle(name="/Block", outline=box_outline((-1.0, -1.0), (1.0, 1.0)), margin=0.2)
+WALL = Obstacle(name="/Wall", outline=box_outline((-1.0, -3.0), (1.0, 3.0)))
 
 
 @pytest.fixture(scope="module")
@@ -120,3 +123,12 @@ def test_bad_numbers_are_refused():
     pytest.importorskip("jupedsim")
     with pytest.raises(PlanError, match="has no agent with a goal"):
         plan_crowd(scenario(), FLAT)
+
+
+def test_no_sole_is_in_the_wall_that_somebody_stands_at():
+    """Its body has room there, its heels would not."""
+    pytest.importorskip("jupedsim")
+    task = scenario(seeker("/Thin", (1.12, 0.0), (4.0, 0.0), yaw=0.5 * np.pi, radius=0.12), obstacles=[WALL])
+    plans, problems = plan_crowd(task, FLAT)
+    faults = lint_plans(plans, Ground(FLAT), bodies=[Proportions()], obstacles=[WALL])
+    assert problems == () and faults == [] and np.linalg.norm(plans[0].positions[:2, 0] - 1.12) < 0.2

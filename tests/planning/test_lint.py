@@ -12,7 +12,7 @@ from usdfoot.errors import PlanError
 from usdfoot.maths import quaternion
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import PlanDraft
-from usdfoot.planning.lint import lint_plans
+from usdfoot.planning.lint import LintLimits, lint_plans
 from usdfoot.planning.mend import mend_plans, mend_times
 from usdfoot.planning.prints import print_orientations
 from usdfoot.planning.proportions import Proportions
@@ -21,8 +21,8 @@ LEVEL = terrain_of([slab((-20.0, 20.0), (-20.0, 20.0), (0.0, 0.0))])
 BODY = Proportions()
 
 
-def faults(*plans, terrain=LEVEL):
-    return lint_plans(plans, Ground(terrain), bodies=[BODY] * len(plans))
+def faults(*plans, terrain=LEVEL, limits=None):
+    return lint_plans(plans, Ground(terrain), bodies=[BODY] * len(plans), limits=limits)
 
 
 def moved(plan, index, offset):
@@ -71,6 +71,22 @@ def test_walking_steps_quicker_than_gravity_allows_are_found(step_time, kinds):
     assert all("m/s without flight, faster than anyone walks" in fault.message for fault in found)
 
 
+def test_steps_are_out_of_reach_by_the_length_of_the_legs():
+    plan = way(9, length=0.8, step_time=0.6)
+    child = Proportions(leg_length=0.43)
+    assert {fault.kind for fault in lint_plans([plan], Ground(LEVEL), bodies=[child])} == {"unreachable"}
+    assert not faults(plan)
+
+
+def test_soles_that_lie_along_a_slope_have_no_ground_in_them():
+    hill = terrain_of([slab((-9.0, 9.0), (-9.0, 9.0), (-6.3, 6.3))])
+    plan = way(8)
+    raised = replace(plan, positions=plan.positions + 0.7 * plan.positions[:, [2, 2, 2]] * [0.0, 1.0, 0.0])
+    normals = np.tile([0.0, 1.0, -0.7], (8, 1)) / np.hypot(1.0, 0.7)
+    assert {fault.kind for fault in faults(raised, terrain=hill)} == {"obstructed"}
+    assert not faults(replace(raised, orientations=print_orientations(plan.yaws, normals)), terrain=hill)
+
+
 def test_steep_ground_walls_and_water_are_found():
     plan = way(8, length=0.3)
     slope = slab((-9.0, 9.0), (-1.0, 5.0), (-1.0, 5.0))
@@ -85,6 +101,10 @@ def test_steep_ground_walls_and_water_are_found():
     heights = np.where(plan.positions[:, 2] < z, 0.15, 0.0)
     down = replace(plan, positions=plan.positions + heights[:, None] * [0.0, 1.0, 0.0])
     assert [(fault.footstep, fault.kind) for fault in faults(down, terrain=step)] == [(4, "obstructed")]
+    x, z = plan.positions[4, [0, 2]] + (0.8 * BODY.half_width, -0.9 * BODY.heel)
+    block = slab((x, x + 0.02), (z - 0.02, z), (0.15, 0.15))
+    beside = terrain_of([slab((-20.0, 20.0), (-20.0, 20.0), (0.0, 0.0)), block])
+    assert [(fault.footstep, fault.kind) for fault in faults(plan, terrain=beside)] == [(4, "obstructed")], "its corner"
 
 
 def test_flights_nobody_can_make_and_swings_nobody_has_time_for():
@@ -107,6 +127,9 @@ def test_feet_of_two_people_in_one_place_are_found_and_set_apart():
     assert {fault.plan for fault in found} == {one.name, "/Other"}
     later = replace(other, strike_times=other.strike_times + 60.0, liftoff_times=other.liftoff_times + 60.0)
     assert not faults(one, later)
+    depth = max(fault.value for fault in found)
+    assert faults(one, other, limits=LintLimits(collision=0.99 * depth))
+    assert not faults(one, other, limits=LintLimits(collision=1.01 * depth))
     mended = mend_plans([one, other], Ground(LEVEL), bodies=[BODY] * 2)
     assert not [fault for fault in faults(*mended) if fault.severity == "error"]
     assert np.abs(mended[0].positions - one.positions).max() < 0.4

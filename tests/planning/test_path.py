@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from tests.engine.plans import no_terrain
 from tests.planning.terrains import bridge, slab, spiral, terrain_of
 from usdfoot.errors import PlanError
 from usdfoot.maths import planar, quaternion
@@ -11,6 +12,7 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
 from usdfoot.planning.footholds import find_footholds, firm_ends, tread_steps
 from usdfoot.planning.gait import derive_gait
+from usdfoot.planning.lint import lint_plans
 from usdfoot.planning.path import PathOptions, plan_path, plan_paths
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.ways import lay_ways
@@ -146,15 +148,26 @@ def climbed(heights, before, sample, side):
     return max([*feet, *heights[before + 1 : sample].ravel()]) - min(feet)
 
 
+def twisted(ways, before, sample, side, width, body):
+    """What feet that cross and far turns cost; samples are those of all ways."""
+    turn = ways.headings[sample] - ways.headings[before]
+    left = planar.direction(ways.headings[before] + 0.5 * turn + 0.5 * np.pi)
+    apart = (1.0 - 2.0 * side) * (ways.points[sample] - ways.points[before]) @ left + width * np.cos(0.5 * turn)
+    return (max(-apart, 0.0) / (0.25 * body.foot_length)) ** 2 + (max(abs(turn) - 0.9, 0.0) / 0.9) ** 2
+
+
 def test_treads_are_the_cheapest_way_over_samples_and_feet():
     """Against a search over the graph of all steps, edge by edge."""
     ridge = slab((-9.0, 9.0), (1.95, 2.05), (1.3, 1.3))
     ground = Ground(terrain_of([slab((-9.0, 9.0), (-9.0, 0.4), (0.0, 0.0)), *treads(0.17, 0.3, 5), ridge]))
     gait, body = derive_gait(), Proportions()
-    ways = lay_ways([straight(2.4), straight(1.7)], [gait, gait], ground)
+    bent = WalkingPath(
+        name="/Bent", points=np.array([(0.0, 0.0, 0.0), (0.3, 0.0, 0.6), (-0.2, 0.0, 0.9), (0.4, 0.0, 1.6)])
+    )
+    ways = lay_ways([straight(2.4), bent], [gait, gait], ground)
     footholds = find_footholds(ways, [gait, gait], [body, body], ground)
     ends = firm_ends(ways, footholds, [gait, gait])
-    taken = tread_steps(ways, footholds, [gait, gait], ends=ends, support=1)
+    taken = tread_steps(ways, footholds, [gait, gait], [body, body], ends=ends, support=1)
     for way in (0, 1):
         own = slice(int(ways.first[way]), int(ways.first[way + 1]))
         arcs, wanted = ways.arcs[own], gait.step_length * ways.shares[own]
@@ -169,7 +182,8 @@ def test_treads_are_the_cheapest_way_over_samples_and_feet():
                         + 1e-3
                         + ((arcs[sample] - arcs[before]) / (0.5 * (wanted[before] + wanted[sample])) - 1.0) ** 2
                         + (climbed(heights, before, sample, side) / (0.22 * body.leg_length)) ** 4
-                        + costs[sample, side],
+                        + costs[sample, side]
+                        + twisted(ways, own.start + before, own.start + sample, side, gait.step_width, body),
                         [*best[before, 1 - side][1], sample],
                     )
                     for before in range(start, sample - least + 1)
@@ -179,6 +193,21 @@ def test_treads_are_the_cheapest_way_over_samples_and_feet():
                     best[sample, side] = min(reached)
         _, steps = min(best[int(goal), side] for side in (0, 1) if (int(goal), side) in best)
         assert_allclose(taken[ways.rows[taken] == way] - ways.first[way], steps)
+
+
+@pytest.mark.parametrize("speed", [0.9, 1.4, 2.2])
+@pytest.mark.parametrize("ground", [LEVEL, Ground(no_terrain())])
+def test_on_hairpins_wiggles_and_corners_feet_do_not_cross(speed, ground):
+    turn = np.linspace(0.0, np.pi, 30)
+    hairpin = [(-0.25, -3.0), *np.stack([-0.25 * np.cos(turn), 0.25 * np.sin(turn)], axis=1), (0.25, -3.0)]
+    along = np.linspace(-3.0, 3.0, 200)
+    wiggle = np.stack([0.3 * np.sin(4.0 * along), along], axis=1)
+    zigzag = [(-2.0, -3.0), (2.0, -2.0), (-2.0, -1.0), (2.0, 0.0)]
+    lines = [np.insert(np.array(line), 1, 0.0, axis=1) for line in (hairpin, wiggle, zigzag)]
+    paths = [WalkingPath(name=f"/P{i}", points=line, speed=speed) for i, line in enumerate(lines)]
+    body = Proportions(leg_length=0.8, foot_length=0.09, heel=0.13, hip_width=0.14)
+    for plan in plan_paths(paths, ground, proportions=[body] * 3):
+        assert lint_plans([plan], ground, bodies=[body]) == []
 
 
 def test_levels_are_followed_over_and_under_the_bridge_and_up_the_spiral():

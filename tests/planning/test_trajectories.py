@@ -11,6 +11,7 @@ from usdfoot.maths import planar
 from usdfoot.model.ground import Ground
 from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.planning.collisions import feet_of, find_collisions
+from usdfoot.planning.lint import lint_plans
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.trajectories import TrajectoryOptions, plan_trajectories
 from usdfoot.readers.terrain import no_terrain
@@ -69,6 +70,20 @@ def test_levels_are_followed():
     up, flat = plan_trajectories([over, under], Ground(bridge()))
     assert up.positions[:, 1].max() == pytest.approx(2.0)
     assert_allclose(flat.positions[:, 1], 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("slant", [0.0, 0.15, 0.3])
+def test_on_stairs_soles_keep_off_the_edges_of_treads(slant):
+    """Nobody's track says where the treads are; corners of soles that go up at a slant come down in edges first."""
+    treads = [slab((-3.0, 3.0), (0.34 * i, 0.34 * (i + 1)), (0.16 * i, 0.16 * i)) for i in range(1, 8)]
+    stairs = Ground(
+        terrain_of([slab((-3.0, 3.0), (-4.0, 0.34), (0.0, 0.0)), *treads, slab((-3.0, 3.0), (2.72, 7.0), (1.12, 1.12))])
+    )
+    walks = [line((x, 0.0, -3.0), (0.7 * slant, 0.0, 0.7), duration=12.0, name=f"/{x:g}") for x in (-2.0, -0.9)]
+    plans = plan_trajectories(walks, stairs)
+    assert min(plan.positions[-1, 1] for plan in plans) == pytest.approx(1.12)
+    faults = lint_plans(plans, stairs, bodies=[Proportions()] * 2)
+    assert [fault for fault in faults if fault.kind == "obstructed"] == []
 
 
 def test_people_who_walk_into_each_other_are_kept_apart():

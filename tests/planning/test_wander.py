@@ -11,7 +11,7 @@ from usdfoot.model.ground import Ground
 from usdfoot.planning.lint import lint_plans, lint_steps
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.routes import find_route
-from usdfoot.planning.wander import WanderOptions, join_footsteps, plan_wander, wander
+from usdfoot.planning.wander import News, WanderOptions, join_footsteps, plan_wander, wander
 from usdfoot.planning.world import Obstacle, World, box_outline, clearances
 
 SQUARE = box_outline((-5.0, -5.0), (5.0, 5.0))
@@ -89,6 +89,48 @@ def test_a_footstep_is_known_only_from_the_world_sent_before_it():
     assert clearances(walled, points).min() > RADIUS - 0.1
     assert len(around) > len(through)
     assert np.linalg.norm(points[-1] - [0.0, 4.0]) < 0.5
+
+
+def test_goals_can_move_and_where_one_stands_at_the_last_it_takes_another():
+    leader = np.array([(2.5 * np.sin(0.15 * t), 0.0, -2.5 * np.cos(0.15 * t)) for t in range(60)])
+    way = wander(World(bounds=SQUARE), np.array([0.0, 0.0, -4.0]), 0.0, generator=np.random.default_rng(3))
+    footsteps = [next(way)] + [way.send(News(goals=[place])) for place in leader]
+    behind = np.linalg.norm(np.array([step.position for step in footsteps[20:]]) - leader[19:], axis=1)
+    assert behind.max() < 1.2, "it follows the leader"
+    rest = list(way)
+    assert len(rest) < 5 and np.linalg.norm(rest[-1].position - leader[-1]) < 0.5, "and stands where that stops"
+    home = wander(World(bounds=SQUARE), leader[0], 0.0, generator=np.random.default_rng(3), goals=[leader[0]])
+    last = [next(home) for _ in range(4)]
+    back = [home.send(News(goals=[np.zeros(3)])), *home]
+    assert np.linalg.norm(last[-1].position - leader[0]) < 0.5 and np.linalg.norm(back[-1].position) < 0.5
+    plan = join_footsteps([*last, *back], name="/Plan", ends_standing=True)
+    assert lint_steps(plan, Proportions()) == []
+
+
+def test_at_a_goal_that_gets_shut_in_it_waits_as_near_as_it_gets():
+    goal = np.array([0.0, 0.0, 4.0])
+    box = Obstacle(name="/Box", outline=box_outline((-0.6, 3.4), (0.6, 4.6)))
+    shut, free = World(bounds=SQUARE, obstacles=(box,)), World(bounds=SQUARE)
+    way = wander(free, np.array([0.0, 0.0, -4.0]), 0.0, generator=np.random.default_rng(3), goals=[goal])
+    footsteps = [next(way), *(way.send(shut) for _ in range(60))]
+    places = np.array([step.position for step in footsteps[-20:]])[:, [0, 2]]
+    assert np.ptp(places[::2], axis=0).max() < 0.05, "on the spot"
+    assert clearances(shut, places).min() > 0.1 and np.linalg.norm(places - goal[[0, 2]], axis=1).max() < 1.6
+    *_, last = [way.send(free), *way]
+    assert np.linalg.norm(last.position - goal) < 0.5, "when it opens"
+
+
+def test_it_keeps_off_what_crosses_its_way():
+    way = wander(World(bounds=SQUARE), np.array([0.0, 0.0, -4.0]), 0.0, generator=np.random.default_rng(3))
+    step, least = next(way), np.inf
+    for _ in range(40):
+        centre = np.array([-4.0 + 0.3 * step.strike_time, 2.0 * np.sin(0.4 * step.strike_time)])
+        world = World(
+            bounds=SQUARE, obstacles=(Obstacle(name="/Cart", outline=box_outline(centre - 0.4, centre + 0.4)),)
+        )
+        step = way.send(world)
+        least = min(least, float(clearances(world, step.position[None, [0, 2]])[0]))
+    assert least > 0.1
 
 
 def test_strikes_as_they_come_are_those_of_the_plan():

@@ -317,8 +317,8 @@ def test_slow_jogs_need_a_longer_flight_than_what_is_too_fast_to_walk() -> None:
     """A leg of 0.8 m walks up to sqrt(0.5 g 0.8 m) = 1.98 m/s."""
     durations, contacts = np.full(3, 0.4), 0.4 * np.array([0.99, 0.85, 0.75])
     for speed, flights in ((1.9, [False, False, True]), (2.1, [False, True, True])):
-        strides = np.tile([0.0, 0.4 * speed], (3, 1))
-        assert_array_equal(has_flight(durations, contacts, strides, leg_length=0.8), flights)
+        landings = np.tile([0.0, 0.4 * speed], (3, 1))
+        assert_array_equal(has_flight(durations, contacts, landings, leg_length=0.8), flights)
 
 
 def test_landings_are_seen_in_the_heading_at_the_end(generator: np.random.Generator) -> None:

@@ -1,4 +1,4 @@
-"""Samples given to USD in a file against samples set one by one."""
+"""Layers that begin with their samples against layers in which samples are set one by one."""
 
 from pathlib import Path
 
@@ -7,7 +7,7 @@ import pytest
 from pxr import Gf, Sdf, Vt
 
 from usdfoot.writers.crate import Samples
-from usdfoot.writers.samples import sampled_attributes
+from usdfoot.writers.samples import copy_unsampled, sampled_layer, samples_of
 
 FRAMES = np.array([-3.0, 0.0, 0.125, 1.0, 1e6])
 VALUES = {
@@ -17,31 +17,104 @@ VALUES = {
     "float3[]": (Sdf.ValueTypeNames.Float3Array, (2, 3), Vt.Vec3fArray.FromNumpy),
     "quatf[]": (Sdf.ValueTypeNames.QuatfArray, (300, 4), Vt.QuatfArray.FromNumpy),
 }
+NAMES = {kind: f"a:{kind.removesuffix('[]')}{len(kind)}" for kind in VALUES}
 
 
 def values_of(type_name: str, seed: int) -> np.ndarray:
+    """Some of which stay the same for a frame or two."""
     shape = VALUES[type_name][1]
     drawn = np.random.default_rng(seed).normal(size=(len(FRAMES), *shape))
+    drawn[1 + seed % 3] = drawn[seed % 3]
+    drawn[-1] = drawn[-2] = -0.0 if seed % 2 else drawn[-1]
     return drawn.astype(np.float32 if type_name.endswith("[]") else float)
 
 
-@pytest.mark.parametrize("agents", [0, 1, 2, 70])
-def test_layers_are_the_same_as_with_samples_set_one_by_one(tmp_path: Path, agents: int) -> None:
-    samples = [
-        {name: Samples(type_name=name, codes=FRAMES, values=values_of(name, number)) for name in VALUES}
+def samples_for(agents: int) -> dict[str, dict[str, Samples]]:
+    return {
+        f"Agent_{number}": {
+            NAMES[kind]: Samples(type_name=kind, codes=FRAMES + number // 2, values=values_of(kind, number))
+            for kind in VALUES
+        }
         for number in range(agents)
-    ]
-    named = {name: f"a:{name.removesuffix('[]')}{len(name)}" for name in VALUES}
-    given, expected = (Sdf.Layer.CreateAnonymous(".usdc") for _ in range(2))
-    by_attribute = [{named[name]: value for name, value in agent.items()} for agent in samples]
-    for number, sampled in enumerate(sampled_attributes(by_attribute, tmp_path / "samples.usdc")):
-        prim = Sdf.CreatePrimInLayer(given, f"/Crowd/Agent_{number}")
-        for name in named.values():
-            sampled.author(prim, name)
-    for number, agent in enumerate(samples):
-        prim = Sdf.CreatePrimInLayer(expected, f"/Crowd/Agent_{number}")
-        for name, (kind, _, convert) in VALUES.items():
-            spec = Sdf.AttributeSpec(prim, named[name], kind)
-            for code, value in zip(FRAMES.tolist(), agent[name].values, strict=True):
-                expected.SetTimeSample(spec.path, code, convert(value))
-    assert given.ExportToString() == expected.ExportToString()
+    }
+
+
+def author_one_by_one(samples: dict[str, dict[str, Samples]]) -> Sdf.Layer:
+    layer = Sdf.Layer.CreateAnonymous(".usdc")
+    for name, attributes in samples.items():
+        prim = Sdf.CreatePrimInLayer(layer, f"/Crowd/Anims/{name}")
+        for above in prim.path.GetPrefixes():
+            layer.GetPrimAtPath(above).specifier = Sdf.SpecifierDef
+        for attribute, sampled in attributes.items():
+            kind, _, convert = VALUES[sampled.type_name]
+            spec = Sdf.AttributeSpec(prim, attribute, kind)
+            for code, value in zip(sampled.codes.tolist(), sampled.values, strict=True):
+                layer.SetTimeSample(spec.path, code, convert(value))
+    return layer
+
+
+@pytest.mark.parametrize("agents", [1, 2, 70])
+def test_layers_are_the_same_as_with_samples_set_one_by_one(tmp_path: Path, agents: int) -> None:
+    samples = samples_for(agents)
+    layer, expected = sampled_layer(tmp_path / "own.usdc", "/Crowd/Anims", samples), author_one_by_one(samples)
+    assert layer.ExportToString() == expected.ExportToString()
+    for each in (layer, expected):
+        with Sdf.ChangeBlock():
+            for prim in each.GetPrimAtPath("/Crowd/Anims").nameChildren:
+                prim.typeName = "SkelAnimation"
+                Sdf.AttributeSpec(prim, "joints", Sdf.ValueTypeNames.TokenArray).default = ["a", "b"]
+        each.customLayerData = {"made": "since"}
+    written = layer.ExportToString()
+    assert layer.Save() and written == expected.ExportToString()
+    assert Sdf.Layer.OpenAsAnonymous(str(tmp_path / "own.usdc")).ExportToString() == written
+
+
+def test_what_stays_the_same_is_in_the_file_once(tmp_path: Path) -> None:
+    still = np.ones((100, 300, 4), dtype=np.float32)
+    moving = still + np.arange(100, dtype=np.float32)[:, None, None]
+    for name, values in (("still", still), ("moving", moving)):
+        samples = Samples(type_name="quatf[]", codes=np.arange(100.0), values=values)
+        sampled_layer(tmp_path / f"{name}.usdc", "/Crowd", {"A": {"rotations": samples}})
+    sizes = [(tmp_path / f"{name}.usdc").stat().st_size for name in ("still", "moving")]
+    assert sizes[1] - sizes[0] == 99 * (8 + 300 * 16)
+
+
+def test_agents_taken_from_another_layer_leave_the_bytes_they_had(tmp_path: Path) -> None:
+    samples = samples_for(3)
+    first = sampled_layer(tmp_path / "first.usdc", "/Crowd/Anims", samples)
+    for number, name in enumerate(samples):
+        author_rest(first.GetPrimAtPath(f"/Crowd/Anims/{name}"), number)
+    first.Save()
+    source = Sdf.Layer.OpenAsAnonymous(str(tmp_path / "first.usdc"))
+    prims = {name: source.GetPrimAtPath(f"/Crowd/Anims/{name}") for name in samples}
+    again = sampled_layer(tmp_path / "again.usdc", "/Crowd/Anims", {name: samples_of(prims[name]) for name in samples})
+    author_rest(again.GetPrimAtPath("/Crowd/Anims/Agent_1"), 1)
+    for name in ("Agent_2", "Agent_0"):
+        copy_unsampled(prims[name], again.GetPrimAtPath(f"/Crowd/Anims/{name}"))
+    again.Save()
+    assert (tmp_path / "again.usdc").read_bytes() == (tmp_path / "first.usdc").read_bytes()
+
+
+def author_rest(prim: Sdf.PrimSpec, number: int) -> None:
+    """All kinds of things that the prims of a crowd have."""
+    prim.typeName, prim.instanceable = "SkelRoot", True
+    prim.referenceList.prependedItems = [Sdf.Reference("../human.usdc", "/Human")]
+    schemas = Sdf.TokenListOp()
+    schemas.prependedItems = ["SkelBindingAPI", "UsdfootAgentAPI"]
+    prim.SetInfo("apiSchemas", schemas)
+    target = Sdf.RelationshipSpec(prim, "usdfoot:agent:plan", custom=False)
+    target.targetPathList.explicitItems = [Sdf.Path(f"/Crowd/Plans/Agent_{number}")]
+    order = Sdf.AttributeSpec(prim, "xformOpOrder", Sdf.ValueTypeNames.TokenArray, Sdf.VariabilityUniform)
+    order.default = [NAMES["double3"]]
+    seen = Sdf.AttributeSpec(prim, "visibility", Sdf.ValueTypeNames.Token)
+    seen.default = "inherited"
+    prim.layer.SetTimeSample(seen.path, 3.0 + number, "invisible")
+
+
+def test_what_a_failed_run_left_in_memory_is_not_taken_for_the_file(tmp_path: Path) -> None:
+    file, samples = tmp_path / "own.usdc", samples_for(2)
+    held = sampled_layer(file, "/Crowd/Anims", samples)
+    author_rest(held.GetPrimAtPath("/Crowd/Anims/Agent_0"), 0)
+    file.unlink()
+    layer = sampled_layer(file, "/Crowd/Anims", {"Other": samples["Agent_1"]})
+    assert layer.ExportToString() == author_one_by_one({"Other": samples["Agent_1"]}).ExportToString()

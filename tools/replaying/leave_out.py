@@ -67,7 +67,6 @@ def with_examples(
     library: PreparedLibrary, examples: Examples, *, synthetic: BoolArray | None = None
 ) -> PreparedLibrary:
     """The prepared library with other examples, a stand as the last; synthetic are those made from the others, (E,)."""
-    skeleton, pelvis = library.source.skeleton, library.source.biped.pelvis
     return replace(
         library,
         examples=examples,
@@ -76,7 +75,7 @@ def with_examples(
             leg_length=library.source.biped.maximal_leg_length,
             synthetic=None if synthetic is None else synthetic[:-1],
         ),
-        device=device_library(skeleton, examples, library.rig, pelvis=pelvis),
+        device=device_library(examples, library.rig, pelvis=library.source.biped.pelvis),
     )
 
 
@@ -180,10 +179,10 @@ def _take_coordinates(take: Take) -> tuple[FloatArray, IntArray]:
     """The take's steps as points among the examples (N - 1, 4), and their swing sides (N - 1,)."""
     plan = take.plan
     middle = planar.circular_mean(np.stack([plan.yaws[1:], plan.yaws[:-1]]), axis=0)
-    strides = np.diff(plan.positions[:, [0, 2]], axis=0)
+    displacements = np.diff(plan.positions[:, [0, 2]], axis=0)
     durations = np.diff(plan.strike_times)
-    flights = has_flight(durations, plan.liftoff_times[:-1] - plan.strike_times[:-1], strides)
-    return _coordinates(planar.rotate(-middle, strides), durations, flights), plan.sides[1:]
+    flights = has_flight(durations, plan.liftoff_times[:-1] - plan.strike_times[:-1], displacements)
+    return _coordinates(planar.rotate(-middle, displacements), durations, flights), plan.sides[1:]
 
 
 def nearest_clips(examples: Examples, takes: Sequence[Take], clips: int) -> IntArray:

@@ -88,8 +88,8 @@ def planar_path(prints: Sequence[Footprint], times: FloatArray) -> tuple[FloatAr
         heading = 0.5 * (yaws[number] + yaws[number + 1])
         middle = 0.5 * (change.before.position + change.after.position)[[0, 2]]
         forward = np.array([np.sin(heading), np.cos(heading)])
-        stride = float((change.after.position - change.before.position)[[0, 2]] @ forward)
-        behind = STANDS_BEHIND - WALKS_AHEAD * np.clip(stride / 0.7, 0.0, 1.0)
+        step = float((change.after.position - change.before.position)[[0, 2]] @ forward)
+        behind = STANDS_BEHIND - WALKS_AHEAD * np.clip(step / 0.7, 0.0, 1.0)
         for key in change.times():
             keys.append(key)
             places.append(middle - behind * forward)

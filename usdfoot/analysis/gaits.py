@@ -21,7 +21,7 @@ RUNNING_FROUDE = 0.5
 def has_flight(
     durations: FloatArray,
     support_liftoffs: FloatArray,
-    strides: FloatArray,
+    landings: FloatArray,
     *,
     leg_length: float | FloatArray = HUMAN_LEG,
 ) -> BoolArray:
@@ -33,9 +33,9 @@ def has_flight(
     Args:
         durations: Strike of the support foot to strike of the swing foot [s], shape (N,).
         support_liftoffs: Liftoff of the support foot after its strike [s], shape (N,).
-        strides: Support ball to swing ball, (x, z) [m], shape (N, 2).
+        landings: Support ball to swing ball, (x, z) [m], shape (N, 2).
         leg_length: From hip to ankle [m], of all or shape (N,).
     """
     durations = np.asarray(durations)
-    fast = np.linalg.norm(strides, axis=1) > durations * np.sqrt(RUNNING_FROUDE * EARTH_GRAVITY * leg_length)
+    fast = np.linalg.norm(landings, axis=1) > durations * np.sqrt(RUNNING_FROUDE * EARTH_GRAVITY * leg_length)
     return durations - support_liftoffs > np.where(fast, FAST_FLIGHT_SHARE, FLIGHT_SHARE) * durations

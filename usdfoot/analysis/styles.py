@@ -59,8 +59,8 @@ def _fly(clips: Sequence[ClipSummary]) -> BoolArray:
     stances, speeds, directions, legs = np.array(
         [(2.0 * clip.duty_factor, clip.speed, clip.direction, clip.leg_length) for clip in clips]
     ).T
-    strides = np.column_stack([np.zeros_like(speeds), speeds])  # of steps of 1 s
-    flights = has_flight(np.ones_like(speeds), stances, strides, leg_length=legs)
+    landings = np.column_stack([np.zeros_like(speeds), speeds])  # of steps of 1 s
+    flights = has_flight(np.ones_like(speeds), stances, landings, leg_length=legs)
     return np.asarray(flights & (np.abs(directions) < 0.5 * np.pi))
 
 

@@ -61,7 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
         errors = sum(fault.severity == "error" for fault in report.faults)
         footsteps = sum(len(plan) for plan in report.plans.values())
         warnings = len(report.faults) - errors
-        console.print(f"{len(report.plans)} plans, {footsteps} footsteps: {errors} errors, {warnings} warnings")
+        console.print(f"plans: {len(report.plans)}, footsteps: {footsteps}, errors: {errors}, warnings: {warnings}")
     print_problems(report.problems, quiet=arguments.quiet)
     if report.file:
         print_error(f"wrote {report.file}")

@@ -27,8 +27,8 @@ where there is no way the error says how far one leads, and from where the next 
 exit codes: 0 all planned, 1 some agents skipped (listed), 2 nothing written
 
 in Python:
-  from usdfoot.planning.stones import Stones, plan_stones, stance_at
-  plan = plan_stones(stones, stance_at(start, yaw, reach), stance_at(goal, yaw, reach), reach)
+  from usdfoot.pipeline.plan_goals import plan_scene_stones
+  report = plan_scene_stones("river.usda", "plans.usda")
 """
 
 

@@ -25,11 +25,11 @@ example:
 exit codes: 0 all planned, 1 some agents skipped (listed), 2 nothing written
 
 in Python:
-  # interactively: send() tells of a world that has changed
-  from usdfoot.planning.wander import wander
-  walk = wander(world, start, yaw, generator=numpy.random.default_rng(7))
-  footstep = next(walk)
-  footstep = walk.send(changed_world)
+  from usdfoot.pipeline.plan_goals import plan_scene_wander
+  report = plan_scene_wander("park.usda", "plans.usda", steps=200, seed=7)
+
+step by step: usdfoot.planning.wander.wander is a generator of footsteps; its send() tells it how the world has changed,
+or its goals (usdfoot.planning.wander.News).
 """
 
 

@@ -130,7 +130,7 @@ def symptom_table(symptoms: Sequence[Symptom]) -> Table:
         table.add_column(heading, overflow="fold")
     for symptom in symptoms:
         texts = (symptom.name, symptom.state, symptom.told, symptom.remedy)
-        table.add_row(*map(Text, texts))  # not markup: usdfoot[crowd] has brackets
+        table.add_row(*texts)
     return table
 
 
@@ -140,15 +140,15 @@ def plan_table(plans: Mapping[str, FootstepPlan]) -> Table:
 
     table = _table("plans", "plan", figures=("footsteps", "from s", "to s", "length m", "mean step m", "climb m"))
     for name, plan in list(plans.items())[:MOST_ROWS]:
-        strides = np.linalg.norm(np.diff(plan.positions[:, [0, 2]], axis=0), axis=1)
+        lengths = np.linalg.norm(np.diff(plan.positions[:, [0, 2]], axis=0), axis=1)
         rises = np.diff(plan.positions[:, 1])
         table.add_row(
             name,
             str(len(plan)),
             f"{plan.strike_times[0]:.2f}",
             f"{plan.liftoff_times.max():.2f}",
-            f"{strides.sum():.2f}",
-            f"{strides.mean():.2f}",
+            f"{lengths.sum():.2f}",
+            f"{lengths.mean():.2f}",
             f"{rises[rises > 0.0].sum():.2f}",
         )
     return _counted(table, len(plans))
@@ -265,11 +265,11 @@ def _counted(table: Table, count: int) -> Table:
     return table
 
 
-def _value(figure: Figure) -> str:
+def _value(figure: Figure) -> Text:
     if not math.isfinite(figure.value):
-        return "-"
+        return Text("-")
     text = f"{figure.value:.3g}"
-    return text if figure.passed else f"[bold red]{text} ![/]"
+    return Text(text) if figure.passed else Text(f"{text} !", style="bold red")
 
 
 def _number(value: float, digits: int) -> str:

@@ -57,17 +57,17 @@ def step_queries(setup: Setup, steps: IntArray) -> StepQueries:
     headings = contacts.headings[supports]
     turns = contacts.headings[supports + 1] - headings
     positions = contacts.positions
-    strides = (positions[supports + 1] - positions[supports])[:, 0::2]
+    displacements = (positions[supports + 1] - positions[supports])[:, 0::2]
     departures = (positions[supports - 1] - positions[supports])[:, 0::2]
     durations = segments.ends[steps] - starts
     return StepQueries(
-        landings=planar.rotate(-(headings + turns), strides),
+        landings=planar.rotate(-(headings + turns), displacements),
         headings=headings,
         turns=turns,
         swing_sides=contacts.sides[supports + 1],
-        flights=has_flight(durations, contacts.liftoffs[supports] - starts, strides, leg_length=setup.leg_length),
+        flights=has_flight(durations, contacts.liftoffs[supports] - starts, displacements, leg_length=setup.leg_length),
         styles=setup.styles[supports + 1],
-        speeds=0.5 * np.linalg.norm(strides - departures, axis=1) / durations,
+        speeds=0.5 * np.linalg.norm(displacements - departures, axis=1) / durations,
         features=StepFeatures(
             durations=durations,
             swing_liftoffs=contacts.liftoffs[supports - 1] - starts,

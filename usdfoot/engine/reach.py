@@ -31,10 +31,10 @@ def beyond_reach(setup: Setup, steps: IntArray, offsets: FloatArray, reach: Floa
     distance = np.linalg.norm(offsets, axis=1)
     beyond_ik = offsets * np.maximum(1.0 - reach[segments.agents[steps]] / np.maximum(distance, 1e-12), 0.0)[:, None]
     supports = segments.supports[steps]
-    strides = (positions[supports + 1] - positions[supports])[:, [0, 2]]
+    displacements = (positions[supports + 1] - positions[supports])[:, [0, 2]]
     longest = _longest(setup, steps)
-    lengths = np.linalg.norm(strides, axis=1)
-    beyond_leg = strides * np.maximum(1.0 - longest / np.maximum(lengths, 1e-12), 0.0)[:, None]
+    lengths = np.linalg.norm(displacements, axis=1)
+    beyond_leg = displacements * np.maximum(1.0 - longest / np.maximum(lengths, 1e-12), 0.0)[:, None]
     farther = np.linalg.norm(beyond_leg, axis=1) > np.linalg.norm(beyond_ik, axis=1)
     return np.where(farther[:, None], beyond_leg, beyond_ik)
 
@@ -58,8 +58,8 @@ def find_long_steps(setup: Setup, steps: IntArray, planned: FloatArray) -> BoolA
         planned: Positions of the contacts as planned [m], shape (C, 3).
     """
     supports = setup.segments.supports[steps]
-    strides = (planned[supports + 1] - setup.contacts.positions[supports])[:, [0, 2]]
-    return np.asarray(np.linalg.norm(strides, axis=1) > _longest(setup, steps))
+    displacements = (planned[supports + 1] - setup.contacts.positions[supports])[:, [0, 2]]
+    return np.asarray(np.linalg.norm(displacements, axis=1) > _longest(setup, steps))
 
 
 def _longest(setup: Setup, steps: IntArray) -> FloatArray:

@@ -202,10 +202,12 @@ def mix_step(
 
 
 @wp.func
-def beyond_reach(left: wp.vec2d, stride: wp.vec2d, reach: wp.float64, longest: wp.float64) -> wp.vec2d:
+def beyond_reach(left: wp.vec2d, displacement: wp.vec2d, reach: wp.float64, longest: wp.float64) -> wp.vec2d:
     """How far a landing has to fall short of its footstep, as `reach.beyond_reach` has it [m]."""
     beyond_ik = left * wp.max(wp.float64(1.0) - reach / wp.max(wp.length(left), wp.float64(1e-12)), ZERO)
-    beyond_leg = stride * wp.max(wp.float64(1.0) - longest / wp.max(wp.length(stride), wp.float64(1e-12)), ZERO)
+    beyond_leg = displacement * wp.max(
+        wp.float64(1.0) - longest / wp.max(wp.length(displacement), wp.float64(1e-12)), ZERO
+    )
     if wp.length(beyond_leg) > wp.length(beyond_ik):
         return beyond_leg
     return beyond_ik
@@ -230,8 +232,8 @@ def mix_in_turn(
         own = steps[step]
         support = own.support
         side = own.swing_side
-        stride = positions[support + 1] - positions[support]
-        wanted = as_left(turned(-own.end, stride), side)
+        displacement = positions[support + 1] - positions[support]
+        wanted = as_left(turned(-own.end, displacement), side)
         departure = as_left(turned(-own.start, positions[support - 1] - positions[support]), side)
         last = coordinates.shape[1]
         for axis in range(2):
@@ -240,7 +242,7 @@ def mix_in_turn(
         result = mix_step(own, coordinates, spaces, library, blends, options, step, foreseen, wanted)
         move = turned(own.end, as_left(result.move, side))
         left = turned(own.end, as_left(result.missed, side)) + move
-        excess = beyond_reach(left, stride + move, own.reach, own.longest)
+        excess = beyond_reach(left, displacement + move, own.reach, own.longest)
         result.limited = wp.max(wp.abs(excess[0]), wp.abs(excess[1])) > LIMITED
         if result.limited:
             move -= excess

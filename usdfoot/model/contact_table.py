@@ -172,8 +172,8 @@ def _lay_before(table: dict[str, FloatArray], rows: IntArray) -> None:
     overlap = table["liftoffs"][rows + 1] - table["strikes"][rows + 2]
     table["sides"][rows] = 1 - table["sides"][rows + 1]
     heading = planar.circular_mean(np.stack([table["yaws"][rows + 1], table["yaws"][rows + 2]]), axis=0)
-    stride = (table["positions"][rows + 2] - table["positions"][rows + 1])[:, [0, 2]]
-    behind = planar.rotate(heading, planar.rotate(-heading, stride) * np.array([1.0, -1.0]))
+    displacement = (table["positions"][rows + 2] - table["positions"][rows + 1])[:, [0, 2]]
+    behind = planar.rotate(heading, planar.rotate(-heading, displacement) * np.array([1.0, -1.0]))
     for name in ("positions", "normals"):
         table[name][rows] = table[name][rows + 1]
     table["positions"][rows, 0] += behind[:, 0]
@@ -188,8 +188,8 @@ def _lay_after(table: dict[str, FloatArray], rows: IntArray, ends: FloatArray) -
     step_time = table["strikes"][rows - 1] - table["strikes"][rows - 2]
     step_time = np.where(step_time > 0.0, step_time, UNKNOWN_STEP_TIME)
     heading = planar.circular_mean(np.stack([table["yaws"][rows - 1], table["yaws"][rows - 2]]), axis=0)
-    stride = table["positions"][rows - 1] - table["positions"][rows - 2]
-    step = planar.rotate(-heading, stride[:, [0, 2]]) * np.array([-1.0, 1.0])
+    displacement = table["positions"][rows - 1] - table["positions"][rows - 2]
+    step = planar.rotate(-heading, displacement[:, [0, 2]]) * np.array([-1.0, 1.0])
     table["sides"][rows] = table["sides"][rows - 2]
     table["positions"][rows] = table["positions"][rows - 1]
     table["positions"][np.ix_(rows, GROUND_AXES)] += planar.rotate(heading, step)

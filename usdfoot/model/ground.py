@@ -11,7 +11,7 @@ import warp as wp
 
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.device import start_warp
-from usdfoot.model.ground_kernel import find_ground, follow_ground
+from usdfoot.model.ground_kernel import GroundFaces, find_ground, follow_ground
 from usdfoot.model.terrain import Terrain
 
 __all__ = ["Ground", "GroundSample"]
@@ -43,6 +43,10 @@ class Ground:
         terrain: Triangles in the canonical world; without meshes the ground is the fallback plane.
         fallback_height: Height of the plane that stands in where there is no terrain [m].
         device: Warp device of the query.
+
+    Attributes:
+        faces: What kernels ask for the ground (`find_level`), around `centre`; None without any.
+        centre: Of the mesh [m], shape (3,).
     """
 
     def __init__(self, terrain: Terrain, *, fallback_height: float = 0.0, device: str = "cpu") -> None:
@@ -59,7 +63,9 @@ class Ground:
         upward = normals[faces] * (np.sign(normals[faces, 1]) / lengths[faces])[:, None]
         self._walkable = np.append(walkable[faces], False)  # the last, which face -1 is, stands for the fallback plane
         self._normals = np.vstack([upward, [0.0, 1.0, 0.0]])
-        self._build_mesh(corners[faces])
+        self.faces: Any = None
+        if len(faces):
+            self._build_mesh(corners[faces])
 
     def falling_back(self, height: float) -> Ground:
         """The same terrain, whose mesh it shares, with another fallback plane [m]."""
@@ -81,9 +87,9 @@ class Ground:
             terrain at all.
         """
         limits = np.broadcast_to(np.asarray(near, dtype=float) + step_up, (len(points),))
-        if self._mesh is None or not len(points):
+        if self.faces is None or not len(points):
             return self._level(len(points))
-        found, faces = self._query(find_ground, len(points), [self._around_centre(points, limits)])
+        found, faces = self._query(find_ground, len(points), [self.around_centre(points, limits)])
         return self._on_faces(found, faces)
 
     def follow(self, points: FloatArray, near: FloatArray, *, first: IntArray, step_up: float = 0.5) -> GroundSample:
@@ -102,14 +108,14 @@ class Ground:
         Returns:
             The ground; where a way has left the terrain, at the height it had before.
         """
-        if self._mesh is None or not len(points):
+        if self.faces is None or not len(points):
             sample, drawn = self._level(len(points)), np.repeat(near[first[:-1]], np.diff(first))
             return replace(sample, heights=drawn) if self.has_terrain else sample
         ways: Any = wp.array(first.astype(np.int32), dtype=wp.int32, device=self.device)
         found, faces = self._query(
-            follow_ground, len(first) - 1, [self._around_centre(points, near), ways, wp.float64(step_up)]
+            follow_ground, len(first) - 1, [self.around_centre(points, near), ways, wp.float64(step_up)]
         )
-        return replace(self._on_faces(found, faces), heights=found + self._centre[1])
+        return replace(self._on_faces(found, faces), heights=found + self.centre[1])
 
     def _level(self, count: int) -> GroundSample:
         """The fallback plane at so many points."""
@@ -120,41 +126,35 @@ class Ground:
     def _on_faces(self, found: FloatArray, faces: IntArray) -> GroundSample:
         """The sample at heights (N,) above the mesh's centre, on faces (N,); -1 = it is the fallback plane."""
         hit = faces >= 0
-        heights = np.where(hit, found + self._centre[1], self.fallback_height)
+        heights = np.where(hit, found + self.centre[1], self.fallback_height)
         return GroundSample(heights=heights, normals=self._normals[faces], walkable=self._walkable[faces], hit=hit)
 
-    def _around_centre(self, points: FloatArray, heights: FloatArray) -> Any:
-        """Ground points (N, 2) at heights (N,) as the mesh has them."""
-        places = np.column_stack([points[:, 0], heights, points[:, 1]]) - self._centre
+    def around_centre(self, points: FloatArray, heights: FloatArray) -> Any:
+        """Ground points (N, 2) at heights (N,) as a Warp array of the places kernels ask `faces` about."""
+        places = np.column_stack([points[:, 0], heights, points[:, 1]]) - self.centre
         return wp.array(places, dtype=wp.vec3d, device=self.device)
 
     def _build_mesh(self, corners: FloatArray) -> None:
         """The Warp mesh of triangles (T, 3, 3), around its own centre since its search tree is float32."""
-        self._mesh: wp.Mesh | None = None
-        if len(corners) == 0:
-            return
         start_warp()
         lowest, highest = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
-        self._centre = 0.5 * (lowest + highest)
-        self._margin = 1e-5 + 2.0 * float(np.finfo(np.float32).eps) * float(np.max(highest - lowest))
-        vertices = (corners - self._centre).reshape(-1, 3)
-        self._corners: Any = wp.array(vertices, dtype=wp.vec3d, device=self.device)
+        self.centre = 0.5 * (lowest + highest)
+        vertices = (corners - self.centre).reshape(-1, 3)
         self._mesh = wp.Mesh(
             points=wp.array(vertices.astype(np.float32), dtype=wp.vec3, device=self.device),
             indices=wp.array(np.arange(len(vertices), dtype=np.int32), dtype=wp.int32, device=self.device),
         )
+        self.faces = GroundFaces()
+        self.faces.mesh = self._mesh.id
+        self.faces.corners = wp.array(vertices, dtype=wp.vec3d, device=self.device)
+        self.faces.normals = wp.array(self._normals[:-1], dtype=wp.vec3d, device=self.device)
+        self.faces.walkable = wp.array(self._walkable[:-1], dtype=wp.bool, device=self.device)
+        self.faces.margin = 1e-5 + 2.0 * float(np.finfo(np.float32).eps) * float(np.max(highest - lowest))
 
     def _query(self, kernel: Any, threads: int, places: list[Any]) -> tuple[FloatArray, IntArray]:
         """Heights above the mesh's centre and faces (-1 = none) that a kernel finds at places, shape (N,)."""
-        assert self._mesh is not None
         count = len(places[0])
         heights = wp.empty(count, dtype=wp.float64, device=self.device)
         faces = wp.empty(count, dtype=wp.int32, device=self.device)
-        wp.launch(
-            kernel,
-            dim=threads,
-            inputs=[self._mesh.id, self._corners, self._margin, *places],
-            outputs=[heights, faces],
-            device=self.device,
-        )
+        wp.launch(kernel, dim=threads, inputs=[self.faces, *places], outputs=[heights, faces], device=self.device)
         return heights.numpy(), faces.numpy()

@@ -6,11 +6,22 @@ from __future__ import annotations
 
 import warp as wp
 
-__all__ = ["find_ground", "follow_ground"]
+__all__ = ["GroundFaces", "find_ground", "find_level", "follow_ground"]
+
+
+@wp.struct
+class GroundFaces:
+    """The faces that are no walls, around the mesh's centre."""
+
+    mesh: wp.uint64
+    corners: wp.array(dtype=wp.vec3d)  # three a face
+    normals: wp.array(dtype=wp.vec3d)  # upward, unit
+    walkable: wp.array(dtype=wp.bool)
+    margin: wp.float32  # [m]
 
 
 @wp.func
-def find_level(mesh: wp.uint64, corners: wp.array(dtype=wp.vec3d), limit: wp.vec3d, margin: wp.float32):
+def find_level(ground: GroundFaces, limit: wp.vec3d):
     """Highest face at or below a limit, else the lowest above it: its height above the limit, and which (-1 = none).
 
     All faces whose bounds a thin vertical column touches are tested in float64, edges included, so a query on an edge
@@ -20,14 +31,17 @@ def find_level(mesh: wp.uint64, corners: wp.array(dtype=wp.vec3d), limit: wp.vec
     zero = wp.float64(0.0)
     x = wp.float32(limit[0])
     z = wp.float32(limit[2])
-    column = wp.mesh_query_aabb(mesh, wp.vec3(x - margin, -1.0e30, z - margin), wp.vec3(x + margin, 1.0e30, z + margin))
+    margin = ground.margin
+    column = wp.mesh_query_aabb(
+        ground.mesh, wp.vec3(x - margin, -1.0e30, z - margin), wp.vec3(x + margin, 1.0e30, z + margin)
+    )
     best = wp.float64(1.0e30)  # above the limit; negative = below it
     best_face = wp.int32(-1)
     face = wp.int32(0)
     while wp.mesh_query_aabb_next(column, face):
-        a = corners[3 * face] - limit
-        b = corners[3 * face + 1] - limit
-        c = corners[3 * face + 2] - limit
+        a = ground.corners[3 * face] - limit
+        b = ground.corners[3 * face + 1] - limit
+        c = ground.corners[3 * face + 2] - limit
         area_a = b[0] * c[2] - b[2] * c[0]
         area_b = c[0] * a[2] - c[2] * a[0]
         area_c = a[0] * b[2] - a[2] * b[0]
@@ -51,9 +65,7 @@ def find_level(mesh: wp.uint64, corners: wp.array(dtype=wp.vec3d), limit: wp.vec
 
 @wp.kernel(enable_backward=False)
 def find_ground(
-    mesh: wp.uint64,
-    corners: wp.array(dtype=wp.vec3d),
-    margin: wp.float32,
+    ground: GroundFaces,
     limits: wp.array(dtype=wp.vec3d),
     heights: wp.array(dtype=wp.float64),
     faces: wp.array(dtype=wp.int32),
@@ -61,16 +73,14 @@ def find_ground(
     """The ground at each limit, one thread a point."""
     index = wp.tid()
     limit = limits[index]
-    rise, face = find_level(mesh, corners, limit, margin)
+    rise, face = find_level(ground, limit)
     heights[index] = limit[1] + rise
     faces[index] = face
 
 
 @wp.kernel(enable_backward=False)
 def follow_ground(
-    mesh: wp.uint64,
-    corners: wp.array(dtype=wp.vec3d),
-    margin: wp.float32,
+    ground: GroundFaces,
     points: wp.array(dtype=wp.vec3d),
     first: wp.array(dtype=wp.int32),
     step_up: wp.float64,
@@ -82,7 +92,7 @@ def follow_ground(
     level = points[first[way]][1]
     for index in range(first[way], first[way + 1]):
         point = points[index]
-        rise, face = find_level(mesh, corners, wp.vec3d(point[0], level + step_up, point[2]), margin)
+        rise, face = find_level(ground, wp.vec3d(point[0], level + step_up, point[2]))
         height = level
         if face >= 0:
             height = level + step_up + rise

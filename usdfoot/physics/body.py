@@ -220,8 +220,8 @@ def _pitches(layout: Layout, biped: Biped, style: BodyStyle) -> tuple[FloatArray
     Feet roll with the length of the step; feet without a heel and backward steps come down on the ball.
     """
     contacts, feet = layout.contacts, layout.rig.feet
-    before = _strides(contacts, -1) / biped.maximal_leg_length
-    after = _strides(contacts, 1) / biped.maximal_leg_length
+    before = _steps_ahead(contacts, -1) / biped.maximal_leg_length
+    after = _steps_ahead(contacts, 1) / biped.maximal_leg_length
     heel = np.array([foot.heel_behind > 0.0 for foot in feet])[contacts.sides]
     scale = np.where(before >= 0.0, np.minimum(before / 0.8, 1.2), np.maximum(before, -1.0) * BACKWARD)
     flown = contacts.has_previous & (np.roll(contacts.liftoffs, 1) < contacts.strikes)
@@ -235,7 +235,7 @@ def _pitches(layout: Layout, biped: Biped, style: BodyStyle) -> tuple[FloatArray
     return strikes, liftoffs, contacts.strikes + rolls
 
 
-def _strides(contacts: ContactTable, offset: int) -> FloatArray:
+def _steps_ahead(contacts: ContactTable, offset: int) -> FloatArray:
     """How far ahead along the foot the step from the contact before (-1) or to the one after (+1) goes [m], (C,)."""
     index = np.arange(len(contacts.sides))
     known = contacts.has_previous if offset < 0 else contacts.has_next

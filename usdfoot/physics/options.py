@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdfoot.analysis.timing import EARTH_GRAVITY
 from usdfoot.errors import UsdfootError
 
 __all__ = ["SOLVERS", "SUPPORTS", "PhysicsOptions"]
@@ -26,7 +27,7 @@ class PhysicsOptions:
     """lm = reweighted least squares by Levenberg and Marquardt; greedy = [P] Figure 10."""
     tolerance: float = 1e-4
     """Relative decrease of E in a step at which lm has converged."""
-    gravity: float = 9.81
+    gravity: float = EARTH_GRAVITY
     """[m/s^2]."""
     comfort: float = 3000.0
     """[P]'s k: weight of comfort against physics, for a leg of 0.86 m [1/(m s^2)]."""

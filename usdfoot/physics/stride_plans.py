@@ -43,9 +43,10 @@ def plan_stride(hole: Hole, spaces: FootstepSpaces, examples: Examples, *, name:
     in_hole = sides == hole.side
     first, second = _manner(own, examples, hole.landing), _manner(other, examples, closing)
     manners = np.where(in_hole[:, None], first, second)
-    strides = np.where(in_hole[:, None], hole.landing, closing) * np.where(sides == RIGHT, -1.0, 1.0)[:, None] ** [1, 0]
-    strides[0] = 0.0
-    ground = np.cumsum(strides, axis=0)
+    across = np.where(sides == RIGHT, -1.0, 1.0)
+    displacements = np.where(in_hole[:, None], hole.landing, closing) * across[:, None] ** [1, 0]
+    displacements[0] = 0.0
+    ground = np.cumsum(displacements, axis=0)
     return _timed(name, sides, ground, manners, hole.style)
 
 

@@ -10,16 +10,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from usdfoot.errors import PlanError
+from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
 from usdfoot.planning.collisions import FootTable, feet_of, find_collisions
+from usdfoot.planning.edges import keep_off_edges
 from usdfoot.planning.elbow_room import keep_apart
 from usdfoot.planning.facing import face_tracks
 from usdfoot.planning.feet_apart import is_sideways, set_feet_apart, uncross
-from usdfoot.planning.prints import settle_on_treads
 from usdfoot.planning.root_curves import build_root_curves
 from usdfoot.planning.scenario import Scenario, Seeker
 from usdfoot.planning.trajectories import NARROW, lay_plans, step_along_curves
@@ -34,6 +35,8 @@ SMOOTHING = 0.4
 """Standard deviation of the filter on the simulated paths: people start and stop more gently than discs [s]."""
 NEAR = 0.3
 """The ground is at most this far from the middle of its cell [m]."""
+WALL_ROUNDS = 4
+"""How often a foot is moved off the walls that its heel and toe are in."""
 BETWEEN = 0.01
 """Between the feet when one closes up to the other in side steps [m]."""
 ELBOW_ROOM = 0.45
@@ -110,9 +113,9 @@ def _plans(party: Party, tracks: Tracks, terrain: Terrain, faults: list[Problem]
         order = np.concatenate([order, own])
     feet, narrowest = _joined(tables)
     narrowest = np.where(is_sideways(feet), 2.0 * feet.half_widths + BETWEEN, narrowest)
-    feet = set_feet_apart(uncross(feet, narrowest=narrowest), narrowest=narrowest)
-    feet = _where_free(feet, _off_walls(feet.positions[:, [0, 2]], float(feet.half_widths.max()), party))
-    feet = _off_edges(feet, ground)
+    feet = uncross(feet, narrowest=narrowest)
+    feet = set_feet_apart(feet, narrowest=narrowest, confine=lambda table: _soles_off_walls(table, party))
+    feet = keep_off_edges(feet, ground)
     ordered = [seekers[index] for index in order]
     plans = lay_plans([seeker.name for seeker in ordered], feet, ground, on_ground=True)
     faults += [_late(seekers[index], tracks.left[index]) for index in np.flatnonzero(~tracks.arrived)]
@@ -126,6 +129,21 @@ def _off_walls(points: FloatArray, distance: float, party: Party) -> FloatArray:
 
     levels = party.area.levels
     return points if len(levels) > 1 else move_inside(levels[0].buffer(-distance), points)
+
+
+def _soles_off_walls(feet: FootTable, party: Party) -> FootTable:
+    """The table with feet moved until their soles, from heel to toe, are in no wall, or as far out as they come."""
+    points, forward = feet.positions[:, [0, 2]], planar.direction(feet.yaws)
+    reaches = np.stack([feet.half_widths - feet.heels, np.zeros(len(points)), feet.toes - feet.half_widths])
+    for _ in range(WALL_ROUNDS):
+        soles = points + reaches[..., None] * forward  # (3, S, 2)
+        inside = _off_walls(soles.reshape(-1, 2), float(feet.half_widths.max()), party).reshape(soles.shape)
+        out = inside - soles
+        count = np.any(out != 0.0, axis=2).sum(axis=0)
+        if not count.any():
+            break
+        points = points + out.sum(axis=0) / np.maximum(count, 1)[:, None]
+    return replace(feet, positions=np.insert(points, 1, feet.positions[:, 1], axis=1))
 
 
 def _on_ground(tracks: Tracks, starts: FloatArray, ground: Ground) -> FloatArray:
@@ -144,26 +162,6 @@ def _joined(tables: Sequence[tuple[FootTable, float]]) -> tuple[FootTable, Float
         **{part.name: np.concatenate([getattr(table, part.name) for table, _ in tables]) for part in fields(FootTable)}
     )
     return joined, np.concatenate([np.full(len(table.owners), width) for table, width in tables])
-
-
-def _off_edges(feet: FootTable, ground: Ground) -> FootTable:
-    """The table with feet moved off the edges of treads, where that brings them into nobody else's."""
-    points, near = feet.positions[:, [0, 2]], feet.positions[:, 1]
-    settled = settle_on_treads(ground, points, feet.yaws, near, heels=feet.heels, toes=feet.toes)
-    return _where_free(feet, settled)
-
-
-def _where_free(feet: FootTable, points: FloatArray) -> FootTable:
-    """The table with feet moved to points (S, 2), where that brings them into nobody else's."""
-    before, near = feet.positions[:, [0, 2]], feet.positions[:, 1]
-    if np.array_equal(points, before):
-        return feet
-    moved = replace(feet, positions=np.insert(points, 1, near, axis=1))
-    met = find_collisions(moved).steps.ravel()
-    back = np.concatenate([met, np.minimum(met + 2, len(near) - 1)])
-    settled = points.copy()
-    settled[back] = before[back]
-    return replace(feet, positions=np.insert(settled, 1, near, axis=1))
 
 
 def _treads(seekers: Sequence[Seeker], feet: FootTable) -> list[Problem]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -27,7 +28,9 @@ NEAR = 0.1
 """Feet this far apart are watched while others move [m]."""
 
 
-def set_feet_apart(feet: FootTable, *, narrowest: FloatArray) -> FootTable:
+def set_feet_apart(
+    feet: FootTable, *, narrowest: FloatArray, confine: Callable[[FootTable], FootTable] | None = None
+) -> FootTable:
     """The table with footsteps moved apart until no feet overlap, or as far as they may be moved.
 
     Each overlap pushes both feet away by half of it; a swinging foot passes that on to the footsteps it swings between.
@@ -35,7 +38,9 @@ def set_feet_apart(feet: FootTable, *, narrowest: FloatArray) -> FootTable:
     Args:
         feet: Of all people.
         narrowest: Least distance across between a foot and its own other one [m], shape (S,).
+        confine: Gives back the table with feet moved to where they may stand, off walls; None = everywhere.
     """
+    feet = confine(feet) if confine else feet
     start = feet.positions[:, [0, 2]]
     best, least = feet, np.inf
     for search in range(SEARCHES):
@@ -49,6 +54,7 @@ def set_feet_apart(feet: FootTable, *, narrowest: FloatArray) -> FootTable:
             lengths = np.maximum(np.linalg.norm(offsets, axis=1, keepdims=True), 1e-12)
             feet = _placed(feet, start + offsets * np.minimum(1.0, FARTHEST / lengths))
         feet = uncross(feet, narrowest=narrowest * RELAXING**search)
+        feet = confine(feet) if confine else feet
         first, second = near_feet(feet, slack=0.0)
         left = float(np.maximum(overlaps(feet, first, second)[0], 0.0).sum())
         if left < least:

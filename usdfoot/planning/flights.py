@@ -58,9 +58,9 @@ def _flown(library: PreparedLibrary, agents: Sequence[Agent], *, options: Engine
     following = np.minimum(supports + 1, len(contacts.sides) - 1)
     lasts = contacts.strikes[following] - contacts.strikes[supports]
     natural = natural_flights(setup.examples, blend.examples, blend.weights) * np.minimum(landings.time_warp, 1.0)
-    strides = (contacts.positions[following] - contacts.positions[supports])[:, GROUND_AXES]
+    displacements = (contacts.positions[following] - contacts.positions[supports])[:, GROUND_AXES]
     flies = ~setup.segments.stands & (contacts.liftoffs[supports] < contacts.strikes[following])
-    flies &= has_flight(lasts, lasts - natural, strides, leg_length=setup.leg_length)
+    flies &= has_flight(lasts, lasts - natural, displacements, leg_length=setup.leg_length)
     flies &= (contacts.steps[supports] >= 0) & (contacts.steps[following] >= 0)
     liftoffs = contacts.liftoffs.copy()
     liftoffs[supports[flies]] = (contacts.strikes[following] - natural)[flies]

@@ -13,19 +13,19 @@ from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.device import start_warp
 from usdfoot.model.ground import Ground
+from usdfoot.planning.foothold_kernel import FootholdLimits, feel_ground
 from usdfoot.planning.gait import Gait
+from usdfoot.planning.prints import EDGE
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.tread_kernel import choose_treads
 from usdfoot.planning.ways import Ways
 
-__all__ = ["Footholds", "find_footholds", "firm_ends", "foot_places", "tread_steps"]
+__all__ = ["Footholds", "find_footholds", "firm_ends", "foot_places", "strained_ways", "tread_steps"]
 
 STEEPEST = np.radians(35.0)
 """Ground steeper than this is nothing to stand on."""
 POKES = 0.02
 """Ground that rises this much through the plane of the sole is in the way [m]."""
-EDGE = 0.05
-"""Ground that rises this much through a corner of the sole is an edge, as of a tread [m]."""
 HANGS = 0.03
 """A heel or toe this far above the ground hangs over an edge [m]."""
 MARGIN = 0.15
@@ -42,6 +42,10 @@ SHORTEST = 0.25
 """Shortest step over the gait's own."""
 HIGH = 0.22
 """Rise of a step over the leg length that costs as much as a step twice as long as it should be."""
+CROSSING = 0.25
+"""A foot this far on the other one's side, over the foot length, costs 1: so far lint lets it."""
+EASY_TURN = 0.9
+"""A step may turn this far for nothing [rad]; as much again costs 1."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,34 +85,46 @@ def find_footholds(
 ) -> Footholds:
     """Footholds of both feet at samples (M,) of the ways, None = at every one."""
     chosen = np.arange(len(ways.arcs)) if samples is None else samples
-    rows, points, near = ways.rows[chosen], ways.points[chosen], ways.heights[chosen]
-    widths = np.array([gait.step_width for gait in gaits])[rows]
-    toe_out = np.array([gait.toe_out for gait in gaits])[rows]
-    outlines = np.stack([_outline(body) for body in bodies], axis=1)[:, rows]
-    costs, heights = np.zeros((len(rows), 2)), np.zeros((len(rows), 2))
-    for side in (0, 1):
-        places, yaws = foot_places(points, ways.headings[chosen], np.full(len(rows), side), widths, toe_out)
-        balls = ground.heights(places, near)
-        forward, across = planar.direction(yaws), planar.direction(yaws + 0.5 * np.pi)
-        slopes = -balls.normals[:, [0, 2]] / balls.normals[:, [1]]
-        bad = ~balls.walkable | (balls.normals[:, 1] < np.cos(STEEPEST))
-        cost = np.zeros(len(rows))
-        for outline in outlines:
-            offset = outline[:, :1] * across + outline[:, 1:] * forward
-            end = ground.heights(places + offset, balls.heights)
-            above = end.heights - (balls.heights + np.einsum("ni,ni->n", offset, slopes))
-            central = outline[:, 0] == 0.0
-            bad |= end.hit & (above > np.where(central, POKES, EDGE))
-            cost += HANGING * (central & (~end.hit | (above < -HANGS))) * ground.has_terrain
-        costs[:, side], heights[:, side] = np.where(bad, BAD, cost), balls.heights
-    return Footholds(costs=costs, heights=heights)
+    if ground.faces is None or not len(chosen):
+        costs = np.full((len(chosen), 2), BAD if ground.has_terrain else 0.0)
+        return Footholds(costs=costs, heights=np.full((len(chosen), 2), float(ground.fallback_height)))
+    limits: Any = FootholdLimits()
+    limits.flattest, limits.pokes, limits.edge = np.cos(STEEPEST), POKES, EDGE
+    limits.hangs, limits.hanging, limits.bad = HANGS, HANGING, BAD
+    tables: list[tuple[FloatArray | IntArray, type]] = [
+        (ways.headings[chosen], wp.float64),
+        (ways.rows[chosen], wp.int32),
+        (np.array([gait.step_width for gait in gaits]), wp.float64),
+        (np.array([gait.toe_out for gait in gaits]), wp.float64),
+        (_outlines(bodies), wp.vec2d),
+    ]
+    shape, centre = (len(chosen), 2), float(ground.centre[1])
+    costs, heights = wp.empty(shape, dtype=wp.float64), wp.empty(shape, dtype=wp.float64)
+    wp.launch(
+        feel_ground,
+        dim=shape,
+        inputs=[
+            ground.faces,
+            limits,
+            ground.around_centre(ways.points[chosen], ways.heights[chosen]),
+            *(wp.array(values, dtype=dtype) for values, dtype in tables),
+            ground.fallback_height - centre,
+        ],
+        outputs=[costs, heights],
+        device="cpu",
+    )
+    return Footholds(costs=costs.numpy(), heights=heights.numpy() + centre)
 
 
-def _outline(body: Proportions) -> FloatArray:
-    """Places about the ball, to the left and ahead [m]: ends of the free ground, corners of the sole, shape (6, 2)."""
-    margin, width = MARGIN * body.foot_length, body.half_width
-    ends = [(0.0, -body.heel - margin), (0.0, body.toe + margin)]
-    return np.array([*ends, *((across, ahead) for across in (-width, width) for ahead in (-body.heel, body.toe))])
+def _outlines(bodies: Sequence[Proportions]) -> FloatArray:
+    """Places about the balls, to the left and ahead [m]: ends of the free ground, corners of the sole, (P, 6, 2)."""
+    lengths, heels, toes, widths = np.array(
+        [(body.foot_length, body.heel, body.toe, body.half_width) for body in bodies]
+    ).T
+    margins, middle = MARGIN * lengths, np.zeros(len(bodies))
+    ends = [(middle, -heels - margins), (middle, toes + margins)]
+    corners = [(across, ahead) for across in (-widths, widths) for ahead in (-heels, toes)]
+    return np.stack([np.stack(place, axis=-1) for place in (*ends, *corners)], axis=1)
 
 
 def firm_ends(ways: Ways, footholds: Footholds, gaits: Sequence[Gait]) -> IntArray:
@@ -127,16 +143,48 @@ def firm_ends(ways: Ways, footholds: Footholds, gaits: Sequence[Gait]) -> IntArr
     return np.stack(ends, axis=1)
 
 
-def tread_steps(ways: Ways, footholds: Footholds, gaits: Sequence[Gait], *, ends: IntArray, support: int) -> IntArray:
+def strained_ways(ways: Ways, gaits: Sequence[Gait], *, rows: IntArray, arcs: FloatArray, first_side: int) -> IntArray:
+    """Ways on which steps cross the feet, or turn farther than is easy, ascending.
+
+    Args:
+        ways: All ways.
+        gaits: Of each way's walker.
+        rows: Way of each step, ascending, shape (S,).
+        arcs: Where it ends along it [m], shape (S,).
+        first_side: Foot of each way's first step.
+    """
+    starts = np.searchsorted(rows, np.arange(len(gaits)))
+    outward = 1.0 - 2.0 * ((np.arange(len(rows)) - starts[rows] + first_side) % 2)
+    before = np.roll(arcs, 1)
+    before[starts] = 0.0
+    strides = [ways.at(rows, arcs, ways.points[:, i]) - ways.at(rows, before, ways.points[:, i]) for i in (0, 1)]
+    ahead, behind = ways.at(rows, arcs, ways.headings), ways.at(rows, before, ways.headings)
+    across = planar.direction(0.5 * (ahead + behind + np.pi))
+    widths = np.array([gait.step_width for gait in gaits])[rows] * np.cos(0.5 * (ahead - behind))
+    crossed = outward * (strides[0] * across[:, 0] + strides[1] * across[:, 1]) + widths < 0.0
+    return np.unique(rows[crossed | (np.abs(ahead - behind) > EASY_TURN)])
+
+
+def tread_steps(
+    ways: Ways,
+    footholds: Footholds,
+    gaits: Sequence[Gait],
+    bodies: Sequence[Proportions],
+    *,
+    ends: IntArray,
+    support: int,
+) -> IntArray:
     """Samples of ways to step on, from their starts to their ends: those nearest to even steps on firm footholds.
 
     On stairs these are the treads. A shortest path over (sample, foot): a step costs the square of how much its length
-    differs from what it should be there, and a little more for a high rise, over what lies between too.
+    differs from what it should be there, and a little more for a high rise, over what lies between too, for feet that
+    cross, and for a far turn.
 
     Args:
         ways: Samples at even spacing.
         footholds: At all of them.
         gaits: Of each way's walker.
+        bodies: Of the walkers.
         ends: Samples within each way where the feet stand first and last, as from `firm_ends`, shape (P, 2).
         support: Foot that stands at the start while the other steps first.
 
@@ -159,11 +207,16 @@ def tread_steps(ways: Ways, footholds: Footholds, gaits: Sequence[Gait], *, ends
         (wanted, wp.float64),
         (footholds.costs, wp.float64),
         (footholds.heights, wp.float64),
+        (ways.points, wp.vec2d),
+        (ways.headings, wp.float64),
+        (planar.direction(ways.headings + 0.5 * np.pi), wp.vec2d),
+        (np.array([gait.step_width for gait in gaits]), wp.float64),
+        (CROSSING * np.array([body.foot_length for body in bodies]), wp.float64),
     ]
     wp.launch(
         choose_treads,
         dim=len(gaits),
-        inputs=[*(wp.array(values, dtype=dtype) for values, dtype in tables), support, STEP],
+        inputs=[*(wp.array(values, dtype=dtype) for values, dtype in tables), EASY_TURN, support, STEP],
         outputs=[wp.full((count, 2), np.inf, dtype=wp.float64), wp.full((count, 2), -1, dtype=wp.int32), taken],
         device="cpu",
     )

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
 from usdfoot.analysis.gaits import has_flight
-from usdfoot.analysis.timing import EARTH_GRAVITY
+from usdfoot.analysis.timing import EARTH_GRAVITY, HUMAN_LEG
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import SIDES
@@ -213,15 +214,15 @@ def _steps(
     """What is wrong between consecutive footsteps of a plan."""
     rows = np.flatnonzero(feet.numbers > 0)
     before = rows - 1
-    strides = feet.positions[rows] - feet.positions[before]
+    displacements = feet.positions[rows] - feet.positions[before]
     durations, leg = feet.strikes[rows] - feet.strikes[before], legs[rows]
     flights = np.maximum(feet.strikes[rows] - feet.liftoffs[before], 0.0)
     turns = planar.wrap_angle(feet.yaws[rows] - feet.yaws[before])
-    local = planar.rotate(-(feet.yaws[before] + 0.5 * turns), strides[:, [0, 2]])
+    local = planar.rotate(-(feet.yaws[before] + 0.5 * turns), displacements[:, [0, 2]])
     apart = local[:, 0] * np.where(feet.sides[rows] == 0, 1.0, -1.0)
-    lengths, rises = np.linalg.norm(strides, axis=1), strides[:, 1]
+    lengths, rises = np.linalg.norm(displacements, axis=1), displacements[:, 1]
     flies = flights > 0.0
-    speeds = lengths / np.maximum(durations, 1e-6) / np.sqrt(leg / 0.86)
+    speeds = lengths / np.maximum(durations, 1e-6) / np.sqrt(leg / HUMAN_LEG)
     launch = np.where(flies, rises / np.maximum(flights, 1e-6) + 0.5 * EARTH_GRAVITY * flights, 0.0)
     jumps = np.maximum(launch, 0.0) ** 2 / (2.0 * EARTH_GRAVITY)
     found: list[Fault] = []
@@ -277,11 +278,13 @@ def _ground(names: Sequence[str], feet: FootTable, laid: FloatArray, ground: Gro
     above = heights - under.heights
     slopes = np.arccos(np.clip(under.normals[:, 1], -1.0, 1.0))
     forward = planar.direction(feet.yaws)
-    rise = -np.sum(laid[:, [0, 2]] * forward, axis=1) / laid[:, 1]
+    left, inclines = planar.direction(feet.yaws + 0.5 * np.pi), -laid[:, [0, 2]] / laid[:, [1]]
     pokes = np.zeros(len(heights))
-    for reach in (-feet.heels, feet.toes):
-        end = ground.heights(places + reach[:, None] * forward, heights, step_up=0.3)
-        pokes = np.maximum(pokes, np.where(end.hit, end.heights - (heights + reach * rise), 0.0))
+    for reach, across in product((-feet.heels, feet.toes), (-feet.half_widths, feet.half_widths)):
+        offsets = reach[:, None] * forward + across[:, None] * left
+        end = ground.heights(places + offsets, heights, step_up=0.3)
+        sole = heights + np.sum(offsets * inclines, axis=1)
+        pokes = np.maximum(pokes, np.where(end.hit, end.heights - sole, 0.0))
     off = ~under.hit
     barred = under.hit & ~under.walkable
     away = under.hit & ~barred & (np.abs(above) > limits.off_ground)

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
+from usdfoot.analysis.timing import HUMAN_LEG
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.planning.floors import Floors
 from usdfoot.planning.walkable import move_inside
@@ -155,7 +156,7 @@ class Gates:
 
     def __init__(self, passages: list[Passage], *, radii: FloatArray, speeds: FloatArray, legs: FloatArray) -> None:
         self._passages, self._radii = passages, radii
-        self._sideways = np.minimum(SIDE_SPEED * np.sqrt(legs / 0.86) / speeds, 1.0)
+        self._sideways = np.minimum(SIDE_SPEED * np.sqrt(legs / HUMAN_LEG) / speeds, 1.0)
         self._turns = [_Turn() for _ in passages]
         self._since = np.full(len(radii), np.inf)
         self._shapes = np.array([passage.shape for passage in passages])

@@ -14,7 +14,7 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.planning.bypass import go_round
-from usdfoot.planning.footholds import find_footholds, firm_ends, foot_places, tread_steps
+from usdfoot.planning.footholds import find_footholds, firm_ends, foot_places, strained_ways, tread_steps
 from usdfoot.planning.gait import Gait, derive_gait
 from usdfoot.planning.lint import lint_alone
 from usdfoot.planning.paces import pace_steps, stance_times
@@ -71,8 +71,8 @@ def plan_paths(
 ) -> list[FootstepPlan]:
     """Plans along paths, all made together.
 
-    Where every foot stands firmly the steps are even, up to the local step length; on ways over stairs, edges or holes
-    they are those of `tread_steps`.
+    Where every foot stands firmly the steps are even, up to the local step length; on ways over stairs, edges or holes,
+    and on those that turn so fast that even steps would cross the feet, they are those of `tread_steps`.
 
     Args:
         paths: Curves with speed, step length and width.
@@ -183,15 +183,16 @@ class _Steps:
 
 def _steps(ways: Ways, gaits: list[Gait], bodies: list[Proportions], ground: Ground, options: PathOptions) -> _Steps:
     steps = _even_steps(ways, gaits)
-    if not ground.has_terrain:
-        return steps
-    uneven = _uneven_ways(ways, gaits, bodies, ground, steps)
+    uneven = strained_ways(ways, gaits, rows=steps.rows, arcs=steps.arcs, first_side=options.first_side)
+    if ground.has_terrain:
+        uneven = np.union1d(uneven, _uneven_ways(ways, gaits, bodies, ground, steps))
     if not len(uneven):
         return steps
     rough, walkers = ways.only(uneven), [gaits[way] for way in uneven]
-    footholds = find_footholds(rough, walkers, [bodies[way] for way in uneven], ground)
+    built = [bodies[way] for way in uneven]
+    footholds = find_footholds(rough, walkers, built, ground)
     ends = firm_ends(rough, footholds, walkers)
-    treads = tread_steps(rough, footholds, walkers, ends=ends, support=1 - options.first_side)
+    treads = tread_steps(rough, footholds, walkers, built, ends=ends, support=1 - options.first_side)
     starts = steps.starts.copy()
     starts[uneven] = rough.arcs[rough.first[:-1] + ends[:, 0]]
     kept = ~np.isin(steps.rows, uneven)

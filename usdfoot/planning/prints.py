@@ -6,17 +6,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdfoot.maths import quaternion
+from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.ground import Ground
 from usdfoot.planning.proportions import Proportions
 
-__all__ = ["Prints", "lay_prints", "print_orientations", "put_on_ground", "settle_landings", "settle_on_treads"]
+__all__ = ["EDGE", "Prints", "lay_prints", "print_orientations", "put_on_ground", "settle_landings", "settle_on_treads"]
 
 STEP_UP = 0.5
 """Ground this far above [m] is still the same level."""
 POKE = 0.03
 """Ground may rise this much through the sole [m]."""
+EDGE = 0.05
+"""Ground that rises this much through a corner of the sole is an edge, as of a tread [m]."""
 ROOM = 1.5
 """Ground up to this far above a foot is a riser, not another level [m]."""
 CLEAR = 0.02
@@ -60,9 +62,18 @@ def lay_prints(
 
 
 def settle_on_treads(
-    ground: Ground, points: FloatArray, yaws: FloatArray, near: FloatArray, *, heels: FloatArray, toes: FloatArray
+    ground: Ground,
+    points: FloatArray,
+    yaws: FloatArray,
+    near: FloatArray,
+    *,
+    heels: FloatArray,
+    toes: FloatArray,
+    half_widths: FloatArray,
 ) -> FloatArray:
     """The points (N, 2), those of feet with the edge of a tread in their soles moved along the foot to where it is not.
+
+    Where all places have an edge in a corner of the sole, to where there is none along its middle.
 
     Args:
         ground: The terrain.
@@ -71,23 +82,44 @@ def settle_on_treads(
         near: Height of the way there [m], shape (N,).
         heels: From the ball back to the heel [m], shape (N,).
         toes: From the ball ahead to the toes [m], shape (N,).
+        half_widths: From the soles' middle lines to their edges [m], shape (N,).
     """
+    if not ground.has_terrain:
+        return points
     settled, rows = points.copy(), np.arange(len(points))
-    forward = np.stack([np.sin(yaws), np.cos(yaws)], axis=-1)
-    for shift in SHIFTS if ground.has_terrain else ():
-        tried = points[rows] + shift * forward[rows]
-        ball = ground.heights(tried, near[rows], step_up=STEP_UP)
-        clear = ball.walkable & (np.abs(ball.heights - near[rows]) <= STEP_UP)
-        rise = -np.sum(ball.normals[:, [0, 2]] * forward[rows], axis=1) / ball.normals[:, 1]
-        for reach in (-heels[rows] - CLEAR, toes[rows] + CLEAR):
-            end = ground.heights(tried + reach[:, None] * forward[rows], ball.heights, step_up=ROOM)
-            pokes = end.heights - (ball.heights + reach * rise)
-            clear &= ~end.hit | (pokes <= POKE)
-        settled[rows[clear]] = tried[clear]
-        rows = rows[~clear]
-        if not rows.size:
-            break
+    forward, across = planar.direction(yaws), planar.direction(yaws + 0.5 * np.pi)
+    middle = np.stack([forward * (toes + CLEAR)[:, None], -forward * (heels + CLEAR)[:, None]])
+    corners = np.stack(
+        [
+            reach[:, None] * forward + side * half_widths[:, None] * across
+            for reach in (toes, -heels)
+            for side in (-1.0, 1.0)
+        ]
+    )
+    for outline in (np.concatenate([middle, corners]), middle):  # (K, N, 2)
+        limits = np.where(np.arange(len(outline)) < len(middle), POKE, EDGE)
+        for shift in SHIFTS:
+            tried = points[rows] + shift * forward[rows]
+            clear = _is_clear(ground, tried, near[rows], outline[:, rows], limits)
+            settled[rows[clear]] = tried[clear]
+            rows = rows[~clear]
+            if not rows.size:
+                return settled
     return settled
+
+
+def _is_clear(
+    ground: Ground, points: FloatArray, near: FloatArray, outline: FloatArray, limits: FloatArray
+) -> BoolArray:
+    """Whether feet may stand at points (N, 2), no ground higher than limits (K,) in outlines (K, N, 2) round them."""
+    ball = ground.heights(points, near, step_up=STEP_UP)
+    slopes = -ball.normals[:, [0, 2]] / ball.normals[:, [1]]
+    soles = ball.heights + np.einsum("kni,ni->kn", outline, slopes)
+    from_ball = np.broadcast_to(ball.heights, soles.shape).ravel()
+    under = ground.heights((points + outline).reshape(-1, 2), from_ball, step_up=ROOM)
+    pokes = np.where(under.hit, under.heights, -np.inf).reshape(soles.shape) - soles
+    clear = ball.walkable & (np.abs(ball.heights - near) <= STEP_UP)
+    return np.asarray(clear & (pokes <= limits[:, None]).all(axis=0))
 
 
 def settle_landings(
@@ -106,9 +138,11 @@ def settle_landings(
     found = ground.follow(ways, np.repeat(starts[:, 1], WAY_SAMPLES), first=firsts)
     last = firsts[1:] - 1
     near = np.where(found.hit[last], found.heights[last], starts[:, 1])
-    heels, toes = np.full(len(starts), body.heel), np.full(len(starts), body.toe)
+    heels, toes, half_widths = (np.full(len(starts), size) for size in (body.heel, body.toe, body.half_width))
     settled = landings.copy()
-    settled[:, [0, 2]] = settle_on_treads(ground, landings[:, [0, 2]], yaws, near, heels=heels, toes=toes)
+    settled[:, [0, 2]] = settle_on_treads(
+        ground, landings[:, [0, 2]], yaws, near, heels=heels, toes=toes, half_widths=half_widths
+    )
     return put_on_ground(ground, settled, near)
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdfoot.analysis.timing import HUMAN_LEG
 from usdfoot.model.biped import Biped
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
 
@@ -16,7 +17,7 @@ __all__ = ["Proportions", "proportions_of"]
 class Proportions:
     """Sizes of a character; the defaults are those of a person of 1.75 m."""
 
-    leg_length: float = 0.86
+    leg_length: float = HUMAN_LEG
     """Hip to ankle with the knee straight [m]."""
     foot_length: float = 0.13
     """Ankle to ball along the ground, foot flat [m]."""

@@ -33,6 +33,8 @@ class Route:
     """Highest step on the way [m]; infinite without terrain, where heights mean nothing."""
     radius: float
     """Half the width of the narrowest places of the way [m], at least."""
+    falls_short: bool = False
+    """Whether there is no way to the goal from the start, and the way leads as near to it as one gets from there."""
 
     def find(self, place: FloatArray) -> int:
         """The spot with a way to the goal at or beside a place (3,), -1 if there is none."""
@@ -66,7 +68,8 @@ def find_route(
         radius: Of the body [m]; a cell is half of it.
         step: Highest rise of the ground from cell to cell [m].
         headroom: Free height that the body needs [m].
-        must_be_clear: Whether a goal that is not clear is an error; else the way leads as near to it as it can.
+        must_be_clear: Whether a goal that is not clear is an error; else, and where the start has no way to it, the way
+            leads as near to it as one gets.
 
     Raises:
         PlanError: If the goal is not clear, or the area too large.
@@ -91,7 +94,26 @@ def find_route(
     distances, following = np.full(count, np.inf), np.full(count, -1)
     if target >= 0:
         distances, following = dijkstra(spots.links, directed=False, indices=target, return_predecessors=True)
-    return Route(goal=goal, spots=spots, distances=distances, following=following, step=step, radius=radius)
+    begin = spots.at(start[None, [0, 2]], start[[1]], within=step)[0]
+    falls_short = bool(not must_be_clear and begin >= 0 and not np.isfinite(distances[begin]))
+    if falls_short:
+        target = _nearest_within_reach(spots, int(begin), goal)
+        distances, following = dijkstra(spots.links, directed=False, indices=target, return_predecessors=True)
+    return Route(
+        goal=goal,
+        spots=spots,
+        distances=distances,
+        following=following,
+        step=step,
+        radius=radius,
+        falls_short=falls_short,
+    )
+
+
+def _nearest_within_reach(spots: Spots, begin: int, goal: FloatArray) -> int:
+    """The spot nearest to a goal (3,) of those to which one gets from the spot where one begins."""
+    away = np.linalg.norm(np.insert(spots.points, 1, spots.heights, axis=1) - goal, axis=1)
+    return int(np.argmin(np.where(np.isfinite(dijkstra(spots.links, directed=False, indices=begin)), away, np.inf)))
 
 
 def aim_along(route: Route, place: FloatArray, *, ahead: float) -> FloatArray | None:

@@ -109,7 +109,8 @@ def build_spots(
 ) -> Spots:
     """Spots wherever the ground is walkable and not too steep and nothing hangs too low above it.
 
-    Steep ground so narrow that one steps over it, as the risers of stairs are, counts as part of what it joins.
+    Steep ground so narrow that one steps over it, as the risers of stairs are, counts as part of what it joins, if that
+    is no more than a step above one another: a slanting wall is no stair.
 
     Args:
         ground: Terrain; None = level at height 0.
@@ -128,6 +129,7 @@ def build_spots(
     links = _links(columns, heights, shape, cell, step)
     near = flat | (links @ flat.astype(float) > 0.0)
     beside_steep = links @ (~near).astype(float) > 0.0
+    near &= _rises(links, flat, heights) <= step
     spots = Spots(corner=corner, cell=cell, shape=shape, columns=columns, heights=heights, links=links, ground=filled)
     return spots.only(flat | (near & ~beside_steep))
 
@@ -177,6 +179,16 @@ def _links(columns: IntArray, heights: FloatArray, shape: tuple[int, int], cell:
     row, other, length = np.concatenate(rows), np.concatenate(others), np.concatenate(lengths)
     pairs = np.concatenate([row, other]), np.concatenate([other, row])
     return coo_array((np.concatenate([length, length]), pairs), shape=(len(columns), len(columns))).tocsr()
+
+
+def _rises(links: csr_array, flat: BoolArray, heights: FloatArray) -> FloatArray:
+    """How far apart the heights of the flat spots are that each spot is linked to [m], below 0 for none, shape (S,)."""
+    spots, others = np.repeat(np.arange(len(heights)), np.diff(links.indptr)), links.indices
+    tops, bottoms = np.full((2, len(heights)), -np.inf)
+    joins = flat[others]
+    np.maximum.at(tops, spots[joins], heights[others[joins]])
+    np.maximum.at(bottoms, spots[joins], -heights[others[joins]])
+    return tops + bottoms
 
 
 def trace_way(following: IntArray, start: int) -> IntArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d
@@ -14,6 +14,7 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.planning.collisions import FootTable
+from usdfoot.planning.edges import keep_off_edges
 from usdfoot.planning.elbow_room import keep_apart
 from usdfoot.planning.feet_apart import set_feet_apart, uncross
 from usdfoot.planning.footholds import foot_places
@@ -87,6 +88,7 @@ def plan_trajectories(
     feet = uncross(feet, narrowest=narrowest)
     if several:
         feet = set_feet_apart(feet, narrowest=narrowest)
+    feet = keep_off_edges(_on_ground(feet, ground), ground)
     return lay_plans([trajectory.name for trajectory in trajectories], feet, ground)
 
 
@@ -203,6 +205,14 @@ def _liftoffs(
     swings = np.minimum(SWING * longest, 0.85 * (same - other))
     walks = shares > 0.0
     return np.where(walks, np.maximum(np.minimum(liftoffs, same - swings), strikes + 0.05), other + shares * spans)
+
+
+def _on_ground(feet: FootTable, ground: Ground) -> FootTable:
+    """The table with feet on the ground of the level each person keeps to."""
+    first = np.append(np.flatnonzero(feet.numbers == 0), len(feet.owners))
+    positions = feet.positions.copy()
+    positions[:, 1] = ground.follow(positions[:, [0, 2]], positions[:, 1], first=first).heights
+    return replace(feet, positions=positions)
 
 
 def lay_plans(names: Sequence[str], feet: FootTable, ground: Ground, *, on_ground: bool = False) -> list[FootstepPlan]:

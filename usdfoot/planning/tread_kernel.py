@@ -9,6 +9,40 @@ import warp as wp
 __all__ = ["choose_treads"]
 
 
+@wp.func
+def twist(
+    stride: wp.vec2d,
+    before: wp.vec2d,
+    after: wp.vec2d,
+    turn: wp.float64,
+    outward: wp.float64,
+    width: wp.float64,
+    crossing: wp.float64,
+    easy: wp.float64,
+) -> wp.float64:
+    """What a step between two samples costs for feet that cross or turn far.
+
+    Args:
+        stride: From sample to sample (x, z) [m].
+        before: To the left of the way at the sample before, unit.
+        after: The same at the sample stepped to.
+        turn: Of the way's heading [rad].
+        outward: 1 = the left foot steps, -1 = the right.
+        width: Between the feet across the way [m].
+        crossing: Distance on the other foot's side that costs 1 [m].
+        easy: Turn that costs nothing [rad]; as much again costs 1.
+    """
+    zero = wp.float64(0.0)
+    half = wp.float64(0.5)
+    turned = wp.max(wp.abs(turn) - easy, zero) / easy
+    square = half + half * wp.dot(before, after)  # of the cosine of half the turn
+    apart = half * outward * wp.dot(stride, before + after) + width * square
+    crossed = zero
+    if apart < zero:  # across the heading in the middle of the step
+        crossed = -apart / wp.sqrt(wp.max(square, wp.float64(1.0e-6))) / crossing
+    return crossed * crossed + turned * turned
+
+
 @wp.kernel(enable_backward=False)
 def choose_treads(
     first: wp.array(dtype=wp.int32),
@@ -19,6 +53,12 @@ def choose_treads(
     wanted: wp.array(dtype=wp.float64),
     costs: wp.array(dtype=wp.float64, ndim=2),
     heights: wp.array(dtype=wp.float64, ndim=2),
+    points: wp.array(dtype=wp.vec2d),
+    headings: wp.array(dtype=wp.float64),
+    across: wp.array(dtype=wp.vec2d),
+    widths: wp.array(dtype=wp.float64),
+    crossings: wp.array(dtype=wp.float64),
+    easy_turn: wp.float64,
     support: wp.int32,
     least: wp.float64,
     totals: wp.array(dtype=wp.float64, ndim=2),
@@ -43,6 +83,17 @@ def choose_treads(
                 rise = (wp.max(top, heights[other, 1 - side]) - lower) / highs[way]
                 top = wp.max(top, wp.max(heights[other, 0], heights[other, 1]))
                 cost = least + stretch * stretch + rise * rise * rise * rise + costs[sample, side]
+                if totals[other, 1 - side] + cost < totals[sample, side]:
+                    cost += twist(
+                        points[sample] - points[other],
+                        across[other],
+                        across[sample],
+                        headings[sample] - headings[other],
+                        wp.float64(1.0 - 2.0 * float(side)),
+                        widths[way],
+                        crossings[way],
+                        easy_turn,
+                    )
                 if totals[other, 1 - side] + cost < totals[sample, side]:
                     totals[sample, side] = totals[other, 1 - side] + cost
                     before[sample, side] = other

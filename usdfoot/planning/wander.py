@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import islice
 
 import numpy as np
@@ -20,7 +20,18 @@ from usdfoot.planning.spots import HEADROOM
 from usdfoot.planning.wanderer import SIDEWAYS, Footstep, Wanderer, WanderOptions, lay_footstep, take_step
 from usdfoot.planning.world import World, is_clear
 
-__all__ = ["Footstep", "WanderOptions", "join_footsteps", "plan_wander", "wander"]
+__all__ = ["Footstep", "News", "WanderOptions", "join_footsteps", "plan_wander", "wander"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class News:
+    """What one that wanders is told before its next step; a world is everybody's, goals are its own."""
+
+    world: World | None = None
+    """As it is now; None = as before."""
+    goals: Sequence[FloatArray] | None = None
+    """Places to go to instead of those it has not reached (x, y, z) [m], each shape (3,); none = wander at random;
+    None = as before."""
 
 
 def wander(
@@ -32,13 +43,15 @@ def wander(
     goals: Sequence[FloatArray] = (),
     options: WanderOptions | None = None,
     start_time: float = 0.0,
-) -> Generator[Footstep, World | None, None]:
-    """Footsteps one at a time; `send(world)` instead of `next` tells of a world that has changed.
+) -> Generator[Footstep, World | News | None, None]:
+    """Footsteps one at a time; `send` instead of `next` tells of a world that has changed, or news of goals that have.
 
-    It stands, then walks: at random for ever, or from goal to goal until it stands at the last. When the way ahead
-    leads too close to an obstacle, the bounds or bad ground, directions are drawn at random around the wanted one, ever
-    farther from it, until one is free; where none is, it takes the freest, with short steps and on the spot if need be.
-    To a goal to which no way is as wide as the body it side-steps through those that are wide enough for that.
+    It stands, then walks: at random for ever, or from goal to goal until it stands at the last, where it ends unless it
+    is sent another. When the way ahead leads too close to an obstacle, the bounds or bad ground, directions are drawn
+    at random around the wanted one, ever farther from it, until one is free; where none is, it takes the freest, with
+    short steps and on the spot if need be. To a goal to which no way is as wide as the body it side-steps through those
+    that are wide enough for that. What is sent may shut a goal in, or put it where nobody can stand: then it goes as
+    near to it as it gets, and treads on the spot.
     The same generator and worlds give the same footsteps.
 
     Args:
@@ -60,28 +73,77 @@ def wander(
         x, z = wanderer.place
         what = "is too close to an obstacle, out of bounds or off the ground"
         raise PlanError(f"start ({x:.2f}, {z:.2f}) m", what, "start where there is room to stand")
-    pending = [_on_ground(world, np.asarray(goal, dtype=float)) for goal in goals]
-    routes = _routes(world, wanderer.position, pending, options)
-    before = lay_footstep(wanderer, RIGHT, world, options, time=start_time)
-    for footstep in (before, lay_footstep(wanderer, LEFT, world, options, time=start_time)):
-        before = footstep
-        changed = yield footstep
-        world, routes = (changed, []) if changed is not None else (world, routes)
-    while pending or not goals:
-        if pending and not routes:
-            routes = _routes(world, wanderer.position, pending, options, must_reach=False)
-        length, turn, spin = choose_step(wanderer, world, routes, generator, options)
-        facing = choose_facing(wanderer, turn, world, routes, options)
-        turned = max(facing, wanderer.facing)
-        length = min(length, float(np.interp(turned, (0.0, SIDEWAYS), (length, options.side_step))))
-        wanderer = replace(take_step(wanderer, length, turn, world, options), spin=spin, facing=facing)
-        before = lay_footstep(wanderer, wanderer.side, world, options, before=before)
-        changed = yield before
-        if routes and _is_at(wanderer, routes[0], options):
-            pending, routes = pending[1:], routes[1:]
-        world, routes = (changed, []) if changed is not None else (world, routes)
-    wanderer = replace(take_step(wanderer, 0.0, 0.0, world, options), facing=wanderer.facing)
-    yield lay_footstep(wanderer, wanderer.side, world, options, before=before)
+    places = [_on_ground(world, np.asarray(goal, dtype=float)) for goal in goals]
+    routes = _routes(world, wanderer.position, places, options)
+    aims = _Aims(world=world, goals=tuple(places), routes=tuple(routes), at_random=not places)
+    for before in [lay_footstep(wanderer, side, world, options, time=start_time) for side in (RIGHT, LEFT)]:
+        aims = aims.told((yield before))
+    while True:
+        stands = not (aims.goals or aims.at_random)
+        aims = aims.routed(wanderer.position, options)
+        if stands:
+            wanderer = _close_up(wanderer, aims.world, options)
+        else:
+            wanderer = _step_on(wanderer, aims.world, aims.routes, generator, options)
+        before = lay_footstep(wanderer, wanderer.side, aims.world, options, before=before)
+        news = yield before
+        aims = aims.passed(wanderer, options).told(news)
+        if stands and not (aims.goals or aims.at_random):
+            return
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Aims:
+    """Where one that wanders wants to go, in the world as it knows it."""
+
+    world: World
+    goals: tuple[FloatArray, ...]
+    """Not reached yet, on the ground [m], each shape (3,)."""
+    routes: tuple[Route, ...]
+    """To all of them, or none where they are to be found again."""
+    at_random: bool
+
+    def told(self, news: World | News | None) -> _Aims:
+        """What it aims at after news."""
+        news = news if isinstance(news, News) else News(world=news)
+        aims = self if news.world is None else replace(self, world=news.world, routes=())
+        if news.goals is None:
+            return aims
+        goals = tuple(_on_ground(aims.world, np.asarray(goal, dtype=float)) for goal in news.goals)
+        return replace(aims, goals=goals, routes=(), at_random=not goals)
+
+    def routed(self, place: FloatArray, options: WanderOptions) -> _Aims:
+        """The same with routes from a place (3,)."""
+        if self.routes or not self.goals:
+            return self
+        routes = _routes(self.world, place, self.goals, options, must_reach=False)
+        return replace(self, routes=tuple(routes))
+
+    def passed(self, wanderer: Wanderer, options: WanderOptions) -> _Aims:
+        """The same without a goal that it is at."""
+        if not (self.routes and _is_at(wanderer, self.routes[0], options)):
+            return self
+        return replace(self, goals=self.goals[1:], routes=self.routes[1:])
+
+
+def _step_on(
+    wanderer: Wanderer, world: World, routes: Sequence[Route], generator: np.random.Generator, options: WanderOptions
+) -> Wanderer:
+    """The wanderer a step on, along the first route if there is one; it waits where that gets no nearer to the goal."""
+    if routes and routes[0].falls_short:
+        spot = routes[0].find(wanderer.position)
+        if spot >= 0 and routes[0].distances[spot] <= options.arrival:
+            return _close_up(wanderer, world, options)
+    length, turn, spin = choose_step(wanderer, world, routes, generator, options)
+    facing = choose_facing(wanderer, turn, world, routes, options)
+    turned = max(facing, wanderer.facing)
+    length = min(length, float(np.interp(turned, (0.0, SIDEWAYS), (length, options.side_step))))
+    return replace(take_step(wanderer, length, turn, world, options), spin=spin, facing=facing)
+
+
+def _close_up(wanderer: Wanderer, world: World, options: WanderOptions) -> Wanderer:
+    """The wanderer with its feet side by side."""
+    return replace(take_step(wanderer, 0.0, 0.0, world, options), facing=wanderer.facing)
 
 
 def plan_wander(

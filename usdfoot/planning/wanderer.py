@@ -124,6 +124,7 @@ def lay_footstep(
             np.array([height]),
             heels=np.array([body.heel]),
             toes=np.array([body.toe]),
+            half_widths=np.array([body.half_width]),
         )[0]
         sample = world.ground.heights(point[None], np.array([height]), step_up=options.step)
         if not (sample.walkable[0] and abs(sample.heights[0] - height) <= options.step):  # beside a ledge

@@ -9,15 +9,8 @@ from usdfoot.bridge import tokens
 from usdfoot.bridge.scene import Character, Visibility
 from usdfoot.bridge.units import StageUnits
 from usdfoot.writers.crate import Samples
-from usdfoot.writers.layers import (
-    apply_schemas,
-    author,
-    author_samples,
-    author_targets,
-    define_prim,
-)
+from usdfoot.writers.layers import apply_schemas, author, author_samples, author_targets, define_prim
 from usdfoot.writers.poses import PosedAgent
-from usdfoot.writers.samples import SampledAttributes
 
 __all__ = ["agent_samples", "author_stance", "write_agent"]
 
@@ -45,18 +38,16 @@ def _turn(units: StageUnits) -> str:
 def write_agent(
     layer: Sdf.Layer,
     agent: PosedAgent,
-    sampled: SampledAttributes,
     *,
     reference: Sdf.Reference,
     units: StageUnits,
     visibility: Visibility = (),
 ) -> None:
-    """Author /Crowd/Agents/<name> into a layer.
+    """Author /Crowd/Agents/<name> into a layer that has its `agent_samples`.
 
     Args:
         layer: Layer to author in.
         agent: Its motion, posed.
-        sampled: Its `agent_samples`.
         reference: How the layer refers to the asset.
         units: Of the written stage.
         visibility: When it is to be seen.
@@ -68,12 +59,8 @@ def write_agent(
     apply_schemas(prim, ["SkelBindingAPI", tokens.Schema.AGENT])
     author_targets(prim, "skel:animationSource", [f"{tokens.Prim.ANIMS}/{motion.name}"])
     author_targets(prim, tokens.Agent.PLAN, [f"{tokens.Prim.PLANS}/{motion.name}"])
-    path = [_TRANSLATE, _turn(units)]
-    for name in path:
-        sampled.author(prim, name)
-    order = path + author_stance(prim, agent.resting.character)
+    order = [_TRANSLATE, _turn(units), *author_stance(prim, agent.resting.character)]
     author(prim, "xformOpOrder", ValueTypes.TokenArray, Vt.TokenArray(order), uniform=True)
-    sampled.author(prim, _EXTENT)
     _write_visibility(prim, visibility)
 
 

@@ -9,14 +9,9 @@ from usdfoot.bridge import tokens
 from usdfoot.bridge.units import StageUnits
 from usdfoot.model.contacts import FootContacts
 from usdfoot.writers.crate import Samples
-from usdfoot.writers.layers import (
-    apply_schemas,
-    author,
-    define_prim,
-)
+from usdfoot.writers.layers import apply_schemas, author, define_prim
 from usdfoot.writers.layers_over import author_times
 from usdfoot.writers.poses import PosedAgent
-from usdfoot.writers.samples import SampledAttributes
 
 __all__ = ["animation_samples", "write_animation"]
 
@@ -38,13 +33,12 @@ def animation_samples(agent: PosedAgent) -> dict[str, Samples]:
     return samples
 
 
-def write_animation(layer: Sdf.Layer, agent: PosedAgent, sampled: SampledAttributes, *, units: StageUnits) -> None:
-    """Author /Crowd/Anims/<name> into a layer.
+def write_animation(layer: Sdf.Layer, agent: PosedAgent, *, units: StageUnits) -> None:
+    """Author /Crowd/Anims/<name> into a layer that has its `animation_samples`.
 
     Args:
         layer: Layer to author in.
         agent: Its motion, posed.
-        sampled: Its `animation_samples`.
         units: Of the written stage.
     """
     motion, character = agent.motion, agent.resting.character
@@ -52,13 +46,10 @@ def write_animation(layer: Sdf.Layer, agent: PosedAgent, sampled: SampledAttribu
     apply_schemas(prim, tokens.Schema.CONTACT_INSTANCES)
     author(prim, "joints", ValueTypes.TokenArray, Vt.TokenArray(character.skeleton.joints), uniform=True)
     scales = Vt.Vec3hArray.FromNumpy(np.ascontiguousarray(character.rest_scales, dtype=np.float16))
-    sampled.author(prim, _TRANSLATIONS)
-    sampled.author(prim, _ROTATIONS)
     author(prim, "scales", ValueTypes.Half3Array, scales)
     shapes = motion.shapes or character.blend_shapes
     if shapes is not None:
         author(prim, "blendShapes", ValueTypes.TokenArray, Vt.TokenArray(shapes.names), uniform=True)
-        sampled.author(prim, _WEIGHTS)
     for side in (0, 1):
         height = float(character.biped.ball_heights[side]) / units.meters_per_unit
         _write_contacts(prim, side, motion.contacts[side], height, units)

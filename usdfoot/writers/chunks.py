@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from pxr import Sdf
 
@@ -14,17 +16,15 @@ from usdfoot.bridge.tokens import PROVENANCE, ChunkFiles, File, Prim, Record
 from usdfoot.model.motion import Motion
 from usdfoot.writers.agents import agent_samples, write_agent
 from usdfoot.writers.animations import animation_samples, write_animation
+from usdfoot.writers.crate import Samples
 from usdfoot.writers.footsteps import print_models, write_executed_plan
-from usdfoot.writers.layers import LayerFormat, define_prim, new_layer
+from usdfoot.writers.layers import LayerFormat, author_format, define_prim, new_layer
 from usdfoot.writers.moving import follow_transforms
-from usdfoot.writers.poses import pose_agents, rest_character
-from usdfoot.writers.samples import sampled_attributes
+from usdfoot.writers.poses import PosedAgent, RestingCharacter, pose_agents, rest_character
+from usdfoot.writers.samples import copy_unsampled, sampled_layer, samples_of
 from usdfoot.writers.staging import staged_files
 
 __all__ = ["write_chunk"]
-
-SCOPES = {"agents": Prim.AGENTS, "footsteps": Prim.PLANS, "anims": Prim.ANIMS}
-"""Where the agents are in each of a chunk's layers."""
 
 
 def write_chunk(
@@ -49,105 +49,165 @@ def write_chunk(
         files: Names of the chunk's files.
         references: Asset and prim path by which each motion's agent refers to its character.
         names: All agents in the order in which they are written; None = as the motions come.
-        base: Layers that have those without a motion as they are to be; they are changed. None = everybody has one.
+        base: Layers that have those without a motion as they are to be; may be changed. None = everybody has one.
         notes: What the chunk says of its making.
 
     Raises:
         OutputError: If the folder cannot be written to.
     """
-    order = [motion.name for motion in motions] if names is None else names
     notes = notes or ChunkNotes()
     made_from = {Record.CONTENT_HASH: notes.content_hash}
     told = {Record.AGENT_HASHES: dict(notes.agent_hashes), Record.REPORT: notes.record}
+    chunk = _chunk_of(scene, motions, references, names, base)
+    agents, footsteps, anims = (f"{File.PENDING}/{name}" for name in files)
     with staged_files(Path(os.path.realpath(folder))) as staged:
-        samples = staged.scratch(f"{File.PENDING}/{files.anims}")
-        layers = _chunk_layers(scene, motions, references, order, base, samples)
-        layers.agents.customLayerData = layers.footsteps.customLayerData = {PROVENANCE: made_from}
-        layers.anims.customLayerData = {PROVENANCE: {**made_from, **told}}
-        staged.add_layer(f"{File.PENDING}/{files.agents}", layers.agents)
-        staged.add_layer(f"{File.PENDING}/{files.footsteps}", layers.footsteps)
-        staged.add_layer(f"{File.PENDING}/{files.anims}", layers.anims)  # while it is missing, the chunk is not done
+        staged.save_layer(agents, _agents_layer(chunk, staged.reserve(agents), made_from))
+        staged.add_layer(footsteps, _footsteps_layer(chunk, made_from))
+        # While this is missing, the chunk is not done.
+        staged.save_layer(anims, _anims_layer(chunk, staged.reserve(anims), {**made_from, **told}))
 
 
-def _chunk_layers(
+@dataclass(frozen=True, kw_only=True)
+class _Chunk:
+    """What the layers of a chunk are written from."""
+
+    scene: Scene
+    cast: Sequence[RestingCharacter]
+    """The scene's characters."""
+    posed: Mapping[str, PosedAgent]
+    """Agents that are made, by name."""
+    names: Sequence[str]
+    """Those and the agents that are kept, in order."""
+    base: ChunkLayers | None
+    """Layers that have the agents that are kept."""
+    references: Mapping[str, tuple[str, str]]
+    """Asset and prim path of the character of each agent that is made."""
+    layer_format: LayerFormat
+
+
+def _chunk_of(
     scene: Scene,
     motions: Sequence[Motion],
     references: Sequence[tuple[str, str]],
-    names: Sequence[str],
+    names: Sequence[str] | None,
     base: ChunkLayers | None,
-    samples: Path,
-) -> ChunkLayers:
-    """The layers with all agents of a chunk, whose samples are in a file of their own until the layers are saved."""
+) -> _Chunk:
+    """The motions posed, and how the layers begin."""
     units = scene.stage.units
     by_name = {agent.name: agent for agent in scene.crowd.agents}
     cast = [rest_character(character) for character in scene.characters]
     held = [
         follow_transforms(motion, cast[by_name[motion.name].character], scene.crowd.frame_times) for motion in motions
     ]
-    layers = _empty_layers(scene) if base is None else base
-    _lay_out(layers, names, {motion.name for motion in motions})
-    prints = [print_models(resting.foot_length, units) for resting in cast]
-    posed = list(pose_agents(held, units))
-    attributes = sampled_attributes(
-        [agent_samples(agent, units) | animation_samples(agent) for agent in posed], samples
+    posed = {agent.motion.name: agent for agent in pose_agents(held, units)}
+    order = [*posed] if names is None else names
+    codes = [posed[name].codes if name in posed else _kept_codes(base, name) for name in order]
+    return _Chunk(
+        scene=scene,
+        cast=cast,
+        posed=posed,
+        names=order,
+        base=base,
+        references=dict(zip(posed, references, strict=True)),
+        layer_format=LayerFormat(
+            units=units,
+            frames_per_second=scene.stage.frames_per_second,
+            start_code=min(round(own[0]) for own in codes),
+            end_code=max(round(own[-1]) for own in codes),
+        ),
     )
-    for agent, sampled, reference in zip(posed, attributes, references, strict=True):
-        source = by_name[agent.motion.name]
-        with Sdf.ChangeBlock():
+
+
+def _kept_codes(base: ChunkLayers | None, name: str) -> Sequence[float]:
+    """Time codes of an agent that is kept."""
+    return base.anims.ListTimeSamplesForPath(f"{Prim.ANIMS}/{name}.rotations") if base else ()
+
+
+def _agents_layer(chunk: _Chunk, file: Path, notes: Mapping[str, Any]) -> Sdf.Layer:
+    """A new file's layer with the agents."""
+    units = chunk.scene.stage.units
+    base = chunk.base and chunk.base.agents
+    layer = _sampled_layer(chunk, file, Prim.AGENTS, lambda agent: agent_samples(agent, units), base, notes)
+    with Sdf.ChangeBlock():
+        for name, agent in chunk.posed.items():
             write_agent(
-                layers.agents,
+                layer,
                 agent,
-                sampled,
-                reference=Sdf.Reference(*reference),
+                reference=Sdf.Reference(*chunk.references[name]),
                 units=units,
-                visibility=scene.visibility.get(source.name, ()),
+                visibility=chunk.scene.visibility.get(name, ()),
             )
-            write_animation(layers.anims, agent, sampled, units=units)
+    return layer
+
+
+def _anims_layer(chunk: _Chunk, file: Path, notes: Mapping[str, Any]) -> Sdf.Layer:
+    """A new file's layer with the animations."""
+    layer = _sampled_layer(chunk, file, Prim.ANIMS, animation_samples, chunk.base and chunk.base.anims, notes)
+    with Sdf.ChangeBlock():
+        for agent in chunk.posed.values():
+            write_animation(layer, agent, units=chunk.scene.stage.units)
+    return layer
+
+
+def _sampled_layer(
+    chunk: _Chunk,
+    file: Path,
+    scope: str,
+    sample: Callable[[PosedAgent], dict[str, Samples]],
+    base: Sdf.Layer | None,
+    notes: Mapping[str, Any],
+) -> Sdf.Layer:
+    """A new file's layer with the samples of everybody, and with all else of the agents that are kept."""
+    posed = chunk.posed
+    kept = {name: base.GetPrimAtPath(f"{scope}/{name}") for name in chunk.names if base and name not in posed}
+    samples = {name: samples_of(kept[name]) if name in kept else sample(posed[name]) for name in chunk.names}
+    layer = sampled_layer(file, scope, samples)
+    author_format(layer, chunk.layer_format)
+    layer.customLayerData = {PROVENANCE: notes}
+    define_prim(layer, Prim.CROWD, "Xform")
+    define_prim(layer, scope, "Scope")
+    with Sdf.ChangeBlock():
+        for name, spec in kept.items():
+            copy_unsampled(spec, layer.GetPrimAtPath(f"{scope}/{name}"))
+    return layer
+
+
+def _footsteps_layer(chunk: _Chunk, notes: Mapping[str, Any]) -> Sdf.Layer:
+    """A layer with the plans as executed."""
+    layer, units = chunk.base.footsteps if chunk.base else new_layer(chunk.layer_format), chunk.scene.stage.units
+    author_format(layer, chunk.layer_format)
+    layer.customLayerData = {PROVENANCE: notes}
+    _lay_out(layer, Prim.PLANS, chunk.names, chunk.posed)
+    prints = [print_models(resting.foot_length, units) for resting in chunk.cast]
+    by_name = {agent.name: agent for agent in chunk.scene.crowd.agents}
+    with Sdf.ChangeBlock():
+        for name, agent in chunk.posed.items():
             write_executed_plan(
-                layers.footsteps,
-                source.name,
-                source.plan,
+                layer,
+                name,
+                by_name[name].plan,
                 results=agent.motion.results,
-                prints=prints[source.character],
+                prints=prints[by_name[name].character],
                 units=units,
-                frame=scene.plan_frames.get(source.name),
+                frame=chunk.scene.plan_frames.get(name),
             )
-    codes = [_span(layers.anims, name) for name in names]
-    for layer in (layers.agents, layers.footsteps, layers.anims):
-        layer.startTimeCode, layer.endTimeCode = min(first for first, _ in codes), max(last for _, last in codes)
-    return layers
+    return layer
 
 
-def _empty_layers(scene: Scene) -> ChunkLayers:
-    """Layers of a chunk without anybody."""
-    layer_format = LayerFormat(
-        units=scene.stage.units, frames_per_second=scene.stage.frames_per_second, start_code=0.0, end_code=0.0
-    )
-    return ChunkLayers(**{name: new_layer(layer_format) for name in SCOPES})
-
-
-def _lay_out(layers: ChunkLayers, names: Sequence[str], made: Collection[str]) -> None:
-    """Has the layers hold the prims of the agents named, in that order, those of agents to be `made` empty.
+def _lay_out(layer: Sdf.Layer, scope: str, names: Sequence[str], made: Collection[str]) -> None:
+    """Has a layer hold the prims of the agents named, in that order, those of agents to be `made` empty.
 
     The others come in that order already. A prim takes its place among others only where it gets another name.
     """
     aside = "_" * (1 + max(len(name) for name in names))  # no agent's name
-    for field, scope in SCOPES.items():
-        layer = getattr(layers, field)
-        prim = define_prim(layer, scope, "Scope")
-        with Sdf.ChangeBlock():
-            for gone in [child.name for child in prim.nameChildren if child.name in made or child.name not in names]:
-                del prim.nameChildren[gone]
-        for index, name in enumerate(names):
-            if index == len(prim.nameChildren):
-                Sdf.CreatePrimInLayer(layer, f"{scope}/{name}")
-            elif name in made:
-                edits = Sdf.BatchNamespaceEdit()
-                edits.Add(Sdf.CreatePrimInLayer(layer, f"{scope}/{aside}").path, f"{scope}/{name}", index)
-                layer.Apply(edits)
-
-
-def _span(anims: Sdf.Layer, name: str) -> tuple[int, int]:
-    """Whole time codes of an agent's first and last sample."""
-    codes = anims.ListTimeSamplesForPath(f"{Prim.ANIMS}/{name}.rotations")
-    return round(codes[0]), round(codes[-1])
+    prim = define_prim(layer, scope, "Scope")
+    with Sdf.ChangeBlock():
+        for gone in [child.name for child in prim.nameChildren if child.name in made or child.name not in names]:
+            del prim.nameChildren[gone]
+    for index, name in enumerate(names):
+        if index == len(prim.nameChildren):
+            Sdf.CreatePrimInLayer(layer, f"{scope}/{name}")
+        elif name in made:
+            edits = Sdf.BatchNamespaceEdit()
+            edits.Add(Sdf.CreatePrimInLayer(layer, f"{scope}/{aside}").path, f"{scope}/{name}", index)
+            layer.Apply(edits)

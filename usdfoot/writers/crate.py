@@ -1,8 +1,9 @@
 """Crate: time samples in USD's binary format, written from whole arrays.
 
-Only what a prim with sampled attributes takes of the format, at the version that USD itself writes unless a value needs
+Only what prims with sampled attributes take of the format, at the version that USD itself writes unless a value needs
 a younger one. After the values come the sections: tokens, fields (a name and a value each), sets of fields, paths and
 specs, as columns of integers. Columns are compressed by LZ4, and a block without any match, as here, is LZ4 too.
+USD writes the sections anew where it saves such a file, and leaves the values where they are.
 """
 
 from __future__ import annotations
@@ -15,11 +16,9 @@ from typing import BinaryIO
 import numpy as np
 
 from usdfoot.maths.types import FloatArray
+from usdfoot.writers.crate_columns import pack_bytes, pack_column
 
-__all__ = ["SAMPLES_PRIM", "Samples", "attribute_name", "write_samples"]
-
-SAMPLES_PRIM = "Samples"
-"""Name of the root prim that has the attributes."""
+__all__ = ["SAMPLED_TYPES", "Samples", "write_samples"]
 
 _VERSION = bytes([0, 8, 0, 0, 0, 0, 0, 0])
 _HEADER = struct.Struct("<8s8sq64x")
@@ -31,8 +30,11 @@ _BOOL, _TOKEN, _TOKENS, _SPECIFIER, _VARIABILITY, _TIME_SAMPLES, _DOUBLES = (
 """What a value is, in the upper 16 bits of 64; the others have the place in the file, or the value itself."""
 _ATTRIBUTE, _PRIM, _ROOT = 1, 6, 7
 """Kinds of specs."""
+_DEFINED = _INLINED | _SPECIFIER
 _END = -1
 """Ends a field set."""
+_CHILD, _LEAF = -1, -2
+"""Of a spec's jump."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,6 +53,8 @@ _KINDS = {
     "float3[]": _Kind(code=_ARRAY | 24 << 48, number="<f4"),
     "quatf[]": _Kind(code=_ARRAY | 17 << 48, number="<f4"),
 }
+SAMPLED_TYPES = tuple(_KINDS)
+"""USD's names of the types of attributes."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,32 +62,25 @@ class Samples:
     """An attribute over time."""
 
     type_name: str
-    """USD's name of its type: double, double3, float[], float3[] or quatf[]."""
+    """One of SAMPLED_TYPES."""
     codes: FloatArray
     """Time codes, increasing, shape (F,)."""
     values: FloatArray
     """Shape (F,) of double, (F, 3) of double3, (F, n) of float[], (F, n, 3) of float3[], xyzw (F, n, 4) of quatf[]."""
 
 
-def attribute_name(index: int) -> str:
-    """Name of the attribute at an index of those written."""
-    return f"sampled{index}"
-
-
-def write_samples(stream: BinaryIO, attributes: Sequence[Samples]) -> None:
-    """Writes a whole file in which the prim `SAMPLES_PRIM` has the attributes.
+def write_samples(stream: BinaryIO, scope: Sequence[str], prims: Mapping[str, Mapping[str, Samples]]) -> None:
+    """Writes a whole file in which prims without a type have the attributes.
 
     Args:
         stream: Empty.
-        attributes: To write, in order.
+        scope: Names of the prims above, from the root on.
+        prims: Attributes of one or more prims, by name; each has at least one.
     """
-    file = _File(stream)
-    places = [_append_samples(file, samples) for samples in attributes]
-    types = [samples.type_name for samples in attributes]
-    tokens = _Tokens(["", SAMPLES_PRIM, *map(attribute_name, range(len(attributes)))])
-    field_sets = _field_sets(file, tokens, [*zip(types, places, strict=True)])
-    sections = _sections(tokens, field_sets, len(attributes))
-    contents = [(name, file.append(part), len(part)) for name, part in sections.items()]
+    file, tokens = _File(stream), _Tokens()
+    places = [[_append_samples(file, samples) for samples in prim.values()] for prim in prims.values()]
+    specs = [*_specs_above(file, tokens, scope, prims), *_specs_of(file, tokens, prims, places)]
+    contents = [(name, file.append(part), len(part)) for name, part in _sections(tokens, specs).items()]
     table = b"".join(struct.pack("<16sqq", name.encode(), *extent) for name, *extent in contents)
     place = file.append(struct.pack("<Q", len(contents)) + table)
     stream.seek(0)
@@ -96,6 +93,7 @@ class _File:
     def __init__(self, stream: BinaryIO) -> None:
         self._stream = stream
         self._size = stream.write(bytes(_HEADER.size))
+        self._shared: dict[bytes, int] = {}
 
     def append(self, content: bytes | memoryview) -> int:
         """Adds content; gives back where it is."""
@@ -103,97 +101,114 @@ class _File:
         self._size += self._stream.write(content)
         return place
 
+    def share(self, content: bytes) -> int:
+        """Where content is, which is added if it is not there yet."""
+        if content not in self._shared:
+            self._shared[content] = self.append(content)
+        return self._shared[content]
+
 
 class _Tokens:
     """Strings by number."""
 
-    def __init__(self, first: Iterable[str]) -> None:
-        self.numbers = {token: number for number, token in enumerate(first)}
+    def __init__(self) -> None:
+        self.numbers = {"": 0}
 
     def number(self, token: str) -> int:
         return self.numbers.setdefault(token, len(self.numbers))
 
 
 def _append_samples(file: _File, samples: Samples) -> int:
-    """Adds an attribute's values and times; gives back where its time samples are."""
+    """Adds an attribute's values, those that stay the same once, and times; gives back where its time samples are."""
     kind, frames = _KINDS[samples.type_name], len(samples.codes)
     rows = np.ascontiguousarray(samples.values, dtype=kind.number).reshape(frames, samples.values[0].size)
+    bits = rows.view(np.uint32)
+    changed = np.append(True, (bits[1:] != bits[:-1]).any(axis=1))
+    rows = rows if changed.all() else rows[changed]
     if kind.code & _ARRAY:
-        lengths = np.full((frames, 1), samples.values.shape[1], dtype="<u8")
+        lengths = np.full((len(rows), 1), samples.values.shape[1], dtype="<u8")
         rows = np.concatenate([lengths.view(np.uint8), rows.view(np.uint8)], axis=1)
-    values = file.append(rows.data) + rows.strides[0] * np.arange(frames, dtype="<u8") + np.uint64(kind.code)
-    times = file.append(struct.pack("<Q", frames) + samples.codes.astype("<f8").tobytes())
+    start = file.append(rows.data) + kind.code
+    values = start + rows.strides[0] * (np.cumsum(changed, dtype="<u8") - np.uint64(1))
+    times = file.share(struct.pack("<Q", frames) + samples.codes.astype("<f8").tobytes())
     step = 8  # from before what says how far ahead the next part is
     return file.append(struct.pack("<qQqQ", step, _DOUBLES | times, step, frames) + values.tobytes())
 
 
-def _field_sets(file: _File, tokens: _Tokens, attributes: Sequence[tuple[str, int]]) -> list[dict[str, int]]:
-    """Values of the fields of root, prim and attributes, by name.
+@dataclass(frozen=True, kw_only=True)
+class _Spec:
+    """Of the root, a prim or an attribute, which follow one another as a tree is walked."""
 
-    Args:
-        file: Lists of names go there.
-        tokens: By number.
-        attributes: Type and place of the time samples of each.
-    """
+    kind: int
+    element: int
+    """Number of its name's token; negative = of an attribute."""
+    jump: int
+    """_CHILD = has children alone, 0 = a sibling alone, _LEAF = neither; else how far ahead the sibling is."""
+    fields: Mapping[str, int]
+    """Values by name."""
 
-    def listed(names: Iterable[str]) -> int:
-        numbers = [tokens.number(name) for name in names]
-        return _TOKENS | file.append(struct.pack("<Q", len(numbers)) + np.array(numbers, dtype="<u4").tobytes())
 
-    names = map(attribute_name, range(len(attributes)))
+def _specs_above(file: _File, tokens: _Tokens, scope: Sequence[str], children: Iterable[str]) -> list[_Spec]:
+    """Root and prims above those that have the attributes."""
+    names = [*([name] for name in scope), [*children]]
+    lists = [{"primChildren": _listed(file, tokens, below)} for below in names]
     return [
-        {"primChildren": listed([SAMPLES_PRIM])},
-        {"specifier": _INLINED | _SPECIFIER, "properties": listed(names)},
+        _Spec(kind=_ROOT, element=0, jump=_CHILD, fields=lists[0]),
         *(
-            {
-                "custom": _INLINED | _BOOL,
-                "typeName": _INLINED | _TOKEN | tokens.number(type_name),
-                "variability": _INLINED | _VARIABILITY,
-                "timeSamples": _TIME_SAMPLES | place,
-            }
-            for type_name, place in attributes
+            _Spec(kind=_PRIM, element=tokens.number(name), jump=_CHILD, fields={"specifier": _DEFINED, **below})
+            for name, below in zip(scope, lists[1:], strict=True)
         ),
     ]
 
 
-def _sections(tokens: _Tokens, field_sets: Sequence[Mapping[str, int]], attributes: int) -> dict[str, bytes]:
-    """The sections by name. Root, prim and attributes follow one another as paths, specs and field sets."""
-    fields = [(tokens.number(name), value) for field_set in field_sets for name, value in field_set.items()]
-    sizes = np.array([len(field_set) for field_set in field_sets])
-    ends = np.cumsum(sizes)
-    specs = len(field_sets)
-    elements = [tokens.number(""), tokens.number(SAMPLES_PRIM)]
-    properties = [-tokens.number(attribute_name(index)) for index in range(attributes)]  # negative = of the prim
-    jumps = ([-1, -1] + [0] * attributes)[: specs - 1] + [-2]  # a child alone, a sibling alone, neither
-    kinds = [_ROOT, _PRIM] + [_ATTRIBUTE] * attributes
+def _specs_of(
+    file: _File, tokens: _Tokens, prims: Mapping[str, Mapping[str, Samples]], places: Sequence[Sequence[int]]
+) -> list[_Spec]:
+    """Prims with their attributes, whose time samples are in these places."""
+    specs = []
+    for number, (name, attributes) in enumerate(prims.items(), start=1):
+        fields = {"specifier": _DEFINED, "properties": _listed(file, tokens, [*attributes])}
+        jump = _CHILD if number == len(prims) else 1 + len(attributes)
+        specs.append(_Spec(kind=_PRIM, element=tokens.number(name), jump=jump, fields=fields))
+        for left, (attribute, place) in enumerate(
+            zip(attributes, places[number - 1], strict=True), 1 - len(attributes)
+        ):
+            fields = {
+                "custom": _INLINED | _BOOL,
+                "typeName": _INLINED | _TOKEN | tokens.number(attributes[attribute].type_name),
+                "variability": _INLINED | _VARIABILITY,
+                "timeSamples": _TIME_SAMPLES | place,
+            }
+            jump = 0 if left else _LEAF
+            specs.append(_Spec(kind=_ATTRIBUTE, element=-tokens.number(attribute), jump=jump, fields=fields))
+    return specs
+
+
+def _listed(file: _File, tokens: _Tokens, names: Sequence[str]) -> int:
+    """Value that is a list of names."""
+    numbers = np.array([tokens.number(name) for name in names], dtype="<u4")
+    return _TOKENS | file.share(struct.pack("<Q", len(numbers)) + numbers.tobytes())
+
+
+def _sections(tokens: _Tokens, specs: Sequence[_Spec]) -> dict[str, bytes]:
+    """The sections by name. Specs, their paths and field sets follow one another."""
+    fields = [(tokens.number(name), value) for spec in specs for name, value in spec.fields.items()]
+    sizes = np.array([len(spec.fields) for spec in specs])
+    ends, count = np.cumsum(sizes), len(specs)
     text = b"".join(token.encode() + b"\0" for token in tokens.numbers)
     values = np.array([value for _, value in fields], dtype="<u8").tobytes()
     return {
-        "TOKENS": struct.pack("<QQ", len(tokens.numbers), len(text)) + _packed(text),
+        "TOKENS": struct.pack("<QQ", len(tokens.numbers), len(text)) + pack_bytes(text),
         "STRINGS": struct.pack("<Q", 0),
-        "FIELDS": struct.pack("<Q", len(fields)) + _column([number for number, _ in fields]) + _packed(values),
-        "FIELDSETS": struct.pack("<Q", len(fields) + specs) + _column(np.insert(np.arange(len(fields)), ends, _END)),
-        "PATHS": struct.pack("<QQ", specs, specs)
-        + _column(np.arange(specs))
-        + _column(elements + properties)
-        + _column(jumps),
-        "SPECS": struct.pack("<Q", specs)
-        + _column(np.arange(specs))
-        + _column(ends - sizes + np.arange(specs))
-        + _column(kinds),
+        "FIELDS": struct.pack("<Q", len(fields)) + pack_column([number for number, _ in fields]) + pack_bytes(values),
+        "FIELDSETS": struct.pack("<Q", len(fields) + count)
+        + pack_column(np.insert(np.arange(len(fields)), ends, _END)),
+        "PATHS": struct.pack("<QQ", count, count)
+        + pack_column(np.arange(count))
+        + pack_column([spec.element for spec in specs])
+        + pack_column([spec.jump for spec in specs]),
+        "SPECS": struct.pack("<Q", count)
+        + pack_column(np.arange(count))
+        + pack_column(ends - sizes + np.arange(count))
+        + pack_column([spec.kind for spec in specs]),
     }
-
-
-def _column(integers: Sequence[int] | np.ndarray) -> bytes:
-    """Integers as a value that is frequent, two bits each that say how wide they are, and their differences."""
-    differences = np.diff(np.asarray(integers, dtype=np.int64), prepend=0).astype("<i4")
-    widths = b"\xff" * ((2 * len(differences) + 7) // 8)  # 32 bits all
-    return _packed(struct.pack("<i", 0) + widths + differences.tobytes())
-
-
-def _packed(content: bytes) -> bytes:
-    """Size and LZ4 block, in one piece, all of it literals."""
-    more = len(content) - 15
-    length = b"\xff" * (more // 255) + bytes([more % 255]) if more >= 0 else b""
-    block = b"\0" + bytes([min(len(content), 15) << 4]) + length + content
-    return struct.pack("<Q", len(block)) + block

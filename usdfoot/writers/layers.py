@@ -17,6 +17,7 @@ __all__ = [
     "LayerFormat",
     "apply_schemas",
     "author",
+    "author_format",
     "author_samples",
     "author_targets",
     "define_prim",
@@ -51,6 +52,12 @@ def new_layer(layer_format: LayerFormat, *, text: bool = False) -> Sdf.Layer:
         text: usda instead of usdc.
     """
     layer = Sdf.Layer.CreateAnonymous(".usda" if text else ".usdc")
+    author_format(layer, layer_format)
+    return layer
+
+
+def author_format(layer: Sdf.Layer, layer_format: LayerFormat) -> None:
+    """Author all stage metadata and the default prim's name."""
     root = layer.pseudoRoot
     root.SetInfo("metersPerUnit", layer_format.units.meters_per_unit)
     root.SetInfo("upAxis", layer_format.units.up_axis)
@@ -59,7 +66,6 @@ def new_layer(layer_format: LayerFormat, *, text: bool = False) -> Sdf.Layer:
     layer.startTimeCode = layer_format.start_code
     layer.endTimeCode = layer_format.end_code
     layer.defaultPrim = Sdf.Path(Prim.CROWD).name
-    return layer
 
 
 def define_prim(layer: Sdf.Layer, path: str, type_name: str) -> Sdf.PrimSpec:

@@ -6,7 +6,7 @@ import errno
 import logging
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -14,6 +14,7 @@ from pxr import Sdf, Tf, UsdUtils
 
 from usdfoot.bridge.file_hashes import file_hashes
 from usdfoot.errors import OutputError
+from usdfoot.writers.crate_join import join_layers
 
 __all__ = ["StagedFiles", "staged_files"]
 
@@ -37,17 +38,28 @@ class StagedFiles:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self._temporary: dict[str, Path] = {}
-        self._scratch: list[Path] = []
         self._adopted: dict[str, Path] = {}
         self._hashes: dict[str, str] = {}
+
+    def reserve(self, name: str) -> Path:
+        """Where a file is to be written that will have the name."""
+        self._temporary[name] = self._hidden(name)
+        return self._temporary[name]
 
     def add_layer(self, name: str, layer: Sdf.Layer) -> None:
         """Save a layer; a file named .usd has the layer's own format."""
         arguments = {"format": str(layer.GetFileFormat().formatId)} if name.endswith(".usd") else {}
-        delegate = UsdUtils.CoalescingDiagnosticDelegate()
-        path = self._reserve(name)
+        path = self.reserve(name)
+        self._save(name, lambda: layer.Export(str(path), args=arguments))
+
+    def save_layer(self, name: str, layer: Sdf.Layer) -> None:
+        """Save a layer that was opened from the file reserved for it."""
+        self._save(name, layer.Save)
+
+    def _save(self, name: str, save: Callable[[], bool]) -> None:
+        path, delegate = self._temporary[name], UsdUtils.CoalescingDiagnosticDelegate()
         try:
-            saved = layer.Export(str(path), args=arguments)
+            saved = save()
         except Tf.ErrorException as error:
             _check_room(path)
             raise OutputError(self.folder / name, "cannot be written", str(error).strip().splitlines()[-1]) from error
@@ -60,17 +72,22 @@ class StagedFiles:
                 self.folder / name, "cannot be written", "see that the folder has room and may be written to"
             )
 
+    def add_joined(self, name: str, layer: Sdf.Layer, parts: Iterable[Path], *, scope: str) -> None:
+        """Save a binary layer with what files of others have below a scope of it, which is empty."""
+        self.add_layer(name, layer)
+        join_layers(self._temporary[name], parts, scope=scope)
+
     def add_text(self, name: str, text: str) -> None:
         """Save a text file."""
-        self._reserve(name).write_text(text, encoding="utf-8", newline="\n")
+        self.reserve(name).write_text(text, encoding="utf-8", newline="\n")
 
     def add_bytes(self, name: str, content: bytes) -> None:
         """Save a file of any kind."""
-        self._reserve(name).write_bytes(content)
+        self.reserve(name).write_bytes(content)
 
     def add_file(self, name: str, source: Path) -> None:
         """Copy a file."""
-        shutil.copyfile(source, self._reserve(name))
+        shutil.copyfile(source, self.reserve(name))
 
     def adopt(self, name: str, source: Path, *, content_hash: str | None = None) -> None:
         """Take a file that is there already, under another name or its own; if all fails it stays where it is.
@@ -80,13 +97,13 @@ class StagedFiles:
             source: Where it is.
             content_hash: Its SHA-256 if that is known.
         """
+        self._check_place(self.folder / name)
         self._adopted[name] = source
         self._hashes.update({name: content_hash} if content_hash else {})
 
-    def scratch(self, name: str) -> Path:
-        """Where a file may be that is not to stay."""
-        self._scratch.append(self._hidden(name))
-        return self._scratch[-1]
+    def place_of(self, name: str) -> Path:
+        """Where an adopted file is now."""
+        return self._adopted[name]
 
     def content_hashes(self) -> dict[str, str]:
         """SHA-256 of every file so far, by name."""
@@ -108,22 +125,21 @@ class StagedFiles:
 
     def discard(self) -> None:
         """Remove what has not been renamed, as far as that can be done."""
-        for path in (*self._temporary.values(), *self._scratch):
+        for path in self._temporary.values():
             with suppress(OSError):
                 path.unlink()
         self._temporary.clear()
-        self._scratch.clear()
-
-    def _reserve(self, name: str) -> Path:
-        self._temporary[name] = self._hidden(name)
-        return self._temporary[name]
 
     def _hidden(self, name: str) -> Path:
         final = self.folder / name
+        self._check_place(final)
+        return final.with_name(f".{os.getpid()}.{final.name}")
+
+    def _check_place(self, final: Path) -> None:
+        """Has the folder of a file be there, and within this one."""
         if not final.parent.resolve().is_relative_to(self.folder.resolve()):
             raise OutputError(final.parent, f"leads out of {self.folder}", "remove the link, or name another folder")
         final.parent.mkdir(parents=True, exist_ok=True)
-        return final.with_name(f".{os.getpid()}.{final.name}")
 
 
 def _check_room(path: Path) -> None:
