@@ -52,8 +52,8 @@ def draw_coverage(spaces: Sequence[SpaceCoverage], path: Path) -> Path:
         shade = _draw(panels[row, space.side], space, largest)
     bar = figure.colorbar(shade, ax=panels.ravel().tolist(), shrink=0.6, pad=0.05)
     bar.set_label("expected error: mean distance of the joints from a recorded step's [cm]")
-    title = "Where steps land, seen from the support ball (red square)\ndashed: where none lands, and how far the nearest is [m]"
-    figure.suptitle(title)
+    title = "Where steps land, seen from the support ball (red square)"
+    figure.suptitle(f"{title}\ndashed: where none lands, and how far the nearest is [m]")
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=110, metadata={"Software": None})
     return path
