@@ -6,8 +6,9 @@ import multiprocessing
 import os
 import threading
 from collections.abc import Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
+from typing import Any
 
 from usdfoot.errors import UsdfootError
 
@@ -43,8 +44,16 @@ def open_executor(
         return
     # A fork would copy USD's and Warp's threads half alive.
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(count - beside, mp_context=context, initializer=_end_with_parent) as executor:
+    with _Processes(count - beside, mp_context=context, initializer=_end_with_parent) as executor:
         yield executor
+
+
+class _Processes(ProcessPoolExecutor):
+    """Processes of this machine, who know how many they are."""
+
+    def __init__(self, workers: int, **options: Any) -> None:
+        super().__init__(workers, **options)
+        self.workers = workers
 
 
 def _end_with_parent() -> None:
@@ -75,12 +84,16 @@ def _dask(scheduler: str) -> Iterator[Executor]:
         yield client.get_executor(pure=False)
 
 
-def open_scene_early(executor: Executor, scene: str) -> None:
-    """Has as many workers as there are cores open a scene. Who cannot says so when it is asked for a chunk."""
+def open_scene_early(executor: Executor, scene: str) -> list[Future[None]]:
+    """Has all workers of this machine open a scene; who cannot says so when it is asked for a chunk.
+
+    Returns:
+        One a worker, done when it has opened the scene.
+    """
     from usdfoot.batch.workshop import open_early
 
-    for _ in range(_cores()):
-        executor.submit(open_early, scene)
+    workers = getattr(executor, "workers", _cores())
+    return [executor.submit(open_early, scene) for _ in range(workers)]
 
 
 def _cores() -> int:
