@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import BrokenExecutor, Executor, Future, as_completed
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, as_completed
 from contextlib import suppress
 from functools import partial
 from queue import SimpleQueue
@@ -15,6 +15,9 @@ from usdfoot.batch.workshop import MadeChunk, Workshop, make_chunk
 from usdfoot.errors import OutputError, UsdfootError
 
 __all__ = ["run_chunks"]
+
+_KILLED = "KilledWorker"
+"""Dask's error for what several workers died of, one after the other; Dask need not be installed."""
 
 Outcome = tuple[int, Callable[[], MadeChunk]]
 """Index of a chunk, and what gives what became of it or raises why there is nothing."""
@@ -48,10 +51,14 @@ def run_chunks(
     for index, result in outcomes:
         try:
             yield index, result()
-        except BrokenExecutor:
+        except (BrokenExecutor, CancelledError):  # as by Dask where its scheduler vanished
             failed[tasks[index].files.anims] = "its worker vanished"
         except (UsdfootError, OSError, MemoryError) as error:
             failed[tasks[index].files.anims] = str(error) or type(error).__name__
+        except Exception as error:
+            if type(error).__name__ != _KILLED:
+                raise
+            failed[tasks[index].files.anims] = "every worker that took it vanished"
     if failed:
         raise OutputError(
             tasks[0].folder,
@@ -75,7 +82,7 @@ def _shared(
     left, done = deque(range(len(tasks))), SimpleQueue[Outcome]()
 
     def give(last: Future[Any]) -> None:
-        if isinstance(last.exception(), BrokenExecutor):  # of which nothing can be asked
+        if last.cancelled() or isinstance(last.exception(), BrokenExecutor):  # by whom nothing more is made
             return
         with suppress(IndexError):
             index = left.popleft()

@@ -65,11 +65,10 @@ class ContactFeet:
     """Planted times inverse blended ankle rotation, likewise, shape (C, 4)."""
     drops: FloatArray
     leave_drops: FloatArray
-    """How far the pelvis has to come down for the leg to reach its print, at its strike and at a liftoff into a
-    flight [m], shape (C,)."""
-    leave_raises: FloatArray
-    """How much more than blended the heel is raised at a liftoff into a flight, for the leg to reach [rad],
+    """How far the pelvis has to come down for the leg to reach its print, at its strike and at its liftoff [m],
     shape (C,)."""
+    leave_raises: FloatArray
+    """How much more than blended the heel is raised at the liftoff, for the leg to reach [rad], shape (C,)."""
     on_ground: BoolArray
     """Whether there is walkable ground under the ball, shape (C,)."""
 
@@ -256,7 +255,7 @@ def hold_feet(layout: Layout, feet: ContactFeet, rows: IntArray, times: FloatArr
 
 
 def raise_heels(layout: Layout, feet: ContactFeet, rows: IntArray, times: FloatArray, blended: Feet) -> ContactFeet:
-    """The feet with how much more than blended some heels are raised when they are left for a flight.
+    """The feet with how much more than blended some heels are raised when they leave.
 
     Args:
         layout: Contacts as executed.
@@ -302,7 +301,7 @@ def lower_pelvis(
         feet: Prints and rolls.
         rows: Contacts that are struck, shape (N,).
         lands: The feet at their strikes.
-        left: Contacts that are left for a flight, shape (M,).
+        left: Contacts that are left, shape (M,).
         leaves: The feet at their liftoffs.
     """
     feet = with_values(feet, rows, {"drops": _missing_reach(layout, rows, lands)})

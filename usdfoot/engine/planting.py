@@ -30,6 +30,7 @@ from usdfoot.engine.thinning import choose_samples
 from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.agent import Agent, Crowd
+from usdfoot.model.contact_table import ContactTable
 from usdfoot.model.ground import Ground
 from usdfoot.model.motion import Motion, StepResults
 
@@ -69,6 +70,8 @@ class Due:
     """Those to lay and roll."""
     flats: IntArray
     """Those whose pitch is measured when they are flat."""
+    leaves: IntArray
+    """Those for whose liftoffs the pelvis comes down and the heel rises in time."""
     swings: IntArray
     """Those whose swings are led and kept off the ground; each swing's end is among the strikes."""
 
@@ -90,12 +93,13 @@ def prepare_planting(
         ground: The terrain.
         known: What was prepared before of the other contacts.
         due: Those to prepare; None = all.
-        sinks_for_flights: Whether the pelvis comes down for legs that take off or land too far away; not where the
-            source's bodies fly as physics has it.
+        sinks_for_flights: Whether the pelvis comes down in time for legs that take off or land too far away; not where
+            the source's bodies fly as physics has it.
     """
     contacts = layout.contacts
     count = len(contacts.sides)
-    due = due or Due(strikes=np.arange(count), flats=np.arange(count), swings=np.flatnonzero(contacts.has_swing))
+    every, swings = np.arange(count), np.flatnonzero(contacts.has_swing)
+    due = due or Due(strikes=every, flats=every, leaves=np.flatnonzero(contacts.has_next), swings=swings)
     feet = prepare_feet(layout, source, ground, known.feet if known else unplanted_feet(count), due, sinks_for_flights)
     detours = known.detours.copy() if known else np.zeros((count, KNOTS, 3))
     detours[due.swings] = plan_detours(layout, source, feet, ground, rows=due.swings)
@@ -108,7 +112,7 @@ def prepare_feet(
     """Feet with prints, rolls and leads, from the source's feet at strikes and liftoffs."""
     contacts = layout.contacts
     flown = contacts.flown[due.strikes]
-    left = due.strikes[flown & sinks_for_flights] - 1
+    left = _left(contacts, due.leaves, sinks_for_flights)
     reached = np.flatnonzero(~flown | sinks_for_flights)
     rows = np.concatenate([due.strikes, due.swings, left])
     struck, moved = len(due.strikes), len(due.strikes) + len(due.swings)
@@ -126,6 +130,13 @@ def prepare_feet(
     last = np.arange(moved, len(rows))
     feet = raise_heels(layout, feet, left, times[last], blended[last])
     return lower_pelvis(layout, feet, due.strikes[reached], held[reached], left, held[moved:])
+
+
+def _left(contacts: ContactTable, leaves: IntArray, sinks_for_flights: bool) -> IntArray:
+    """Contacts of `leaves` (N,) that are left within the motion, into flights only where `sinks_for_flights`."""
+    flies = contacts.flown[leaves + 1]
+    walks = contacts.has_swing[leaves] & (contacts.liftoffs[leaves] > contacts.starts[contacts.agents[leaves]])
+    return leaves[np.where(flies, sinks_for_flights, walks)]
 
 
 def _feet_at(layout: Layout, source: PoseSource, rows: IntArray, times: FloatArray) -> Feet:

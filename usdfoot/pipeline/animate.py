@@ -21,6 +21,7 @@ from usdfoot.pipeline.report import AnimateReport, report_json
 from usdfoot.pipeline.unchanged import find_earlier
 from usdfoot.readers.chunks import find_agents, read_record
 from usdfoot.readers.stage import open_stage
+from usdfoot.writers.paths import folder_path
 
 if TYPE_CHECKING:  # imported where something is to be made: that takes longer than to find that nothing is
     from usdfoot.batch.tasks import ChunkTask
@@ -31,7 +32,7 @@ if TYPE_CHECKING:  # imported where something is to be made: that takes longer t
 __all__ = ["animate", "animate_chunk", "count_chunks"]
 
 FEW_CHUNKS = 3
-"""So many chunks are made without workers, whose start takes as long. Of more, workers open the scene while it is read."""
+"""So many chunks are made without workers, whose start takes as long; else they open the scene while it is read."""
 
 
 def animate(
@@ -76,7 +77,7 @@ def animate(
         OutputError: If the folder cannot be written to, the output would replace the input, or a worker vanished.
     """
     progress("read", 0, 0)
-    options, target = options or MotionOptions(), Path(os.path.realpath(folder))
+    options, target = options or MotionOptions(), folder_path(folder)
     call = CallRecord(
         agents=agents, frames=frames, chunk_size=chunk_size, collect=collect, levels=levels, limits=limits
     )
@@ -149,7 +150,7 @@ def animate_chunk(
     from usdfoot.batch.tasks import with_earlier
     from usdfoot.batch.workshop import Workshop
 
-    options, target = options or MotionOptions(), Path(os.path.realpath(folder))
+    options, target = options or MotionOptions(), folder_path(folder)
     call = CallRecord(
         agents=agents, frames=frames, chunk_size=chunk_size, collect=collect, levels=levels, limits=limits
     )
