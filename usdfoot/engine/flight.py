@@ -12,7 +12,7 @@ from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable
 from usdfoot.model.examples import Examples, event_knots
 
-__all__ = ["centre_flights", "flight_falls", "liftoff_samples", "natural_flights"]
+__all__ = ["centre_flights", "flight_falls", "liftoff_samples", "natural_flights", "natural_overlaps"]
 
 MOST_SHIFT = 0.25
 """How far the body may be behind or ahead of a strike, over the shorter of the steps before and after it."""
@@ -21,6 +21,11 @@ MOST_SHIFT = 0.25
 def natural_flights(examples: Examples, chosen: IntArray, weights: FloatArray) -> FloatArray:
     """Blended duration of the examples' flights before the swing strike [s], shape (M,)."""
     return np.sum(weights * _flight_times(examples)[chosen], axis=1)
+
+
+def natural_overlaps(examples: Examples, chosen: IntArray, weights: FloatArray) -> FloatArray:
+    """Blended duration of the examples' double supports after the swing strike [s], shape (M,)."""
+    return np.sum(weights * np.maximum(examples.support_liftoffs - examples.durations, 0.0)[chosen], axis=1)
 
 
 def liftoff_samples(examples: Examples) -> FloatArray:
