@@ -24,7 +24,8 @@ from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.model.tuning import BodyTuning
 from usdfoot.planning.proportions import Proportions, proportions_of
 from usdfoot.readers.agents import AgentSource, read_agent_options
-from usdfoot.readers.characters import character_key, find_skeleton, only_character, read_character
+from usdfoot.readers.candidates import find_skeleton, only_character
+from usdfoot.readers.characters import character_key, read_character
 from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.clips import missing_leg_joints, read_clip
 from usdfoot.readers.stage import StagePrims, authored
