@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from functools import partial
 
 from usdfoot.batch.tasks import ChunkTask
@@ -11,6 +11,9 @@ from usdfoot.batch.workshop import MadeChunk, Workshop, make_chunk
 from usdfoot.errors import OutputError, UsdfootError
 
 __all__ = ["run_chunks"]
+
+_KILLED = "KilledWorker"
+"""Dask's error for what several workers died of, one after the other; Dask need not be installed."""
 
 
 def run_chunks(
@@ -37,10 +40,14 @@ def run_chunks(
         for index, result in _outcomes(tasks, futures, workshop if beside else None):
             try:
                 yield index, result()
-            except BrokenExecutor:
+            except (BrokenExecutor, CancelledError):  # as by Dask where its scheduler vanished
                 failed[tasks[index].files.anims] = "its worker vanished"
             except (UsdfootError, OSError, MemoryError) as error:
                 failed[tasks[index].files.anims] = str(error) or type(error).__name__
+            except Exception as error:
+                if type(error).__name__ != _KILLED:
+                    raise
+                failed[tasks[index].files.anims] = "every worker that took it vanished"
     if failed:
         raise OutputError(
             tasks[0].folder,

@@ -130,7 +130,7 @@ def symptom_table(symptoms: Sequence[Symptom]) -> Table:
         table.add_column(heading, overflow="fold")
     for symptom in symptoms:
         texts = (symptom.name, symptom.state, symptom.told, symptom.remedy)
-        table.add_row(*map(Text, texts))  # not markup: usdfoot[crowd] has brackets
+        table.add_row(*texts)
     return table
 
 
@@ -265,11 +265,11 @@ def _counted(table: Table, count: int) -> Table:
     return table
 
 
-def _value(figure: Figure) -> str:
+def _value(figure: Figure) -> Text:
     if not math.isfinite(figure.value):
-        return "-"
+        return Text("-")
     text = f"{figure.value:.3g}"
-    return text if figure.passed else f"[bold red]{text} ![/]"
+    return Text(text) if figure.passed else Text(f"{text} !", style="bold red")
 
 
 def _number(value: float, digits: int) -> str:

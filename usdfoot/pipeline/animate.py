@@ -21,6 +21,7 @@ from usdfoot.pipeline.report import AnimateReport, report_json
 from usdfoot.pipeline.unchanged import find_earlier
 from usdfoot.readers.chunks import find_agents, read_record
 from usdfoot.readers.stage import open_stage
+from usdfoot.writers.paths import folder_path
 
 if TYPE_CHECKING:  # imported where something is to be made: that takes longer than to find that nothing is
     from usdfoot.batch.tasks import ChunkTask
@@ -78,7 +79,7 @@ def animate(
         OutputError: If the folder cannot be written to, the output would replace the input, or a worker vanished.
     """
     progress("read", 0, 0)
-    options, target = options or MotionOptions(), Path(os.path.realpath(folder))
+    options, target = options or MotionOptions(), folder_path(folder)
     call = CallRecord(
         agents=agents, frames=frames, chunk_size=chunk_size, collect=collect, levels=levels, limits=limits
     )
@@ -150,7 +151,7 @@ def animate_chunk(
     from usdfoot.batch.tasks import with_earlier
     from usdfoot.batch.workshop import Workshop
 
-    options, target = options or MotionOptions(), Path(os.path.realpath(folder))
+    options, target = options or MotionOptions(), folder_path(folder)
     call = CallRecord(
         agents=agents, frames=frames, chunk_size=chunk_size, collect=collect, levels=levels, limits=limits
     )
