@@ -134,9 +134,10 @@ def _off_walls(points: FloatArray, distance: float, party: Party) -> FloatArray:
 def _soles_off_walls(feet: FootTable, party: Party) -> FootTable:
     """The table with feet moved until their soles, from heel to toe, are in no wall, or as far out as they come."""
     points, forward = feet.positions[:, [0, 2]], planar.direction(feet.yaws)
-    reaches = np.stack([feet.half_widths - feet.heels, np.zeros(len(points)), feet.toes - feet.half_widths])
+    heels, toes = feet.half_widths - feet.heels, feet.toes - feet.half_widths
+    reaches = np.stack([heels, 0.5 * heels, np.zeros(len(points)), toes])
     for _ in range(WALL_ROUNDS):
-        soles = points + reaches[..., None] * forward  # (3, S, 2)
+        soles = points + reaches[..., None] * forward  # (4, S, 2)
         inside = _off_walls(soles.reshape(-1, 2), float(feet.half_widths.max()), party).reshape(soles.shape)
         out = inside - soles
         count = np.any(out != 0.0, axis=2).sum(axis=0)
