@@ -42,6 +42,15 @@ RIGS = {
     "biped": (["Bip01", "Bip01 Pelvis"], ["Bip01 L Thigh", "Bip01 L Calf", "Bip01 L Foot", "Bip01 L Toe0"]),
     "biped in usd": (["Bip01", "Bip01_Pelvis"], ["Bip01_L_Thigh", "Bip01_L_Calf", "Bip01_L_Foot", "Bip01_L_Toe0"]),
     "smpl": (["Pelvis"], ["L_Hip", "L_Knee", "L_Ankle", "L_Foot"]),
+    "smpl in maya": (
+        ["m_avg_root", "m_avg_Pelvis"],
+        ["m_avg_L_Hip", "m_avg_L_Knee", "m_avg_L_Ankle", "m_avg_L_Foot"],
+    ),
+    "valve": (
+        ["ValveBiped.Bip01", "ValveBiped.Bip01_Pelvis"],
+        [f"ValveBiped.Bip01_L_{name}" for name in ("Thigh", "Calf", "Foot", "Toe0")],
+    ),
+    "arkit": (["root", "hips_joint"], [f"left_{name}_joint" for name in ("upLeg", "leg", "foot", "toes")]),
     "advanced skeleton": (["Root_M"], ["Hip_L", "Knee_L", "Ankle_L", "Toes_L"]),
     "character creator": (
         ["CC_Base_Hip"],
@@ -259,6 +268,12 @@ def test_missing_roles_are_named_with_the_way_to_author_them():
     assert caught.value.names == ("left ball", "right ball")
     assert "add a joint at the ball of each foot, or apply UsdfootBipedAPI" in str(caught.value)
     assert 'uniform token usdfoot:biped:left:ball = "<joint>"' in str(caught.value)
+
+
+def test_joints_that_are_not_connected_are_said():
+    names = ["Hips", "LeftUpLeg", "LeftLeg", "LeftFoot", "LeftToeBase", "RightUpLeg", "RightLeg", "RightFoot"]
+    with pytest.raises(BipedError, match=r"none of its joints is below another. author joints as paths .* Hips/Left"):
+        find_biped(make_skeleton(names, np.eye(8, 3)), {})
 
 
 def test_something_without_legs_is_no_biped():

@@ -73,6 +73,14 @@ def test_rest_pose_taken_from_a_walk_mirrors_as_well() -> None:
     assert_allclose(positions_of(image, skeleton)[:, biped.balls], reflected[:, biped.balls], atol=5e-3)
 
 
+def test_rest_pose_taken_from_a_walk_tells_the_axes_of_one_that_stands() -> None:
+    walker = build_walker(Gait())
+    skeleton, biped = walker.library.skeleton, walker.library.biped
+    strides = replace(skeleton, rest_rotations=walker.clip.rotations[7].copy())
+    standing, striding = (mirror_map(rig, biped).relations for rig in (skeleton, strides))
+    assert_allclose(np.abs(np.sum(standing * striding, axis=-1)), 1.0, atol=1e-9)
+
+
 def test_joints_are_reflected_where_axes_are_not_square_to_the_last_digit() -> None:
     """The rest pose is a frame of a walk, so axes count as square; one thigh's are off by 2 mrad, as if hand-drawn."""
     walker = build_walker(Gait())

@@ -8,6 +8,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from tests.batch.conftest import AGENTS, delay_plan, digests, write_crowd_scene
 from usdfoot.bridge.tokens import File
+from usdfoot.errors import OutputError
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.animate import animate
 
@@ -104,6 +105,26 @@ def test_changed_overrides_leave_the_bytes_of_a_first_run(shot):
     assert assert_as_new(scene, folder) == 0
     delay_plan(scene, 2, 3.0)
     assert assert_as_new(scene, folder) == AGENTS - 1
+
+
+def test_a_crowd_whose_chunks_are_elsewhere_is_made_again(shot):
+    scene, folder = shot
+    parts = folder / File.CHUNKS
+    for path in parts.iterdir():  # as versions before had them
+        path.rename(folder / path.name)
+    parts.rmdir()
+    delay_plan(scene, 0, 3.0)
+    assert assert_as_new(scene, folder) == 0
+
+
+def test_nothing_is_written_where_a_link_leads(shot, tmp_path):
+    scene, folder = shot
+    (tmp_path / "elsewhere").mkdir()
+    shutil.rmtree(folder / File.CHUNKS)
+    (folder / File.CHUNKS).symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(OutputError, match="leads out of"):
+        animate(scene, folder, chunk_size=2)
+    assert not list((tmp_path / "elsewhere").iterdir())
 
 
 @pytest.mark.parametrize("is_only_change", [False, True])

@@ -52,8 +52,11 @@ def test_every_chunk_is_a_layer_and_the_crowd_is_whole(crowd):
 def test_one_chunk_has_the_agents_of_many(crowd, crowd_scene, tmp_path):
     whole = animate(crowd_scene, tmp_path / "out")
     opened = [Usd.Stage.Open(str(report.crowd_file)) for report in (crowd, whole)]
-    names = {path.name for path in (tmp_path / "out").glob("*.usdc")}
+    names, several = ({path.name for path in report.crowd_file.parent.glob("*.usdc")} for report in (whole, crowd))
     assert names == {"agents.usdc", "footsteps.usdc", "anims.0000.usdc"}
+    assert several == {"agents.usdc", "footsteps.usdc", *(f"anims.{number:04d}.usdc" for number in range(AGENTS))}
+    for name in ("agents.usdc", "footsteps.usdc"):
+        assert not Sdf.Layer.FindOrOpen(str(crowd.crowd_file.parent / name)).subLayerPaths
     for scope in ("Agents", "Anims", "Plans"):
         for name in crowd.results:
             specs = []
@@ -67,7 +70,6 @@ def test_one_chunk_has_the_agents_of_many(crowd, crowd_scene, tmp_path):
 
 
 def test_processes_make_the_same_bytes(crowd, crowd_scene, worker, tmp_path, monkeypatch):
-    monkeypatch.setattr("usdfoot.pipeline.animate.EARLY_CHUNKS", 2)
     monkeypatch.setattr("usdfoot.pipeline.animate.FEW_CHUNKS", 1)
     done = []
     animate(
@@ -92,7 +94,7 @@ def test_only_the_chunk_of_a_changed_plan_is_made_again(stages, tmp_path):
     assert again.kept == AGENTS - 1 and sorted(again.results) == sorted(first.results)
     changed = {name for name, digest in digests(tmp_path / "out").items() if digest != before[name]}
     assert {name for name in changed if name.startswith("anims")} >= {"anims.0001.usdc"}
-    assert not changed & {"anims.0000.usdc", "anims.0002.usdc", "agents.0000.usdc"}
+    assert not changed & {"anims.0000.usdc", "anims.0002.usdc", ".chunks/agents.0000.usdc"}
     animate(scene, tmp_path / "fresh", chunk_size=1)
     fresh, kept = digests(tmp_path / "fresh"), digests(tmp_path / "out")
     assert {name for name in fresh if fresh[name] != kept[name]} <= {File.OVERRIDES}
@@ -164,6 +166,13 @@ def test_a_vanished_worker_is_reported_and_the_next_run_goes_on(crowd, crowd_sce
     ):
         animate(crowd_scene, tmp_path / "out", chunk_size=1, executor=executor)
     animate(crowd_scene, tmp_path / "out", chunk_size=1)
+    assert digests(tmp_path / "out") == digests(crowd.crowd_file.parent)
+
+
+def test_what_workers_do_not_begin_is_made_beside_them(crowd, crowd_scene, tmp_path, monkeypatch):
+    monkeypatch.setattr("usdfoot.pipeline.animate.FEW_CHUNKS", 1)
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=os._exit, initargs=(3,)) as executor:
+        animate(crowd_scene, tmp_path / "out", chunk_size=1, executor=executor, beside=True)
     assert digests(tmp_path / "out") == digests(crowd.crowd_file.parent)
 
 

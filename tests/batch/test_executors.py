@@ -4,20 +4,24 @@ import os
 import signal
 import subprocess
 import sys
+import time
 
 import pytest
 
 SCRIPT = """
-import os, signal
+import os, signal, time
 from usdfoot.batch.executors import open_executor
 with open_executor(workers=2) as executor:
-    print(executor.submit(os.getpid).result(), flush=True)
-    os.kill(os.getpid(), signal.SIGKILL)
+    worker = executor.submit(os.getpid).result()
+    futures = [executor.submit(time.sleep, SECONDS) for _ in range(60)]
+    print(worker, flush=True)
+    LAST
 """
 
 
 def test_workers_end_when_the_command_is_killed():
-    with subprocess.Popen([sys.executable, "-c", SCRIPT], stdout=subprocess.PIPE, text=True) as command:
+    script = SCRIPT.replace("LAST", "os.kill(os.getpid(), signal.SIGKILL)").replace("SECONDS", "1")
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as command:
         worker = int(command.stdout.readline())
         try:
             command.communicate(timeout=30.0)  # until nobody has its output open any more
@@ -25,3 +29,25 @@ def test_workers_end_when_the_command_is_killed():
             os.kill(worker, signal.SIGKILL)
             pytest.fail("the worker goes on")
     assert command.returncode == -signal.SIGKILL
+
+
+@pytest.mark.parametrize("at_all", [True, False])
+def test_ctrl_c_ends_the_command_with_the_work_that_is_begun(at_all):
+    """In a terminal all processes get it and end at once; the command alone begins nothing more."""
+    script = SCRIPT.replace("LAST", "time.sleep(60)").replace("SECONDS", "60" if at_all else "1")
+    with subprocess.Popen(
+        [sys.executable, "-c", script],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    ) as command:
+        worker, begin = int(command.stdout.readline()), time.monotonic()
+        try:
+            (os.killpg if at_all else os.kill)(command.pid, signal.SIGINT)
+            command.communicate(timeout=25.0)
+        except subprocess.TimeoutExpired:
+            os.killpg(command.pid, signal.SIGKILL)
+            pytest.fail(f"worker {worker} goes on for {time.monotonic() - begin:.0f} s")
+    assert command.returncode == -signal.SIGINT

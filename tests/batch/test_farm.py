@@ -10,21 +10,22 @@ from pathlib import Path
 import pytest
 
 from tests.batch.conftest import digests
+from usdfoot.batch.executors import open_executor
 from usdfoot.batch.job import job_template
 from usdfoot.cli.main import main
 from usdfoot.errors import SceneError
-from usdfoot.pipeline.animate import animate_chunk
+from usdfoot.pipeline.animate import animate, animate_chunk
 
 
 @contextmanager
 def cluster(folder):
-    """Address of a Dask scheduler with two workers, each in a process of its own."""
+    """Address of a Dask scheduler, and its two workers, each a process of its own."""
     contact = folder / "scheduler.json"
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     options = ["--no-dashboard", "--scheduler-file", str(contact)]
     dask = [sys.executable, "-m", "dask"]
     scheduler = [*dask, "scheduler", "--host", "127.0.0.1", "--port", "0", *options]
-    worker = [*dask, "worker", "--nthreads", "1", "--local-directory", str(folder), *options]
+    worker = [*dask, "worker", "--nthreads", "1", "--no-nanny", "--local-directory", str(folder), *options]
     processes = [subprocess.Popen(scheduler, **quiet)]
     try:
         deadline = time.monotonic() + 60.0
@@ -35,19 +36,27 @@ def cluster(folder):
 
         with Client(scheduler_file=str(contact), timeout=60.0, set_as_default=False) as client:
             client.wait_for_workers(2, timeout=60.0)
-            yield client.scheduler.address
+            yield client.scheduler.address, processes[1:]
     finally:
         for process in reversed(processes):
             process.terminate()
             process.wait(30.0)
 
 
-def test_a_dask_cluster_makes_the_same_bytes(crowd, crowd_scene, tmp_path):
+def test_a_dask_cluster_makes_the_same_bytes_also_when_a_worker_is_killed(crowd, crowd_scene, tmp_path):
     pytest.importorskip("distributed", reason="the extra dask is not installed")
-    with cluster(tmp_path) as address:
+    with cluster(tmp_path) as (address, workers):
         arguments = ["animate", str(crowd_scene), "-o", str(tmp_path / "out"), "--chunk-size", "1", "-q"]
         assert main([*arguments, "--scheduler", address]) == 0
-    assert digests(tmp_path / "out") == digests(crowd.crowd_file.parent)
+        assert digests(tmp_path / "out") == digests(crowd.crowd_file.parent)
+
+        def kill_one(part, done, total):
+            if (part, done) == ("animate", 1):
+                workers[0].kill()
+
+        with open_executor(scheduler=address) as executor:
+            animate(crowd_scene, tmp_path / "killed", chunk_size=1, executor=executor, progress=kill_one)
+        assert workers[0].wait(10.0) and digests(tmp_path / "killed") == digests(tmp_path / "out")
 
 
 def test_a_scheduler_that_does_not_answer_is_named(crowd_scene, tmp_path, capsys, monkeypatch):

@@ -124,6 +124,22 @@ def test_errors_are_one_line_and_exit_code_2(tmp_path, stages, capsys):
     assert main(["analyze", str(tmp_path / "none.usda")]) == 2
 
 
+@pytest.mark.parametrize("verb", ["animate", "job"])
+def test_no_folder_is_not_the_current_one(verb, scene, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main([verb, str(scene), "-o", ""]) == 2
+    assert "output: no folder is named. name one; . is the current folder" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_names_with_brackets_are_printed_and_found(written, tmp_path, capsys):
+    folder = tmp_path / "take [b] [1]"
+    shutil.copytree(written, folder)
+    crowd = folder / "crowd.usd"
+    assert main(["export", str(crowd), "-o", str(folder / "plans.csv"), "-q"]) == 0
+    assert f"wrote {folder / 'plans.csv'}" in capsys.readouterr().out
+
+
 def test_an_error_nobody_foresaw_is_no_exit_code_1(scene, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("usdfoot.pipeline.animate.animate", lambda *_, **__: {}["unforeseen"])
     assert main(["animate", str(scene), "-o", str(tmp_path)]) == 2

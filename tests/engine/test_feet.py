@@ -350,3 +350,11 @@ def test_footsteps_a_little_off_the_terrain_stand_on_it(animate, walker_library,
     assert min(feet.balls[..., 1].min() - BALL_HEIGHT, feet.heels[..., 1].min()) > -2e-3
     for side in (0, 1):
         assert_allclose(motion.contacts[side].positions[:, 1], 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize(("length", "duty"), [(0.55, 0.8), (0.65, 0.8), (0.85, 0.65)])
+def test_a_pelvis_comes_down_in_time_for_feet_that_stay_long_behind(animate, length, duty):
+    """Not at the last moment: it would fall and bounce with several times gravity."""
+    motion = animate([way(9, length=length, step_time=0.5, duty=duty)], rate=60.0)[0]
+    falls = np.diff(motion.pelvis_positions[:, 1].astype(float), n=2) * 60.0**2
+    assert np.abs(falls).max() < 1.5 * 9.81

@@ -27,22 +27,22 @@ def leaping():
 def flights(motion):
     """Takeoff and landing times of all flights inside the motion."""
     contacts = motion.contacts
-    takeoffs, strikes = contacts.liftoffs[:-1], contacts.strikes[1:]
-    flying = (strikes > takeoffs + 1e-9) & (strikes < contacts.ends[0])
-    return list(zip(takeoffs[flying], strikes[flying], strict=True))
+    liftoffs, strikes = contacts.liftoffs[:-1], contacts.strikes[1:]
+    flying = (strikes > liftoffs + 1e-9) & (strikes < contacts.ends[0])
+    return list(zip(liftoffs[flying], strikes[flying], strict=True))
 
 
 def test_flight_is_a_parabola(leaping):
     assert len(flights(leaping)) == 2
-    for takeoff, strike in flights(leaping):
-        times = np.linspace(takeoff + 1e-3, strike - 1e-3, 20)
+    for liftoff, strike in flights(leaping):
+        times = np.linspace(liftoff + 1e-3, strike - 1e-3, 20)
         sample = leaping.evaluate(np.zeros(20, dtype=int), times)
         np.testing.assert_allclose(sample.accelerations, np.tile([0.0, -9.81, 0.0], (20, 1)), atol=0.01 * 9.81)
 
 
 def test_a_leap_is_anticipated_by_a_dip(leaping):
-    for takeoff, strike in flights(leaping):
-        for begin, end, edge in ((takeoff - 0.5, takeoff, takeoff), (strike, strike + 0.5, strike)):
+    for liftoff, strike in flights(leaping):
+        for begin, end, edge in ((liftoff - 0.5, liftoff, liftoff), (strike, strike + 0.5, strike)):
             heights = leaping.evaluate(np.zeros(50, dtype=int), np.linspace(begin, end, 50)).positions[:, 1]
             at_edge = leaping.evaluate(np.zeros(1, dtype=int), np.array([edge])).positions[0, 1]
             assert heights.min() < at_edge - 0.03
@@ -144,8 +144,8 @@ def test_standing_motions_begin_and_end_at_rest():
 
 def test_lower_gravity_and_a_crouch_are_felt():
     earth, moon = (optimise_com([LEAPS], human(), PhysicsOptions(gravity=g)) for g in (9.81, 1.62))
-    takeoff, strike = flights(moon)[0]
-    middle = moon.evaluate(np.zeros(1, dtype=int), np.array([0.5 * (takeoff + strike)]))
+    liftoff, strike = flights(moon)[0]
+    middle = moon.evaluate(np.zeros(1, dtype=int), np.array([0.5 * (liftoff + strike)]))
     assert middle.accelerations[0, 1] == pytest.approx(-1.62, abs=0.05)
     assert earth.steps.jump_height.max() > 3.0 * moon.steps.jump_height.max() > 0.0
     low = optimise_com([walk(6)], replace(human(), nominal_length=0.7))

@@ -1,4 +1,4 @@
-"""Runs along paths fly as long as in their agents' clips; flights that were given stay."""
+"""Runs along paths fly as long as in their agents' clips, feet of walks stand no longer; what was given stays."""
 
 from dataclasses import replace
 
@@ -55,10 +55,26 @@ def test_a_run_flies_as_long_as_its_clips_at_their_pace_and_no_longer_where_it_i
         assert_array_equal(getattr(found, name), getattr(plan, name))
 
 
-def test_flights_that_were_given_and_walks_stay_as_they_are(runners):
-    for speed, flights_open in ((2.8, False), (1.2, True)):
+def test_liftoffs_that_were_given_stay_as_they_are(runners):
+    for speed in (2.8, 1.2):
         plan = way(speed)
-        assert flown(runners, plan, flights_open=flights_open)[0] is plan
+        assert flown(runners, plan, flights_open=False)[0] is plan
+
+
+@pytest.mark.parametrize("duty", [0.53, 0.8])
+def test_both_feet_of_a_walk_stand_together_no_longer_than_in_its_clips(duty):
+    walk = Gait(step_length=0.7, step_time=0.52, duty=duty)
+    walkers = library_of([walk, replace(walk, step_length=0.4), replace(walk, step_width=0.3)])
+    plan = way(1.35)
+    (found,) = flown(walkers, plan)
+    planned, together = (each.liftoff_times[:-1] - each.strike_times[1:] for each in (plan, found))
+    inner = slice(2, -3)  # the stands at both ends, and the swings from and to them, are as planned
+    times = np.diff(plan.strike_times)[inner]
+    clips = (2.0 * duty - 1.0) * np.minimum(times, walk.step_time) + np.maximum(times - walk.step_time, 0.0)
+    assert_allclose(together[inner], np.minimum(clips, planned[inner]), atol=0.012)
+    assert_array_equal(found.liftoff_times[:2], plan.liftoff_times[:2])
+    assert_array_equal(found.liftoff_times[-3:], plan.liftoff_times[-3:])
+    assert_array_equal(found.strike_times, plan.strike_times)
 
 
 def test_the_flights_are_the_same_whoever_else_runs(runners):

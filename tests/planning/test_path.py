@@ -68,6 +68,20 @@ def test_steps_become_shorter_in_curves_and_on_slopes_both_ways():
     assert len(down) > 1.3 * len(plan_path(straight(), LEVEL))
 
 
+@pytest.mark.parametrize("speed", [1.4, 2.2, 3.0])
+def test_who_turns_slows_down_in_time(speed):
+    turn = np.linspace(0.0, np.pi, 40)
+    arc = np.stack([-np.cos(turn), 0.0 * turn, np.sin(turn)], axis=1)
+    hairpin = np.concatenate([[(-1.0, 0.0, -9.0)], arc, [(1.0, 0.0, -9.0)]])
+    plan = plan_path(WalkingPath(name="/Hairpin", points=hairpin, speed=speed), LEVEL)
+    lengths = np.linalg.norm(np.diff(plan.positions, axis=0), axis=1)[2:-2]
+    speeds = lengths / np.diff(plan.strike_times)[2:-2]
+    assert speeds.min() < 0.6 * speed
+    assert speeds.max() > 0.95 * speed
+    braking = np.abs(np.diff(speeds**2)) / (lengths[1:] + lengths[:-1])
+    assert braking.max() < 2.0
+
+
 def test_feet_have_time_to_swing_up_and_down_however_short_the_way():
     def swings(plan):
         return plan.strike_times[2:] - plan.liftoff_times[:-2]

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from pxr import UsdSkel
 
 from tests.scenes import BALL_HEIGHT, JOINTS, OFFSETS, Units, add_character, new_stage
 from usdfoot.errors import SkeletonError
@@ -58,3 +59,13 @@ def test_every_skeleton_with_skin_counts_by_the_joints_it_shares_with_the_animat
     assert hair.sources.tolist() == [-1, 0]
     assert_allclose(hair.rest_matrices[0, 3, :3], (0, 2, 0))
     assert len(own.sources) == len(JOINTS)
+
+
+def test_an_animation_elsewhere_in_the_scene_is_no_matter_for_usd_to_warn_of(capfd):
+    """As exporters leave it: the Skeleton is bound to an animation outside the character that is referenced."""
+    stage = new_stage()
+    skeleton = add_character(stage, "/World/Hero", Units(), with_body=True)
+    UsdSkel.Animation.Define(stage, "/World/walk")
+    UsdSkel.BindingAPI.Apply(skeleton.GetPrim()).CreateAnimationSourceRel().SetTargets(["/World/walk"])
+    assert len(bounds_of(stage)) == 1
+    assert capfd.readouterr().err == ""

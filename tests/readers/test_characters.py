@@ -16,7 +16,8 @@ from usdfoot.errors import BipedError, SkeletonError
 from usdfoot.maths import quaternion
 from usdfoot.model.skeleton import forward_kinematics
 from usdfoot.readers.assets import asset_of
-from usdfoot.readers.characters import character_key, only_character, read_character
+from usdfoot.readers.candidates import only_character
+from usdfoot.readers.characters import character_key, read_character
 from usdfoot.readers.stage import collect_prims, read_stage_info
 from usdfoot.readers.terrain import read_terrain
 
@@ -278,6 +279,20 @@ class TestOnlyCharacter:
         add_character(stage, "/World/B", Units(), joints=[joint.replace("Hips", "Root") for joint in JOINTS])
         with pytest.raises(SkeletonError, match="has several characters: /World/A/Skeleton, /World/B/Skeleton"):
             self.found(stage)
+
+    def test_of_body_and_face_the_one_with_legs_counts(self):
+        """As of one person: several skinned Skeletons in one SkelRoot, the face first."""
+        stage = new_stage()
+        UsdSkel.Root.Define(stage, "/World/Hero")
+        face = ["Neck", "Neck/Head", "Neck/Head/Jaw"]
+        add_character(
+            stage, "/World/Hero/Face", Units(), joints=face, offsets=np.eye(3), root_type="Xform", with_body=True
+        )
+        add_character(stage, "/World/Hero/Body", Units(), root_type="Xform", with_body=True)
+        assert self.found(stage) == "/World/Hero"
+        character = read(stage)
+        assert character.skeleton_path == "Body/Skeleton"
+        assert len(character.bounds) == 2
 
     def test_none_is_said(self):
         with pytest.raises(SkeletonError, match=r"has no Skeleton with joints. add a character"):

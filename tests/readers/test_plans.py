@@ -139,6 +139,21 @@ def test_deactivated_prints_stay_footsteps_with_a_warning():
     ]
 
 
+@pytest.mark.parametrize("names", [("Right", "Left"), ("foot_R", "foot_L"), ("printRight", "printLeft")])
+def test_prints_in_the_other_order_are_warned_of(names):
+    stage = new_stage()
+    instancer = add_plan(stage, "/World/Plan", Units(), yaws=np.zeros(6))
+    prints = [UsdGeom.Xform.Define(stage, f"/World/Plan/Prints/{name}").GetPath() for name in names]
+    instancer.GetPrototypesRel().SetTargets(prints)
+    plan, problems = read(stage)
+    assert plan.sides.tolist() == [0, 1] * 3
+    assert [problem.message for problem in problems] == [
+        f"/World/Plan: its prototypes are {', '.join(names)}, but index 0 is a left foot. list the left print first"
+    ]
+    instancer.GetPrototypesRel().SetTargets(prints[::-1])
+    assert read(stage)[1] == ()
+
+
 def test_path_orientations_turn_with_the_path(generator):
     sides, positions, _, _ = straight_steps(8)
     for yaw in generator.uniform(-np.pi, np.pi, 5):

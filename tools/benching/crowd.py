@@ -118,7 +118,7 @@ def _floor_time(folder: Path, alone: Path) -> float:
     total = 0.0
     for anims in sorted(folder.glob("anims.*.usdc")):
         number = anims.name.split(".")[1]
-        agents = folder / f"agents.{number}.usdc"
+        agents = folder / f".chunks/agents.{number}.usdc"
         samples = read_samples([anims, agents if agents.exists() else folder / "agents.usdc"])
         begin = time.perf_counter()
         author_samples(samples, alone)

@@ -67,7 +67,6 @@ def with_examples(
     library: PreparedLibrary, examples: Examples, *, synthetic: BoolArray | None = None
 ) -> PreparedLibrary:
     """The prepared library with other examples, a stand as the last; synthetic are those made from the others, (E,)."""
-    skeleton, pelvis = library.source.skeleton, library.source.biped.pelvis
     return replace(
         library,
         examples=examples,
@@ -76,7 +75,7 @@ def with_examples(
             leg_length=library.source.biped.maximal_leg_length,
             synthetic=None if synthetic is None else synthetic[:-1],
         ),
-        device=device_library(skeleton, examples, library.rig, pelvis=pelvis),
+        device=device_library(examples, library.rig, pelvis=library.source.biped.pelvis),
     )
 
 

@@ -46,9 +46,12 @@ def find_biped(skeleton: Skeleton, authored: Mapping[str, int]) -> dict[str, int
         authored: Joints an artist named, by role.
 
     Raises:
-        BipedError: If roles are missing, the legs share joints, or those of a leg are not below each other or on one
-            spot.
+        BipedError: If no joint is below another, roles are missing, the legs share joints, or those of a leg are not
+            below each other or on one spot.
     """
+    if (skeleton.parents < 0).all() and len(skeleton.joints) >= 2 * len(LEG_ROLES):
+        remedy = "author joints as paths from the root down, such as Hips/LeftUpLeg/LeftLeg"
+        raise BipedError(skeleton.name, "none of its joints is below another", remedy)
     positions, _ = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
     legs = _legs(skeleton, authored, positions)
     roles = {f"{side} {role}": joint for side, leg in zip(SIDES, legs, strict=True) for role, joint in leg.items()}

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import itertools
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 
 from usdfoot.maths.types import IntArray
 
-__all__ = ["RoleWords", "ancestors", "chain_by_names", "is_end", "is_helper", "likeliest_below", "words_of"]
+__all__ = ["RoleWords", "ancestors", "chain_by_names", "is_end", "is_helper", "likeliest_below", "side_of", "words_of"]
 
 RoleWords = Mapping[str, Mapping[str, float]]
 """Words for each role of a limb and how doubtful they are: 0 is certain."""
@@ -27,6 +28,8 @@ _ENDS = frozenset({"end", "nub", "tip"})
 _SIDES = ({"left", "l", "lt", "lf"}, {"right", "r", "rt", "rg"})
 _NEUTRAL = frozenset({"def", "bip", "bone", "joint", "jnt", "j", "bind", "skin", "drv"})
 _WORD = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|\d+")
+_COMMON = 0.7
+"""Words in more than this part of a skeleton's names are a prefix that exporters put before all of them."""
 _DEPTH_PENALTY = 0.3
 """Doubt added for each joint between two joints of a limb."""
 _STRAY_PENALTY = 0.5
@@ -37,6 +40,13 @@ def words_of(joint: str) -> list[str]:
     """Words of a joint's leaf name without its namespace, in lower case."""
     leaf = joint.rsplit("/", 1)[-1].rsplit(":", 1)[-1]
     return [word.lower() for word in _WORD.findall(leaf)]
+
+
+def side_of(name: str) -> int | None:
+    """Side that a name says, 0 = left, 1 = right; None if it says none or both."""
+    words = words_of(name)
+    said = [side for side, sides in enumerate(_SIDES) if not sides.isdisjoint(words)]
+    return said[0] if len(said) == 1 else None
 
 
 def is_helper(joint: str) -> bool:
@@ -117,18 +127,27 @@ def _candidates(
     if role in fixed:
         return [(0.0, fixed[role])]
     vocabulary = frozenset(itertools.chain.from_iterable(words.values()))
+    names_of = [words_of(joint) for joint in joints]
+    neutral = _NEUTRAL | _common_words(names_of)
     found = []
-    for index, joint in enumerate(joints):
-        names = words_of(joint)
+    for index, names in enumerate(names_of):
         if _HELPERS.isdisjoint(names):
             own_side, rest = _take_side(names, vocabulary)
-            doubt = _doubt(rest, words[role], vocabulary) if own_side == side else None
+            doubt = _doubt(rest, words[role], vocabulary, neutral) if own_side == side else None
             if doubt is not None:
                 found.append((doubt, index))
     return found
 
 
-def _doubt(names: Sequence[str], meanings: Mapping[str, float], vocabulary: frozenset[str]) -> float | None:
+def _common_words(names_of: Sequence[Sequence[str]]) -> frozenset[str]:
+    """Words in nearly all names of a skeleton, which tell no joint from another."""
+    counts = Counter(itertools.chain.from_iterable(map(set, names_of)))
+    return frozenset(word for word, count in counts.items() if count > _COMMON * len(names_of))
+
+
+def _doubt(
+    names: Sequence[str], meanings: Mapping[str, float], vocabulary: frozenset[str], neutral: frozenset[str]
+) -> float | None:
     """Doubt that the words mean the role; None if they do not. The longest run of words decides the meaning."""
     spans = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names) + 1)]
     spans = [span for span in spans if "".join(names[slice(*span)]) in vocabulary]
@@ -138,7 +157,7 @@ def _doubt(names: Sequence[str], meanings: Mapping[str, float], vocabulary: froz
     meaning = "".join(names[start:end])
     if meaning not in meanings:
         return None
-    stray = [name for name in (*names[:start], *names[end:]) if name not in _NEUTRAL]
+    stray = [name for name in (*names[:start], *names[end:]) if name not in neutral]
     return meanings[meaning] + _STRAY_PENALTY * len(stray)
 
 

@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+import logging
 import multiprocessing
 import os
+import signal
 import threading
 from collections.abc import Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
+from typing import Any
 
 from usdfoot.errors import UsdfootError
 
 __all__ = ["open_executor", "open_scene_early"]
 
+_logger = logging.getLogger(__name__)
+
 SCHEDULER_TIMEOUT = 30.0
 """How long a scheduler may take to answer [s]."""
+WITHOUT_WORKERS = 15.0
+"""How often a cluster is asked whether it has workers [s]."""
 
 
 @contextmanager
@@ -43,12 +50,29 @@ def open_executor(
         return
     # A fork would copy USD's and Warp's threads half alive.
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(count - beside, mp_context=context, initializer=_end_with_parent) as executor:
+    executor = _Processes(count - beside, mp_context=context, initializer=_follow_parent)
+    is_done = False
+    try:
         yield executor
+        is_done = True
+    finally:
+        executor.shutdown(cancel_futures=not is_done)  # as by Ctrl-C: what waits is not begun
 
 
-def _end_with_parent() -> None:
-    """Has a worker end when the process that started it is gone; one that is killed cannot tell its workers to."""
+class _Processes(ProcessPoolExecutor):
+    """Processes of this machine, who know how many they are."""
+
+    def __init__(self, workers: int, **options: Any) -> None:
+        super().__init__(workers, **options)
+        self.workers = workers
+
+
+def _follow_parent() -> None:
+    """Has a worker end at once by Ctrl-C, and when the process that started it is gone.
+
+    One that is killed cannot tell its workers to.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
     parent = multiprocessing.parent_process()
 
     def watch() -> None:
@@ -71,16 +95,40 @@ def _dask(scheduler: str) -> Iterator[Executor]:
         raise UsdfootError(
             scheduler, f"no Dask scheduler answers ({error})", "give its address, like tcp://host:8786"
         ) from error
-    with client:
+    with client, _told_of_idleness(client, scheduler):
         yield client.get_executor(pure=False)
 
 
-def open_scene_early(executor: Executor, scene: str) -> None:
-    """Has as many workers as there are cores open a scene. Who cannot says so when it is asked for a chunk."""
+@contextmanager
+def _told_of_idleness(client: Any, scheduler: str) -> Iterator[None]:
+    """While the block runs, says so when a cluster has had no workers for a while: Dask waits for some, in silence."""
+    over = threading.Event()
+
+    def watch() -> None:
+        told = idle = False
+        while not over.wait(WITHOUT_WORKERS):
+            was_idle, idle = idle, not client.scheduler_info()["workers"]
+            if idle and was_idle and not told:
+                _logger.warning("%s has no workers; waiting for some", scheduler)
+            told = idle and was_idle
+
+    threading.Thread(target=watch, daemon=True).start()
+    try:
+        yield
+    finally:
+        over.set()
+
+
+def open_scene_early(executor: Executor, scene: str) -> list[Future[None]]:
+    """Has all workers of this machine open a scene; who cannot says so when it is asked for a chunk.
+
+    Returns:
+        One a worker, done when it has opened the scene.
+    """
     from usdfoot.batch.workshop import open_early
 
-    for _ in range(_cores()):
-        executor.submit(open_early, scene)
+    workers = getattr(executor, "workers", _cores())
+    return [executor.submit(open_early, scene) for _ in range(workers)]
 
 
 def _cores() -> int:

@@ -6,6 +6,8 @@ import json
 import os
 from collections.abc import Sequence
 
+from usdfoot.writers.paths import folder_path
+
 __all__ = ["job_template"]
 
 
@@ -22,7 +24,11 @@ def job_template(
         folder: The crowd's folder, the default of the job's parameter Output.
         chunks: Number of chunks.
         options: Of `usdfoot animate`, the same for every task.
+
+    Raises:
+        OutputError: If no folder is named.
     """
+    folder_path(folder)  # as given it may be a link, which leads elsewhere on the farm's machines
     common = ["animate", "{{Param.Scene}}", "-o", "{{Param.Output}}", *options]
     chunk = [*common, "--chunk", "{{Task.Param.Chunk}}"]
     return f"""\

@@ -232,6 +232,8 @@ class File:
     REPORT: Final = "report.json"
     PENDING: Final = ".pending"
     """Folder of chunks that are done while others are not."""
+    CHUNKS: Final = ".chunks"
+    """Folder of what several chunks' agents and footsteps are joined from, for runs in which a few change."""
     EXAMPLES: Final = ".examples"
     """Folder of what large crowds keep of their clips' analysis."""
 
@@ -270,8 +272,8 @@ class ChunkFiles(NamedTuple):
 def chunk_files(index: int, count: int) -> ChunkFiles:
     """Files of a crowd's chunk: ``anims.0000.usdc``, ``anims.0001.usdc`` and so on.
 
-    Agents and footsteps of a single chunk are ``agents.usdc`` and ``footsteps.usdc`` themselves; several are numbered
-    like the animations, and those two files put them together.
+    Agents and footsteps of a single chunk are ``agents.usdc`` and ``footsteps.usdc`` themselves; of several, the files
+    that these two are joined from, numbered like the animations, are in a folder of their own.
 
     Args:
         index: Of the chunk.
@@ -280,7 +282,7 @@ def chunk_files(index: int, count: int) -> ChunkFiles:
     agents: str = File.AGENTS
     footsteps: str = File.FOOTSTEPS
     if count > 1:
-        agents, footsteps = _numbered(agents, index), _numbered(footsteps, index)
+        agents, footsteps = (f"{File.CHUNKS}/{_numbered(name, index)}" for name in (agents, footsteps))
     return ChunkFiles(agents=agents, footsteps=footsteps, anims=_numbered(File.ANIMS, index))
 
 

@@ -28,8 +28,10 @@ WIDTH_WITHOUT_TERMINAL = 160
 
 def results_console() -> Console:
     """The console results go to."""
-    console = Console(file=sys.stdout, highlight=False)
-    return console if console.is_terminal else Console(file=sys.stdout, highlight=False, width=WIDTH_WITHOUT_TERMINAL)
+    console = Console(file=sys.stdout, highlight=False, markup=False)  # names and paths may have brackets
+    if not console.is_terminal:
+        console.width = WIDTH_WITHOUT_TERMINAL
+    return console
 
 
 def print_error(message: str) -> None:

@@ -83,7 +83,7 @@ def _run(argv: Sequence[str] | None) -> int:
         print_error(str(error))
         return 2
     except KeyboardInterrupt:
-        print_error("interrupted; nothing was changed")
+        print_error("interrupted; what was there before is as it was")
         return 2
     except OSError as error:
         if arguments.verbose:

@@ -126,7 +126,7 @@ def prepare_library(
             synthetic=np.array([clip.synthetic for clip in library.clips])[examples.clip_indices],
         ),
         rig=rig,
-        device=device_library(library.skeleton, whole, rig, pelvis=library.biped.pelvis),
+        device=device_library(whole, rig, pelvis=library.biped.pelvis),
         style=style,
         shapes=sample_shapes(library, whole),
         problems=tuple(problems),

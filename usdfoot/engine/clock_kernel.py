@@ -33,7 +33,7 @@ class ClockArrays:
     twists: wp.array(dtype=wp.float64)  # turned about the support ball by the end [rad]
     grounds: wp.array(dtype=wp.vec4d)  # pelvis's ground at begin and end [m] and its rates there [m/s]
     releases: wp.array(dtype=wp.float64)  # liftoff of the support foot
-    flights: wp.array(dtype=wp.vec3d)  # the segment's own: takeoff, duration, downward acceleration that is missing
+    flights: wp.array(dtype=wp.vec3d)  # the segment's own: liftoff, duration, downward acceleration that is missing
     landed_flights: wp.array(dtype=wp.vec3d)  # the same of the segment before
     seam_lengths: wp.array(dtype=wp.vec4d)  # joints' seam at begin and end, pelvis's value, 0 [s]
     seam_kind: wp.int32

@@ -12,7 +12,7 @@ from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable
 from usdfoot.model.examples import Examples, event_knots
 
-__all__ = ["centre_flights", "flight_falls", "natural_flights", "takeoff_samples"]
+__all__ = ["centre_flights", "flight_falls", "liftoff_samples", "natural_flights", "natural_overlaps"]
 
 MOST_SHIFT = 0.25
 """How far the body may be behind or ahead of a strike, over the shorter of the steps before and after it."""
@@ -23,7 +23,12 @@ def natural_flights(examples: Examples, chosen: IntArray, weights: FloatArray) -
     return np.sum(weights * _flight_times(examples)[chosen], axis=1)
 
 
-def takeoff_samples(examples: Examples) -> FloatArray:
+def natural_overlaps(examples: Examples, chosen: IntArray, weights: FloatArray) -> FloatArray:
+    """Blended duration of the examples' double supports after the swing strike [s], shape (M,)."""
+    return np.sum(weights * np.maximum(examples.support_liftoffs - examples.durations, 0.0)[chosen], axis=1)
+
+
+def liftoff_samples(examples: Examples) -> FloatArray:
     """Sample at which each example's support foot leaves the ground, shape (E,); the last where it stays.
 
     Blended as poses are, so that a walk which gets a little of a run leaves the ground at its very end.
@@ -55,13 +60,13 @@ def flight_falls(contacts: ContactTable, segments: Segments, natural: FloatArray
     Returns:
         Shape (M, 3).
     """
-    takeoffs = contacts.liftoffs[segments.supports]
+    liftoffs = contacts.liftoffs[segments.supports]
     lands = contacts.strikes[np.minimum(segments.supports + 1, len(contacts.strikes) - 1)]
-    flies: BoolArray = ~segments.stands & (lands - takeoffs > 0.02)
-    durations = np.where(flies, np.maximum(lands - takeoffs, natural * warps), 0.0)
+    flies: BoolArray = ~segments.stands & (lands - liftoffs > 0.02)
+    durations = np.where(flies, np.maximum(lands - liftoffs, natural * warps), 0.0)
     ratio = np.where(flies, natural / np.where(flies, durations, 1.0), 1.0)
     missing = np.where(flies, EARTH_GRAVITY * (1.0 - np.minimum(ratio**2, 2.0)), 0.0)
-    return np.stack([0.5 * (takeoffs + lands - durations), durations, missing], axis=1)
+    return np.stack([0.5 * (liftoffs + lands - durations), durations, missing], axis=1)
 
 
 def centre_flights(contacts: ContactTable, segments: Segments, natural: FloatArray) -> Segments:

@@ -23,7 +23,7 @@ class LibraryArrays:
     support_balls: wp.array2d(dtype=wp.vec3f)  # (E, S) support frame
     settles: wp.array(dtype=wp.vec2d)  # (E,) of the swing foot, from its strike until it is flat, (x, z)
     turns: wp.array(dtype=wp.float64)  # (E,) [rad]
-    takeoffs: wp.array(dtype=wp.float64)  # (E,) sample at which the support foot leaves the ground, or the last
+    liftoffs: wp.array(dtype=wp.float64)  # (E,) sample at which the support foot leaves the ground, or the last
     translations: wp.array(dtype=wp.vec3f)  # (J,) rest
     chains: wp.array2d(dtype=wp.int32)  # (2, C) joints below the pelvis down to each ball, padded with -1
     pelvis: wp.int32

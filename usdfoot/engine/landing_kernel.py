@@ -175,15 +175,15 @@ def blend_landing(
     As if the left foot swung.
     """
     turn = wp.float64(0.0)
-    takeoff = wp.float64(0.0)
+    liftoff = wp.float64(0.0)
     settle = wp.vec2d()
     for k in range(examples.shape[1]):
         weight = weights[blend, k]
         if weight > wp.float64(0.0):
             turn += weight * library.turns[examples[blend, k]]
-            takeoff += weight * library.takeoffs[examples[blend, k]]
+            liftoff += weight * library.liftoffs[examples[blend, k]]
             settle += weight * library.settles[examples[blend, k]]
-    ball = swing_landing(library, examples, weights, blend, side, float(takeoff))
+    ball = swing_landing(library, examples, weights, blend, side, float(liftoff))
     landing = wp.vec2d(ball[0], ball[2]) + settle
     return as_left(turned(-turn, landing), side)
 

@@ -23,7 +23,7 @@ EASE_TIME = wp.constant(0.25)
 
 
 RAISE_TIME = wp.constant(0.15)
-"""A heel that a liftoff into a flight needs higher than blended rises for at most so long before it [s]."""
+"""A heel that a liftoff needs higher than blended rises for at most so long before it [s]."""
 
 
 @wp.struct
@@ -35,10 +35,11 @@ class FootRow:
     flat: wp.float32
     liftoff: wp.float32
     flat_pitch: wp.float32  # left in the blended foot when it has to be flat [rad]
+    settle: wp.float32  # heel raise of the blended foot where it all but stands flat [rad]
     roll_time: wp.float32  # from flat until the clip's pitch counts again [s]
     drop: wp.float32  # how far the pelvis has to come down at the strike [m]
     leave_drop: wp.float32  # the same at the liftoff
-    leave_raise: wp.float32  # how much more than blended the heel is raised at a liftoff into a flight [rad]
+    leave_raise: wp.float32  # how much more than blended the heel is raised at the liftoff [rad]
     position: wp.vec3f  # ground under the ball, from the agent's origin
     normal: wp.vec3f  # of the print as planned
     pitch_axis: wp.vec3f  # heels rise about it: the yaw, seen along the plan's normal, stays
@@ -121,8 +122,8 @@ def standing_foot(
 ) -> FootPose:
     """Foot in contact: the heel stays put until flat, the ball from flat to the liftoff (design.md section 2).
 
-    The heel rises as in the clip, and as far as a leg that would be too short behind the body needs, early enough for a
-    flight; the ankle stays behind the ball, where on steep prints it would come over it and the foot point backwards.
+    The heel rises as in the clip, and as far as a leg that would be too short behind the body needs, early enough for
+    the liftoff; the ankle stays behind the ball, where on steep prints it would come over it and the foot point back.
     """
     own = feet.rows[contact]
     print_to_world = own.frame
@@ -144,7 +145,7 @@ def standing_foot(
     if rolling > 0.0:
         gain = smootherstep((time - own.flat) / own.roll_time)
     level = ball - wp.quat_rotate(flat, rig.ball_offsets[side])
-    raised = soft_positive(pitch, 0.02)
+    raised = soft_positive(pitch - own.settle, 0.02)
     raised -= ramp(raised - raise_onto(level - ball, own.normal, lateral) + SHORT_OF_UPRIGHT, 0.03)
     needed = reaching_raise(level, ball, hip, own.normal, lateral, longest)
     reaching = raised + soft_positive(needed - raised, 0.02)

@@ -17,6 +17,7 @@ from usdfoot.engine.feet import (
     lower_pelvis,
     raise_heels,
     roll_contacts,
+    settle_heels,
     unplanted_feet,
     with_values,
 )
@@ -30,10 +31,13 @@ from usdfoot.engine.thinning import choose_samples
 from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.agent import Agent, Crowd
+from usdfoot.model.contact_table import ContactTable
 from usdfoot.model.ground import Ground
 from usdfoot.model.motion import Motion, StepResults
 
 __all__ = ["Due", "Planted", "Planting", "cut_motions", "plant_frames", "plant_samples", "prepare_planting"]
+STANCE = np.array([0.0, 0.2, 0.4, 0.6])
+"""Parts of the time from flat to the other foot's strike, at one of which a heel that comes down is down."""
 HALVINGS = 3
 """How often the time between two frames is halved at most where a planted ball would drift."""
 
@@ -69,6 +73,8 @@ class Due:
     """Those to lay and roll."""
     flats: IntArray
     """Those whose pitch is measured when they are flat."""
+    leaves: IntArray
+    """Those for whose liftoffs the pelvis comes down and the heel rises in time."""
     swings: IntArray
     """Those whose swings are led and kept off the ground; each swing's end is among the strikes."""
 
@@ -90,12 +96,13 @@ def prepare_planting(
         ground: The terrain.
         known: What was prepared before of the other contacts.
         due: Those to prepare; None = all.
-        sinks_for_flights: Whether the pelvis comes down for legs that take off or land too far away; not where the
-            source's bodies fly as physics has it.
+        sinks_for_flights: Whether the pelvis comes down in time for legs that take off or land too far away; not where
+            the source's bodies fly as physics has it.
     """
     contacts = layout.contacts
     count = len(contacts.sides)
-    due = due or Due(strikes=np.arange(count), flats=np.arange(count), swings=np.flatnonzero(contacts.has_swing))
+    every, swings = np.arange(count), np.flatnonzero(contacts.has_swing)
+    due = due or Due(strikes=every, flats=every, leaves=np.flatnonzero(contacts.has_next), swings=swings)
     feet = prepare_feet(layout, source, ground, known.feet if known else unplanted_feet(count), due, sinks_for_flights)
     detours = known.detours.copy() if known else np.zeros((count, KNOTS, 3))
     detours[due.swings] = plan_detours(layout, source, feet, ground, rows=due.swings)
@@ -108,7 +115,7 @@ def prepare_feet(
     """Feet with prints, rolls and leads, from the source's feet at strikes and liftoffs."""
     contacts = layout.contacts
     flown = contacts.flown[due.strikes]
-    left = due.strikes[flown & sinks_for_flights] - 1
+    left = _left(contacts, due.leaves, sinks_for_flights)
     reached = np.flatnonzero(~flown | sinks_for_flights)
     rows = np.concatenate([due.strikes, due.swings, left])
     struck, moved = len(due.strikes), len(due.strikes) + len(due.swings)
@@ -117,15 +124,34 @@ def prepare_feet(
     raises = blended.raises[np.arange(struck), contacts.sides[due.strikes]]
     feet = with_values(feet, left, {"leave_raises": np.zeros(len(left))})
     feet = roll_contacts(layout, feet, due.strikes, raises, ground)
-    flat = _feet_at(layout, source, due.flats, feet.flats[due.flats])
-    raises = flat.raises[np.arange(len(due.flats)), contacts.sides[due.flats]]
-    feet = with_values(feet, due.flats, {"flat_pitches": raises})
+    raises = _stance_raises(layout, source, due.flats, feet.flats[due.flats])
+    feet = with_values(feet, due.flats, {"flat_pitches": raises[:, 0]})
+    feet = settle_heels(feet, due.flats, raises)
     held = hold_feet(layout, feet, rows, times, blended)
     leaves, lands = held[struck:moved], held[np.searchsorted(due.strikes, due.swings + 2)]
     feet = lead_swings(layout, feet, due.swings, leaves, lands)
     last = np.arange(moved, len(rows))
     feet = raise_heels(layout, feet, left, times[last], blended[last])
     return lower_pelvis(layout, feet, due.strikes[reached], held[reached], left, held[moved:])
+
+
+def _stance_raises(layout: Layout, source: PoseSource, rows: IntArray, flats: FloatArray) -> FloatArray:
+    """Pitch of the source's feet of contacts `rows` (N,) from flat until the other foot strikes [rad], shape (N, S)."""
+    contacts = layout.contacts
+    following = np.minimum(rows + 1, len(contacts.sides) - 1)
+    ends = np.where(contacts.has_next[rows], contacts.strikes[following], contacts.ends[contacts.agents[rows]])
+    ends = np.maximum(np.minimum(ends, contacts.liftoffs[rows]), flats)
+    times = flats[:, None] + (ends - flats)[:, None] * STANCE
+    feet = _feet_at(layout, source, np.repeat(rows, len(STANCE)), times.ravel())
+    sides = np.repeat(contacts.sides[rows], len(STANCE))
+    return feet.raises[np.arange(len(sides)), sides].reshape(times.shape)
+
+
+def _left(contacts: ContactTable, leaves: IntArray, sinks_for_flights: bool) -> IntArray:
+    """Contacts of `leaves` (N,) that are left within the motion, into flights only where `sinks_for_flights`."""
+    flies = contacts.flown[leaves + 1]
+    walks = contacts.has_swing[leaves] & (contacts.liftoffs[leaves] > contacts.starts[contacts.agents[leaves]])
+    return leaves[np.where(flies, sinks_for_flights, walks)]
 
 
 def _feet_at(layout: Layout, source: PoseSource, rows: IntArray, times: FloatArray) -> Feet:

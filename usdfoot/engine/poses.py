@@ -9,7 +9,7 @@ import numpy as np
 import warp as wp
 
 from usdfoot.engine.clocks import device_clocks
-from usdfoot.engine.flight import natural_flights, takeoff_samples
+from usdfoot.engine.flight import liftoff_samples, natural_flights
 from usdfoot.engine.kernels import LibraryArrays, SegmentArrays, pose_bodies
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.plant import measure_legs
@@ -148,7 +148,7 @@ class ClipPoses:
         return pose_frames(self.setup, self.arrays, rows, times, joints=joints)
 
 
-def device_library(skeleton: Skeleton, examples: Examples, rig: Rig, *, pelvis: int) -> LibraryArrays:
+def device_library(examples: Examples, rig: Rig, *, pelvis: int) -> LibraryArrays:
     """Examples as device arrays."""
     library = LibraryArrays()
     rotations, alike = _aligned(examples.rotations)
@@ -158,7 +158,7 @@ def device_library(skeleton: Skeleton, examples: Examples, rig: Rig, *, pelvis: 
     settles = examples.landings - examples.swing_balls[:, -1, [0, 2]]
     library.settles = wp.array(settles, dtype=wp.vec2d)
     library.turns = wp.array(examples.turns, dtype=wp.float64)
-    library.takeoffs = wp.array(takeoff_samples(examples), dtype=wp.float64)
+    library.liftoffs = wp.array(liftoff_samples(examples), dtype=wp.float64)
     library.translations = rig.arrays.translations
     library.chains = rig.arrays.chains
     library.pelvis = pelvis
@@ -200,7 +200,7 @@ def device_segments(setup: Setup, blend: StepBlend) -> SegmentArrays:
     wide = weights.shape[1] > 4
     natural = natural_flights(setup.examples, blend.examples, blend.weights)
     planned = setup.segments.knot_times[:, -1] - setup.segments.knot_times[:, 0]
-    anchors = np.sum(blend.weights * takeoff_samples(setup.examples)[blend.examples], axis=1)
+    anchors = np.sum(blend.weights * liftoff_samples(setup.examples)[blend.examples], axis=1)
     for name, values, kind in (
         ("examples", chosen[:, :4], wp.vec4i),
         ("weights", weights[:, :4], wp.vec4f),

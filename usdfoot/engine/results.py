@@ -80,7 +80,7 @@ def measure_steps(
     setup: Setup, blend: StepBlend, landings: Landings, figures: ContactFigures, agents: Sequence[Agent]
 ) -> list[StepResults]:
     """Results of each agent's footsteps blended from clips, in the order of its plan."""
-    values = _by_landing(setup, blend, landings, figures.rows)
+    values = _by_landing(setup, landings, figures.rows)
     statuses = _statuses(figures, values)
     counts, clips, clip_weights = _clips(setup, blend, values["segment"].astype(int))
     ranges, listed = step_ranges(agents), np.concatenate([[0], np.cumsum(counts)])
@@ -120,7 +120,7 @@ def planted_frames(layout: Layout, feet: ContactFeet, frames: Frames, rows: IntA
     return FrameRanges(first=first, counts=np.maximum(last + (stamps[last] <= ends) - first, 0))
 
 
-def _by_landing(setup: Setup, blend: StepBlend, landings: Landings, real: IntArray) -> dict[str, FloatArray]:
+def _by_landing(setup: Setup, landings: Landings, real: IntArray) -> dict[str, FloatArray]:
     """What is known of each footstep from the segment that leads to it; the first ones have none (segment -1)."""
     segments = setup.segments
     steps = np.flatnonzero(~segments.stands)

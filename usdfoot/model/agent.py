@@ -73,7 +73,8 @@ class Agent(Performer):
     root_trajectory: RootTrajectory | None = None
     """Where its root goes and faces; None = as the footsteps say ([B] 4.2)."""
     flights_open: bool = False
-    """Whether nobody gave the flights of its plan: they last as people's do, until it is known what its clips show."""
+    """Whether nobody gave the liftoffs of its plan: flights and double supports last as people's do, until it is known
+    what its clips show."""
 
     @property
     def interval(self) -> tuple[float, float]:

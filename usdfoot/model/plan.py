@@ -156,11 +156,6 @@ class FootstepPlan:
         """Whether the last two footsteps lift off together."""
         return bool(self.liftoff_times[-1] == self.liftoff_times[-2])
 
-    @property
-    def flies(self) -> bool:
-        """Whether both feet are in the air in any of the steps."""
-        return bool((self.liftoff_times[:-1] < self.strike_times[1:]).any())
-
 
 @dataclass(frozen=True, kw_only=True)
 class PlanDraft:

@@ -208,7 +208,7 @@ def print_turn(normal: wp.vec3d, yaw: wp.float64) -> wp.quatd:
 
 
 @wp.func
-def lay_turn(contacts: ContactArrays, footing: wp.array(dtype=ContactFooting), i: int, first: int, end: int):
+def lay_turn(contacts: ContactArrays, footing: wp.array(dtype=ContactFooting), i: int, first: int):
     """Sets the yaw of contact i continuous with the one before, and carries the integral over to the foot's next."""
     footing[i].heading = contacts.rows[i].yaw
     if i > first:
@@ -247,7 +247,7 @@ def lay_agent(contacts: ContactArrays, legs: LegArrays, footing: wp.array(dtype=
         footing[i].taking = AT_ONCE
         footing[i].giving = AT_ONCE
         footing[i].frame = print_turn(contacts.rows[i].normal, contacts.rows[i].yaw)
-        lay_turn(contacts, footing, i, first, end)
+        lay_turn(contacts, footing, i, first)
     if legs.smooth:
         for i in range(first, end - 1):
             lay_load(contacts, legs, footing, i)

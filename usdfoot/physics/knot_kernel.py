@@ -67,7 +67,7 @@ def lay_agent_knots(
             event = footing[i].change
             wanted = options.parts
             happens = bool(True)
-            if kind == 0:  # the takeoff before the strike
+            if kind == 0:  # the liftoff before the strike
                 happens = i > first
                 if happens:
                     event = wp.max(contacts.rows[i - 1].liftoff, contacts.rows[wp.max(i - 2, first)].liftoff)

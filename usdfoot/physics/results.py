@@ -29,7 +29,7 @@ class StepForces:
     clamp_time: FloatArray
     """Time in which the standing legs would have to pull [s]."""
     jump_height: FloatArray
-    """How far the centre of mass rises after the takeoff of the step's flight [m]."""
+    """How far the centre of mass rises after the liftoff into the step's flight [m]."""
     overstretch: FloatArray
     """How far the virtual leg of this contact is pulled beyond its maximal length, while it stands [m]."""
 
@@ -65,8 +65,8 @@ def measure_forces(
     pushing[forces.planes] = True
     index = np.arange(count)
     before = np.where(contacts.has_previous, index - 1, index)
-    takeoffs = spline.evaluate(contacts.agents, np.maximum(contacts.liftoffs, contacts.liftoffs[before]))[0][:, 1]
-    rises = positions[:, 1] - takeoffs[rows]
+    grounded = spline.evaluate(contacts.agents, np.maximum(contacts.liftoffs, contacts.liftoffs[before]))[0][:, 1]
+    rises = positions[:, 1] - grounded[rows]
     stretches = np.linalg.norm(positions[:, None] - samples.stance.anchors, axis=-1) - biped.maximal_length
     jump, overstretch = np.zeros(count), np.zeros(count)
     np.maximum.at(jump, rows, np.where(inside & ~stands, rises, 0.0))

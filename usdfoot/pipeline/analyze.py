@@ -26,6 +26,7 @@ from usdfoot.spaces.holes import HoleOptions
 from usdfoot.writers.clip_prims import MadeClip
 from usdfoot.writers.coverage import write_coverage
 from usdfoot.writers.events import write_clip_events
+from usdfoot.writers.paths import folder_path
 
 __all__ = ["AnalyzeReport", "analyze"]
 
@@ -82,7 +83,8 @@ def analyze(
     summaries: list[ClipSummary] = []
     pictures: list[Path] = []
     covered: list[SpaceCoverage] = []
-    if plots is not None:
+    drawings = None if plots is None else folder_path(plots)
+    if drawings is not None:
         require_matplotlib()
     filled: list[FilledLibrary] = []
     for done, library in enumerate(clips.libraries):
@@ -94,8 +96,8 @@ def analyze(
             filled.append(_fill(library, fill, first=_synthetic_count(clips.libraries, filled)))
             own += summarise(replace(library, clips=filled[-1].clips))
         summaries += [replace(summary, style=found.get(summary.name, summary.style)) for summary in own]
-        if plots is not None:
-            pictures += _plot(filled[-1].filled if filled else library, Path(plots))
+        if drawings is not None:
+            pictures += _plot(filled[-1].filled if filled else library, drawings)
         if coverage is not None:
             covered += cover_library(filled[-1].filled if filled else library)
     unusable = [

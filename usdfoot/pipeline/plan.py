@@ -63,7 +63,7 @@ def plan_scene_paths(
 
     Every agent with usdfoot:agent:path gets a plan; every curve with UsdfootPathAPI (or every curve, if none has it)
     that no agent follows gets one too. Where a curve leads over ground nobody walks on or through an obstacle, the
-    plan goes round as `PathOptions.around` says. Agents that have clips run with the flights of these, as if they were
+    plan goes round as `PathOptions.around` says. Agents that have clips lift their feet as these do, as if they were
     animated.
 
     Args:
@@ -148,9 +148,9 @@ def save_plans(
 def _flying_like_clips(
     planned: Sequence[PlannedAgent], sources: Sequence[AgentSource], terrain: Terrain, casting: Casting
 ) -> list[PlannedAgent]:
-    """The plans, those of agents with clips with the flights that animating them gives."""
+    """The plans, those of agents with clips with the liftoffs that animating them gives."""
     source_of = {source.name: source for source in sources}
-    cast = [casting.cast(source_of[part.name], part.plan) for part in planned if part.agent and part.plan.flies]
+    cast = [casting.cast(source_of[part.name], part.plan) for part in planned if part.agent]
     crowd = Crowd(
         agents=tuple(replace(agent, flights_open=True) for agent in cast if agent),
         libraries=tuple(casting.libraries),

@@ -14,7 +14,8 @@ from usdfoot.bridge.names import unique_name
 from usdfoot.bridge.scene import Character, StageInfo
 from usdfoot.errors import ClipError, SceneError
 from usdfoot.model.report import Outcome, Problem
-from usdfoot.readers.characters import only_character, read_character
+from usdfoot.readers.candidates import only_character
+from usdfoot.readers.characters import read_character
 from usdfoot.readers.libraries import read_libraries
 from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
 from usdfoot.retarget.clips import RetargetedClip, retarget_clips

@@ -19,7 +19,7 @@ SPACING = 0.035
 LARGEST_TURN = 0.5
 """Largest change of heading in a step [rad]."""
 ACCELERATION = 1.5
-"""How quickly the body starts and stops [m/s^2]."""
+"""How quickly the body starts, stops, and slows down before what it goes over slowly [m/s^2]."""
 SHORTEST = 0.3
 """Shortest step over the gait's own."""
 GAP = 1e3
@@ -87,7 +87,23 @@ def lay_ways(paths: Sequence[WalkingPath], gaits: Sequence[Gait], ground: Ground
     edge = np.minimum(ways.arcs, ways.lengths[rows] - ways.arcs) + 0.25 * steps
     starting = np.sqrt(np.sqrt(2.0 * ACCELERATION * edge) / speeds)
     shares = np.clip(np.minimum.reduce([slower * turning, starting, np.ones(len(rows))]), SHORTEST, 1.0)
+    shares = _eased(ways, shares, speeds)
     return Ways(first=ways.first, arcs=ways.arcs, points=ways.points, heights=heights, headings=headings, shares=shares)
+
+
+def _eased(ways: Ways, shares: FloatArray, speeds: FloatArray) -> FloatArray:
+    """Shares (M,) such that no body of a speed [m/s] (M,) brakes or speeds up by more than `ACCELERATION`, (M,).
+
+    Steps are as much shorter as they are slower, so speeds go by the square of the shares; and the square of a speed
+    changes by twice the acceleration a metre.
+    """
+    rates = 2.0 * ACCELERATION / speeds[ways.first[:-1]] ** 2
+    lengths = rates * ways.lengths
+    axis = rates[ways.rows] * ways.arcs + (np.cumsum(lengths + 1.0) - lengths)[ways.rows]  # no way limits another
+    energies = shares**4
+    sped = np.minimum.accumulate(energies - axis) + axis
+    braked = np.minimum.accumulate((energies + axis)[::-1])[::-1] - axis
+    return np.clip(np.minimum(sped, braked), 0.0, 1.0) ** 0.25
 
 
 def _offsets(lengths: FloatArray) -> FloatArray:

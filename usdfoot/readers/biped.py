@@ -22,7 +22,7 @@ from usdfoot.readers.skeleton import RawSkeleton
 from usdfoot.readers.skins import Skin, points_moved_by
 from usdfoot.readers.stage import authored
 
-__all__ = ["read_biped"]
+__all__ = ["has_legs", "read_biped"]
 
 _logger = logging.getLogger(__name__)
 
@@ -49,6 +49,15 @@ def read_biped(
     named = ", ".join(f"{role} = {leaf_name(skeleton.joints[joint])}" for role, joint in roles.items())
     _logger.info("%s: %s", prim.GetPath(), named)
     return make_biped(skeleton, roles, measures)
+
+
+def has_legs(prim: Usd.Prim, raw: RawSkeleton, skeleton: Skeleton) -> bool:
+    """Whether all roles of a biped are authored or found on a Skeleton; arguments as of `read_biped`."""
+    try:
+        find_biped(skeleton, _authored_roles(prim, raw))
+    except BipedError:
+        return False
+    return True
 
 
 def _authored_roles(prim: Usd.Prim, raw: RawSkeleton) -> dict[str, int]:

@@ -53,8 +53,11 @@ def read_bounds(asset: str, asset_prim: str, skeleton_path: str, joints: Sequenc
 
 
 def _complete(root: Usd.Prim) -> None:
-    """Give Skeletons without a rest pose their bind pose: USD would warn and know no rest."""
+    """Give Skeletons without a rest pose their bind pose, and no animation to any: USD would warn of both."""
     for prim in Usd.PrimRange(root):
+        relationship = prim.GetRelationship("skel:animationSource")
+        if relationship:
+            relationship.SetTargets([])
         skeleton = UsdSkel.Skeleton(prim)
         if not skeleton:
             continue

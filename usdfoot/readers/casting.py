@@ -24,7 +24,8 @@ from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.model.tuning import BodyTuning
 from usdfoot.planning.proportions import Proportions, proportions_of
 from usdfoot.readers.agents import AgentSource, read_agent_options
-from usdfoot.readers.characters import character_key, find_skeleton, only_character, read_character
+from usdfoot.readers.candidates import find_skeleton, only_character
+from usdfoot.readers.characters import character_key, read_character
 from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.clips import missing_leg_joints, read_clip
 from usdfoot.readers.stage import StagePrims, authored
@@ -171,9 +172,9 @@ class Casting:
         if key not in self._library_of:
             try:
                 clips = self._clips(source, character, find_skeleton(prim), required=required)
-                actor = self.characters[character]
+                own = self.characters[character]
                 self.libraries.append(
-                    ClipLibrary(skeleton=actor.skeleton, biped=actor.biped, clips=clips, bind_pose=actor.bind_pose)
+                    ClipLibrary(skeleton=own.skeleton, biped=own.biped, clips=clips, bind_pose=own.bind_pose)
                 )
                 self._library_of[key] = len(self.libraries) - 1
             except UsdfootError as error:
@@ -182,7 +183,7 @@ class Casting:
 
     def _clips(self, source: AgentSource, character: int, skeleton: Usd.Prim, *, required: bool) -> tuple[Clip, ...]:
         """Clips of the agent's scopes that can be used. Clips nobody asked for may be of other skeletons."""
-        actor = self.characters[character]
+        own = self.characters[character]
         animations = self.finder.animations_below(source.clips)
         clips: list[Clip] = []
         unfit: list[str] = []
@@ -191,19 +192,17 @@ class Casting:
             path = str(animation.GetPath())
             try:
                 clip_source = self.finder.source_of(animation, skeleton)
-                if not source.clips and missing_leg_joints(clip_source, actor.skeleton, actor.biped):
-                    self._unfit.setdefault(path, actor.skeleton.name)
+                if not source.clips and missing_leg_joints(clip_source, own.skeleton, own.biped):
+                    self._unfit.setdefault(path, own.skeleton.name)
                     unfit.append(path)
                     continue
-                clips.append(
-                    read_clip(clip_source, actor.skeleton, actor.biped, self.units, most_frames=self.most_frames)
-                )
+                clips.append(read_clip(clip_source, own.skeleton, own.biped, self.units, most_frames=self.most_frames))
             except UsdfootError as error:
                 faults.append(error)
                 severity = "error" if source.clips else "warning"
                 self.problems.append(Problem(severity=severity, where=path, message=str(error)))
         if required and not clips:
-            raise _no_clips(source, actor, unfit, faults)
+            raise _no_clips(source, own, unfit, faults)
         return tuple(clips)
 
     def unfit_clips(self) -> tuple[Problem, ...]:

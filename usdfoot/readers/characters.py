@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable
 
 import numpy as np
 from pxr import Usd, UsdGeom, UsdSkel
@@ -11,75 +10,26 @@ from pxr import Usd, UsdGeom, UsdSkel
 from usdfoot.bridge.scene import BlendShapes, Character
 from usdfoot.bridge.similarity import Similarity, similarity_of_matrices
 from usdfoot.bridge.units import StageUnits
-from usdfoot.errors import SkeletonError
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.skeleton import Pose, Skeleton, forward_kinematics
-from usdfoot.readers.assets import asset_of, character_prim_of, look_of
+from usdfoot.readers.assets import asset_of, look_of
 from usdfoot.readers.biped import read_biped
 from usdfoot.readers.bounds import read_bounds
+from usdfoot.readers.candidates import find_skeleton
 from usdfoot.readers.samples import read_samples
 from usdfoot.readers.skeleton import RawSkeleton, is_moving, matrices_of, read_skeleton, skeleton_in, split_matrices
 from usdfoot.readers.skins import inherited_target, read_skin
-from usdfoot.readers.stage import StagePrims, start_code
+from usdfoot.readers.stage import start_code
 
-__all__ = ["character_key", "find_skeleton", "only_character", "read_character"]
+__all__ = ["character_key", "read_character"]
 
 _logger = logging.getLogger(__name__)
 
 _LEVEL = 1e-6
 _UPRIGHT = 0.5
 """Legs that go down by less than this part of their length lie rather than stand."""
-
-
-def find_skeleton(prim: Usd.Prim) -> Usd.Prim:
-    """The Skeleton at or below a prim: the first that skins a mesh, else the first with joints.
-
-    Raises:
-        SkeletonError: If there is none.
-    """
-    below = list(Usd.PrimRange(prim, Usd.TraverseInstanceProxies()))
-    skeletons = [candidate for candidate in below if candidate.IsA(UsdSkel.Skeleton)]
-    bound = {inherited_target(mesh, "skel:skeleton") for mesh in below if mesh.IsA(UsdGeom.Mesh)}
-    ranked = [s for s in skeletons if s.GetPath() in bound] + [s for s in skeletons if _has_joints(s)] + skeletons
-    if not ranked:
-        raise SkeletonError(
-            prim.GetPath(),
-            "has no Skeleton at or below it",
-            "point usdfoot:agent:character at the prim that holds the character's SkelRoot",
-        )
-    return ranked[0]
-
-
-def only_character(prims: StagePrims, foreign: Iterable[Usd.Prim] = ()) -> Usd.Prim:
-    """The character of a stage that names none: the one with skin, or the only one.
-
-    Args:
-        prims: Of the stage.
-        foreign: Prims that are no part of a character: plans and terrain.
-
-    Raises:
-        SkeletonError: If there is none, or several different ones.
-    """
-    skeletons = [prim for prim in prims.skeletons if _has_joints(prim)]
-    bound = {inherited_target(mesh, "skel:skeleton") for mesh in prims.meshes}
-    candidates = [prim for prim in skeletons if prim.GetPath() in bound] or skeletons
-    visible = [prim for prim in candidates if UsdGeom.Imageable(prim).ComputeVisibility() != UsdGeom.Tokens.invisible]
-    candidates = visible or candidates
-    if not candidates:
-        raise SkeletonError("stage", "has no Skeleton with joints", "add a character: a SkelRoot with a Skeleton")
-    joints = {tuple(UsdSkel.Skeleton(prim).GetJointsAttr().Get()) for prim in candidates}
-    if len(joints) > 1:
-        raise SkeletonError(
-            "stage",
-            "has several characters",
-            "apply UsdfootAgentAPI to an agent prim and point usdfoot:agent:character at one of them",
-            [prim.GetPath() for prim in candidates],
-        )
-    if len(candidates) > 1:
-        _logger.info("%d characters with the same joints, %s is used", len(candidates), candidates[0].GetPath())
-    return character_prim_of(candidates[0], foreign)
 
 
 def read_character(prim: Usd.Prim, units: StageUnits, frame_codes: FloatArray) -> Character:
@@ -219,10 +169,6 @@ def _warn_of_posture(prim: Usd.Prim, skeleton: Skeleton, biped: Biped, bind: Pos
             prim.GetPath(),
             asset,
         )
-
-
-def _has_joints(prim: Usd.Prim) -> bool:
-    return bool(UsdSkel.Skeleton(prim).GetJointsAttr().Get())
 
 
 def _has_skel_root(prim: Usd.Prim) -> bool:

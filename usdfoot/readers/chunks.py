@@ -90,12 +90,12 @@ def _all_chunks(folder: Path) -> Iterator[ChunkFiles]:
     anims, agents, footsteps = (str(name).split(".")[0] for name in (File.ANIMS, File.AGENTS, File.FOOTSTEPS))
     for waiting in ("", f"{File.PENDING}/"):
         for path in sorted((folder / waiting).glob(f"{anims}.[0-9]*.usdc")):
-            number = path.name.removeprefix(anims)
-            if not (folder / waiting / f"{agents}{number}").exists():  # the only chunk
-                number = ".usdc"
+            number, among = path.name.removeprefix(anims), f"{File.CHUNKS}/"
+            if not (folder / waiting / f"{among}{agents}{number}").exists():  # the only chunk
+                number, among = ".usdc", ""
             yield ChunkFiles(
-                agents=f"{waiting}{agents}{number}",
-                footsteps=f"{waiting}{footsteps}{number}",
+                agents=f"{waiting}{among}{agents}{number}",
+                footsteps=f"{waiting}{among}{footsteps}{number}",
                 anims=f"{waiting}{path.name}",
             )
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from pxr import Usd, UsdGeom
 
+from usdfoot.analysis.joint_words import side_of
 from usdfoot.bridge.schema import has_api
 from usdfoot.bridge.tokens import Plan as Token
 from usdfoot.bridge.tokens import Schema
@@ -20,7 +21,7 @@ from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.plan import FootstepPlan, PlanDraft
 from usdfoot.model.report import Problem
 from usdfoot.readers.skeleton import StartTransforms
-from usdfoot.readers.stage import authored_values, is_authored
+from usdfoot.readers.stage import authored_values, is_authored, targets
 from usdfoot.readers.transform_codes import changes_place, changes_value
 
 __all__ = ["is_plan", "path_orientations", "read_draft", "read_plan", "read_prints"]
@@ -203,7 +204,7 @@ def _check_upright(prim: Usd.Prim, orientations: FloatArray) -> None:
 
 
 def _ignored(prim: Usd.Prim, hidden: Any, transforms: StartTransforms) -> tuple[Problem, ...]:
-    """Warnings of what viewers show otherwise: hidden prints stay, arrays beside theirs count them, and none moves."""
+    """Warnings of what viewers show otherwise: feet go by index, hidden prints stay and are counted, and none moves."""
     where, found = str(prim.GetPath()), []
     edits = prim.GetMetadata(UsdGeom.Tokens.inactiveIds)
     for state, count in (
@@ -214,6 +215,10 @@ def _ignored(prim: Usd.Prim, hidden: Any, transforms: StartTransforms) -> tuple[
             found.append(
                 f"{count} of its prints are {state}, but stay footsteps. delete their entries from every array"
             )
+    prints = targets(prim, UsdGeom.Tokens.prototypes)
+    if [side_of(path.name) for path in prints[:2]] == [1, 0]:
+        named = ", ".join(path.name for path in prints[:2])
+        found.append(f"its prototypes are {named}, but index 0 is a left foot. list the left print first")
     if changes_value(prim.GetAttribute(UsdGeom.Tokens.positions)):
         found.append("its positions are animated, the first sample is read. author one value, not time samples")
     if transforms.is_moving(prim) and changes_place(prim):

@@ -77,14 +77,14 @@ def _read_mesh(mesh: Usd.Prim, skeleton: RawSkeleton) -> tuple[FloatArray, IntAr
         indices, weights = np.repeat(indices, len(points), axis=0), np.repeat(weights, len(points), axis=0)
     if len(indices) != len(points):
         return None
-    joints = _skeleton_joints(binding, mesh, skeleton)
+    joints = _skeleton_joints(mesh, skeleton)
     valid = (indices >= 0) & (indices < len(joints))
     matrix = np.array(binding.GetGeomBindTransformAttr().Get() or np.eye(4), dtype=float)
     bound = points @ matrix[:3, :3] + matrix[3, :3]
     return bound, np.where(valid, joints[np.where(valid, indices, 0)], -1), weights
 
 
-def _skeleton_joints(binding: UsdSkel.BindingAPI, mesh: Usd.Prim, skeleton: RawSkeleton) -> IntArray:
+def _skeleton_joints(mesh: Usd.Prim, skeleton: RawSkeleton) -> IntArray:
     """Skeleton joint of each joint index of a mesh; a mesh may list joints of its own, itself or above it."""
     prim = mesh
     while prim and not prim.IsPseudoRoot():

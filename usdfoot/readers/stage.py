@@ -56,8 +56,8 @@ def open_stage(scene: str | os.PathLike[str] | Usd.Stage) -> Usd.Stage:
         return scene
     path = os.fspath(scene)
     is_anonymous = Sdf.Layer.IsAnonymousLayerIdentifier(path)
-    outer = Sdf.Layer.SplitIdentifier(path)[0].split("[")[0]
-    if not is_anonymous and "://" not in path and not os.path.isfile(outer):
+    package = Sdf.Layer.SplitIdentifier(path)[0].split("[")[0]
+    if not is_anonymous and "://" not in path and not os.path.isfile(path) and not os.path.isfile(package):
         raise SceneError(path, "no such file", f"give a {_EXTENSIONS} file")
     try:
         stage = Usd.Stage.Open(path)

@@ -21,8 +21,9 @@ from usdfoot.planning.path import PathOptions, plan_each
 from usdfoot.planning.proportions import Proportions, proportions_of
 from usdfoot.planning.world import Obstacle
 from usdfoot.readers.agents import AgentSource
+from usdfoot.readers.candidates import only_character
 from usdfoot.readers.casting import Casting
-from usdfoot.readers.characters import only_character, read_character
+from usdfoot.readers.characters import read_character
 from usdfoot.readers.paths import find_paths, read_paths
 from usdfoot.readers.stage import StagePrims
 

@@ -22,7 +22,7 @@ from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.skeleton import Skeleton
 from usdfoot.model.terrain import Terrain
 from usdfoot.readers.biped import read_biped
-from usdfoot.readers.characters import find_skeleton
+from usdfoot.readers.candidates import find_skeleton
 from usdfoot.readers.plans import read_plan
 from usdfoot.readers.skeleton import RawSkeleton, read_skeleton, skeleton_in, split_matrices
 from usdfoot.readers.skins import read_skin

@@ -111,7 +111,7 @@ class Controller:
         self._origins, self._starts = positions.copy(), np.full(count, start)
         self._time = start
         self._rest = rest_joints(source)
-        self._prepare(start)
+        self._prepare()
 
     def __len__(self) -> int:
         return len(self._windows)
@@ -203,7 +203,7 @@ class Controller:
         while self._steering.step(windows, self._ground, now=time):
             pass
         self._halt(windows.wanting(time))
-        self._prepare(time)
+        self._prepare()
         bodies = self._bodies(np.arange(len(self)), time, nudged=True)
         poses = bodies.pose()
         bodies.plant(poses)
@@ -220,7 +220,7 @@ class Controller:
             places = windows.at(windows.positions, agents, number) + across
             windows.halt(agents, farthest=self._options.farthest_stand * self._leg_length, beside=places)
 
-    def _prepare(self, time: float) -> None:
+    def _prepare(self) -> None:
         """Prepares what changed, and has those go on from their present poses whom it moves."""
         windows, rows = self._windows, self._rows
         agents = np.flatnonzero(windows.dirty != CLEAN)

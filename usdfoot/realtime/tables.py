@@ -67,6 +67,7 @@ class Stretch:
         return Due(
             strikes=np.flatnonzero((numbers >= dirty - 1) & (numbers <= last)),
             flats=np.flatnonzero((numbers >= dirty - 2) & (numbers <= last - ~halted)),
+            leaves=np.flatnonzero((numbers >= dirty - 3) & (numbers <= last - 1)),
             swings=np.flatnonzero((numbers >= dirty - 3) & (numbers <= last - 2)),
         )
 

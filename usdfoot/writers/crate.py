@@ -16,6 +16,7 @@ from typing import BinaryIO
 import numpy as np
 
 from usdfoot.maths.types import FloatArray
+from usdfoot.writers.crate_columns import pack_bytes, pack_column
 
 __all__ = ["SAMPLED_TYPES", "Samples", "write_samples"]
 
@@ -197,31 +198,17 @@ def _sections(tokens: _Tokens, specs: Sequence[_Spec]) -> dict[str, bytes]:
     text = b"".join(token.encode() + b"\0" for token in tokens.numbers)
     values = np.array([value for _, value in fields], dtype="<u8").tobytes()
     return {
-        "TOKENS": struct.pack("<QQ", len(tokens.numbers), len(text)) + _packed(text),
+        "TOKENS": struct.pack("<QQ", len(tokens.numbers), len(text)) + pack_bytes(text),
         "STRINGS": struct.pack("<Q", 0),
-        "FIELDS": struct.pack("<Q", len(fields)) + _column([number for number, _ in fields]) + _packed(values),
-        "FIELDSETS": struct.pack("<Q", len(fields) + count) + _column(np.insert(np.arange(len(fields)), ends, _END)),
+        "FIELDS": struct.pack("<Q", len(fields)) + pack_column([number for number, _ in fields]) + pack_bytes(values),
+        "FIELDSETS": struct.pack("<Q", len(fields) + count)
+        + pack_column(np.insert(np.arange(len(fields)), ends, _END)),
         "PATHS": struct.pack("<QQ", count, count)
-        + _column(np.arange(count))
-        + _column([spec.element for spec in specs])
-        + _column([spec.jump for spec in specs]),
+        + pack_column(np.arange(count))
+        + pack_column([spec.element for spec in specs])
+        + pack_column([spec.jump for spec in specs]),
         "SPECS": struct.pack("<Q", count)
-        + _column(np.arange(count))
-        + _column(ends - sizes + np.arange(count))
-        + _column([spec.kind for spec in specs]),
+        + pack_column(np.arange(count))
+        + pack_column(ends - sizes + np.arange(count))
+        + pack_column([spec.kind for spec in specs]),
     }
-
-
-def _column(integers: Sequence[int] | np.ndarray) -> bytes:
-    """Integers as a value that is frequent, two bits each that say how wide they are, and their differences."""
-    differences = np.diff(np.asarray(integers, dtype=np.int64), prepend=0).astype("<i4")
-    widths = b"\xff" * ((2 * len(differences) + 7) // 8)  # 32 bits all
-    return _packed(struct.pack("<i", 0) + widths + differences.tobytes())
-
-
-def _packed(content: bytes) -> bytes:
-    """Size and LZ4 block, in one piece, all of it literals."""
-    more = len(content) - 15
-    length = b"\xff" * (more // 255) + bytes([more % 255]) if more >= 0 else b""
-    block = b"\0" + bytes([min(len(content), 15) << 4]) + length + content
-    return struct.pack("<Q", len(block)) + block

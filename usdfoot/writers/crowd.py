@@ -4,25 +4,21 @@ from __future__ import annotations
 
 import json
 import os
-import re
-import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from usdfoot.bridge.chunks import JsonText
 from usdfoot.bridge.scene import Scene
-from usdfoot.bridge.tokens import ChunkFiles, File, chunk_files, chunk_folder
+from usdfoot.bridge.tokens import ChunkFiles, File, Prim, chunk_files, chunk_folder
 from usdfoot.errors import OutputError
+from usdfoot.writers.belongings import check_foreign, tidy
 from usdfoot.writers.layers import LayerFormat
 from usdfoot.writers.placing import PlacedCharacter
-from usdfoot.writers.root import expanded_layer, root_layer, stacked_layer
+from usdfoot.writers.root import expanded_layer, root_layer, scope_layer, stacked_layer
 from usdfoot.writers.staging import staged_files
 
 __all__ = ["check_output", "write_crowd"]
-
-_CHUNK_FILE = re.compile(r"(\.\d+\.)?(agents|footsteps|anims)\.\d{4}\.usdc|\.\d+\.(agents|footsteps)\.usdc")
-"""Numbered chunks, and chunks' files under temporary names."""
 
 
 def write_crowd(
@@ -68,24 +64,18 @@ def write_crowd(
                 files.add_file(name, path)
         files.add_layer(File.ANIMS, stacked_layer(layer_format, [chunk.anims for chunk in chunks], text=True))
         if len(chunks) > 1:
-            files.add_layer(File.AGENTS, stacked_layer(layer_format, [chunk.agents for chunk in chunks]))
-            files.add_layer(File.FOOTSTEPS, stacked_layer(layer_format, [chunk.footsteps for chunk in chunks]))
+            for name, scope, parts in (
+                (File.AGENTS, Prim.AGENTS, [chunk.agents for chunk in chunks]),
+                (File.FOOTSTEPS, Prim.PLANS, [chunk.footsteps for chunk in chunks]),
+            ):
+                files.add_joined(name, scope_layer(layer_format, scope), map(files.place_of, parts), scope=scope)
         files.add_layer(File.EXPANDED, expanded_layer(layer_format, agents))
         files.add_text(File.REPORT, _readable({**report, "files": files.content_hashes()}) + "\n")
         if not (target / File.OVERRIDES).exists():
             files.add_layer(File.OVERRIDES, stacked_layer(layer_format, (), text=True))
         files.add_layer(File.CROWD, root_layer(layer_format, provenance))
-    _tidy(target, chunks)
+    tidy(target, chunks)
     return target / File.CROWD, target / File.REPORT
-
-
-def _tidy(folder: Path, chunks: Sequence[ChunkFiles]) -> None:
-    """Remove chunks that a larger crowd left behind, and what runs that were killed did not finish."""
-    shutil.rmtree(folder / File.PENDING, ignore_errors=True)
-    names = {name for chunk in chunks for name in chunk}
-    for path in folder.iterdir():
-        if _CHUNK_FILE.fullmatch(path.name) and path.name not in names:
-            path.unlink()
 
 
 def _readable(report: Mapping[str, Any]) -> str:
@@ -118,10 +108,11 @@ def crowd_format(scene: Scene) -> LayerFormat:
 
 
 def check_output(scene: Scene, folder: Path) -> None:
-    """Raise an OutputError if a file to be written is a layer of the scene."""
+    """Raise an OutputError if a file to be written is a layer of the scene, or is there and not usdfoot's."""
     outputs = {folder / name for name in (File.CROWD, File.OVERRIDES, File.ANIMS, File.EXPANDED)}
     outputs |= {folder / name for name in chunk_files(0, 1)}
     layers = {Path(os.path.realpath(layer)) for layer in scene.stage.layers}
     over = sorted(str(path) for path in outputs & layers)
     if over:
         raise OutputError(folder, "the output would replace layers of the scene", "name another folder", over)
+    check_foreign(folder)

@@ -10,7 +10,7 @@ from pxr import Sdf
 
 from usdfoot.errors import OutputError
 
-__all__ = ["layer_path", "relative_asset"]
+__all__ = ["folder_path", "layer_path", "relative_asset"]
 
 SUFFIXES = (".usd", ".usda", ".usdc")
 
@@ -31,6 +31,20 @@ def relative_asset(asset: str, folder: Path) -> str:
         return asset
     path = Path(os.path.relpath(os.path.realpath(asset), folder)).as_posix()
     return path if path.startswith("../") else f"./{path}"
+
+
+def folder_path(folder: str | os.PathLike[str]) -> Path:
+    """Real path of a folder to be written to.
+
+    Args:
+        folder: Its name, perhaps of one that is to be made.
+
+    Raises:
+        OutputError: If there is no name, which would be the current folder.
+    """
+    if not os.fspath(folder):
+        raise OutputError("output", "no folder is named", "name one; . is the current folder")
+    return Path(os.path.realpath(folder))
 
 
 def layer_path(file: str | os.PathLike[str], *, sources: Iterable[str | os.PathLike[str]] = ()) -> Path:

@@ -8,9 +8,9 @@ from typing import Any
 from pxr import Sdf
 
 from usdfoot.bridge.tokens import PROVENANCE, File, Prim
-from usdfoot.writers.layers import LayerFormat, new_layer
+from usdfoot.writers.layers import LayerFormat, define_prim, new_layer
 
-__all__ = ["SUBLAYERS", "expanded_layer", "root_layer", "stacked_layer"]
+__all__ = ["SUBLAYERS", "expanded_layer", "root_layer", "scope_layer", "stacked_layer"]
 
 SUBLAYERS = (File.OVERRIDES, File.AGENTS, File.FOOTSTEPS, File.ANIMS)
 """Layers of crowd.usd, strongest first."""
@@ -27,6 +27,13 @@ def stacked_layer(layer_format: LayerFormat, names: Sequence[str], *, text: bool
     """A layer with the files beside it as sublayers, strongest first."""
     layer = new_layer(layer_format, text=text)
     layer.subLayerPaths = [f"./{name}" for name in names]
+    return layer
+
+
+def scope_layer(layer_format: LayerFormat, scope: str) -> Sdf.Layer:
+    """A binary layer with a scope of the crowd, and nobody in it."""
+    layer = new_layer(layer_format)
+    define_prim(layer, scope, "Scope")
     return layer
 
 

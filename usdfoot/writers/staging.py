@@ -6,7 +6,7 @@ import errno
 import logging
 import os
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -14,6 +14,7 @@ from pxr import Sdf, Tf, UsdUtils
 
 from usdfoot.bridge.file_hashes import file_hashes
 from usdfoot.errors import OutputError
+from usdfoot.writers.crate_join import join_layers
 
 __all__ = ["StagedFiles", "staged_files"]
 
@@ -71,6 +72,11 @@ class StagedFiles:
                 self.folder / name, "cannot be written", "see that the folder has room and may be written to"
             )
 
+    def add_joined(self, name: str, layer: Sdf.Layer, parts: Iterable[Path], *, scope: str) -> None:
+        """Save a binary layer with what files of others have below a scope of it, which is empty."""
+        self.add_layer(name, layer)
+        join_layers(self._temporary[name], parts, scope=scope)
+
     def add_text(self, name: str, text: str) -> None:
         """Save a text file."""
         self.reserve(name).write_text(text, encoding="utf-8", newline="\n")
@@ -91,8 +97,13 @@ class StagedFiles:
             source: Where it is.
             content_hash: Its SHA-256 if that is known.
         """
+        self._check_place(self.folder / name)
         self._adopted[name] = source
         self._hashes.update({name: content_hash} if content_hash else {})
+
+    def place_of(self, name: str) -> Path:
+        """Where an adopted file is now."""
+        return self._adopted[name]
 
     def content_hashes(self) -> dict[str, str]:
         """SHA-256 of every file so far, by name."""
@@ -121,10 +132,14 @@ class StagedFiles:
 
     def _hidden(self, name: str) -> Path:
         final = self.folder / name
+        self._check_place(final)
+        return final.with_name(f".{os.getpid()}.{final.name}")
+
+    def _check_place(self, final: Path) -> None:
+        """Has the folder of a file be there, and within this one."""
         if not final.parent.resolve().is_relative_to(self.folder.resolve()):
             raise OutputError(final.parent, f"leads out of {self.folder}", "remove the link, or name another folder")
         final.parent.mkdir(parents=True, exist_ok=True)
-        return final.with_name(f".{os.getpid()}.{final.name}")
 
 
 def _check_room(path: Path) -> None:

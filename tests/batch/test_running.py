@@ -1,0 +1,45 @@
+"""Chunks whose workers vanish are named; what is a fault of the program stays one."""
+
+from concurrent.futures import CancelledError, Future
+from types import SimpleNamespace
+
+import pytest
+
+from usdfoot.batch.running import run_chunks
+from usdfoot.errors import OutputError
+
+
+class KilledWorker(Exception):
+    """As Dask names it."""
+
+
+class Losing:
+    """An executor that does every task but the first."""
+
+    def __init__(self, error):
+        self.error = error
+
+    def submit(self, function, task):
+        future = Future()
+        future.set_exception(self.error) if task.index == 0 else future.set_result(task.index)
+        return future
+
+
+def tasks(count):
+    return [
+        SimpleNamespace(index=index, folder="out", files=SimpleNamespace(anims=f"anims.{index:04d}.usdc"))
+        for index in range(count)
+    ]
+
+
+@pytest.mark.parametrize("error", [CancelledError(), KilledWorker("make_chunk", "worker", 3)])
+def test_chunks_that_a_cluster_lost_are_named_after_the_others_are_done(error):
+    made = run_chunks(tasks(3), None, executor=Losing(error))
+    assert sorted([next(made), next(made)]) == [(1, 1), (2, 2)]
+    with pytest.raises(OutputError, match=r"1 of 3 chunks were not made: anims\.0000\.usdc \(.*vanished\)\. run again"):
+        next(made)
+
+
+def test_a_fault_of_the_program_is_none_of_the_workers():
+    with pytest.raises(ZeroDivisionError):
+        list(run_chunks(tasks(3), None, executor=Losing(ZeroDivisionError())))
