@@ -51,6 +51,17 @@ def test_samples_far_apart_do_not_become_a_grid_without_end():
         regular_codes([np.array([0.0, 1.0, 2.0, 1e9])], 24.0, where="/Clip")
 
 
+def test_instances_within_instances_are_refused_before_they_are_walked():
+    stage = simple_scene()
+    for depth in range(1, 12):
+        for number in range(10):
+            prim = stage.DefinePrim(f"/Level{depth}/Part{number}", "Xform")
+            prim.GetReferences().AddInternalReference(f"/Level{depth - 1}" if depth > 1 else "/World/Ground")
+            prim.SetInstanceable(True)
+    with pytest.raises(SceneError, match=r"has 2001 prims, more than 2000\. raise the limit with --max-prims"):
+        SceneReader(stage, limits=Limits(prims=2000))
+
+
 def test_a_limit_is_at_least_one():
     with pytest.raises(UsdfootError, match="joints: limit is 0"):
         Limits(joints=0)

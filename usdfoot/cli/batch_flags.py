@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 __all__ = ["add_batch_flags", "add_limits", "limits_of"]
 
-LIMITED = ("agents", "joints", "frames", "triangles")
+LIMITED = ("agents", "joints", "frames", "triangles", "prims")
 """What there may be too much of, as the options' names have it."""
 
 
@@ -30,7 +30,11 @@ def add_batch_flags(parser: argparse.ArgumentParser) -> None:
         help="Dask cluster whose workers animate instead, like tcp://host:8786 (needs the extra dask)",
     )
     parser.add_argument(
-        "--chunk-size", metavar="N", type=count, default=100, help="agents a chunk (default: %(default)s)"
+        "--chunk-size",
+        metavar="N",
+        type=count,
+        default=100,
+        help="agents a chunk, fewer of long shots (default: %(default)s)",
     )
     parser.add_argument(
         "--chunk", metavar="INDEX", type=int, help="make this chunk only, as a farm's task does; crowd.usd comes later"

@@ -68,7 +68,7 @@ def _is_same(scene: Any, folder: Path, options: MotionOptions, call: CallRecord)
         return False
     if said.get("version") != __version__ or not _is_asked(said, options, call):
         return False
-    info = read_scene_files(scene, folder)
+    info = read_scene_files(scene, folder, most_prims=call.limits.prims)
     if info is None:
         return False
     made_from = relative_path(info.identifier, folder), combined_hash(input_hashes(info, folder))

@@ -11,6 +11,7 @@ from pxr import Sdf, Tf, Usd
 
 from usdfoot.bridge.scene import StageInfo
 from usdfoot.bridge.tokens import PROVENANCE, File
+from usdfoot.model.limits import DEFAULT_LIMITS
 from usdfoot.readers.overrides import read_overrides
 from usdfoot.readers.stage import open_stage, read_stage_info, walk_stage
 
@@ -35,7 +36,9 @@ def read_provenance(folder: Path, *, sublayers: Sequence[str]) -> Mapping[str, A
     return dict(layer.customLayerData.get(PROVENANCE, {})) if is_whole else None
 
 
-def read_scene_files(scene: str | os.PathLike[str] | Usd.Stage, folder: Path) -> StageInfo | None:
+def read_scene_files(
+    scene: str | os.PathLike[str] | Usd.Stage, folder: Path, *, most_prims: int = DEFAULT_LIMITS.prims
+) -> StageInfo | None:
     """Metadata of a scene, with its layers; None if their bytes and those of overrides.usda do not say all of it.
 
     They do not where a layer is changed in memory or no file, and where files are named that are opened later: value
@@ -44,9 +47,10 @@ def read_scene_files(scene: str | os.PathLike[str] | Usd.Stage, folder: Path) ->
     Args:
         scene: File or open stage.
         folder: Of the crowd made of it.
+        most_prims: How many prims the scene may have.
 
     Raises:
-        SceneError: If the scene or overrides.usda cannot be opened.
+        SceneError: If the scene or overrides.usda cannot be opened, or there are more prims.
     """
     stage = open_stage(scene)
     info = read_stage_info(stage)
@@ -56,4 +60,4 @@ def read_scene_files(scene: str | os.PathLike[str] | Usd.Stage, folder: Path) ->
         return None
     if overrides is not None and (overrides.dirty or overrides.GetCompositionAssetDependencies()):
         return None
-    return None if any(prim.HasAuthoredMetadata("clips") for prim in walk_stage(stage)) else info
+    return None if any(prim.HasAuthoredMetadata("clips") for prim in walk_stage(stage, most=most_prims)) else info

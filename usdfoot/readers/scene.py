@@ -112,7 +112,7 @@ class SceneReader:
         stage = open_stage(scene)
         if reload:
             stage.Reload()
-        prims = collect_prims(stage)
+        prims = collect_prims(stage, most=limits.prims)
         self.info = read_stage_info(stage)
         self._everyone, problems = list_agents(stage, prims)
         self._agent_problems = (*problems, *composition_problems(stage))
@@ -155,6 +155,11 @@ class SceneReader:
         )
         self._codes = codes
         self._sampling = SamplingReader(stage, sampling, self.info.units, codes)
+
+    @property
+    def frame_count(self) -> int:
+        """How many frames the crowd has."""
+        return len(self._codes)
 
     def read(self, *, names: Collection[str] | None = None) -> Scene:
         """The agents with these names and all they need.

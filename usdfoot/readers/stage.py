@@ -16,7 +16,7 @@ from usdfoot.bridge.scene import StageInfo
 from usdfoot.bridge.schema import applied_apis, declared_type
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import SceneError
-from usdfoot.model.limits import DEFAULT_LIMITS
+from usdfoot.model.limits import DEFAULT_LIMITS, check_limit
 from usdfoot.model.report import Problem
 
 __all__ = [
@@ -169,13 +169,17 @@ class StagePrims:
     """Prims by the usdfoot API schemas applied to them."""
 
 
-def collect_prims(stage: Usd.Stage) -> StagePrims:
-    """Every prim the readers look at, found in one walk."""
-    found: dict[str, list[Usd.Prim]] = {kind: [] for kind in ("", *_KINDS, _SHAPES)}
+def collect_prims(stage: Usd.Stage, *, most: int = DEFAULT_LIMITS.prims) -> StagePrims:
+    """Every prim the readers look at, found in one walk.
+
+    Raises:
+        SceneError: If there are more prims than `most`.
+    """
+    found: dict[str, list[Usd.Prim]] = {kind: [] for kind in (*_KINDS, _SHAPES)}
     with_apis: dict[str, list[Usd.Prim]] = {}
     kinds: dict[str, str] = {}
     prototypes: list[Sdf.Path] = []
-    for prim in walk_stage(stage):
+    for prim in walk_stage(stage, most=most):
         if prim.HasAuthoredMetadata("apiSchemas"):
             for name in applied_apis(prim):
                 if name.startswith("Usdfoot"):
@@ -184,7 +188,7 @@ def collect_prims(stage: Usd.Stage) -> StagePrims:
         kind = kinds.get(type_name)
         if kind is None:
             kind = kinds[type_name] = _kind(prim)
-        if kind in _GEOMETRY and prototypes and prim.GetPath().HasPrefix(prototypes[-1]):
+        if not kind or (kind in _GEOMETRY and prototypes and prim.GetPath().HasPrefix(prototypes[-1])):
             continue
         if kind == _INSTANCERS:
             prototypes.append(prim.GetPath())
@@ -201,9 +205,16 @@ def _kind(prim: Usd.Prim) -> str:
     return _SHAPES if prim.IsA(UsdGeom.Gprim) and not prim.IsA(UsdGeom.PointBased) else ""
 
 
-def walk_stage(stage: Usd.Stage) -> Iterator[Usd.Prim]:
-    """Every prim that is active, loaded and defined, instance proxies included."""
-    return iter(Usd.PrimRange(stage.GetPseudoRoot(), Usd.TraverseInstanceProxies()))
+def walk_stage(stage: Usd.Stage, *, most: int = DEFAULT_LIMITS.prims) -> Iterator[Usd.Prim]:
+    """Every prim that is active, loaded and defined, instance proxies included.
+
+    Raises:
+        SceneError: If there are more than `most`: a few instances within instances are billions.
+    """
+    for number, prim in enumerate(Usd.PrimRange(stage.GetPseudoRoot(), Usd.TraverseInstanceProxies())):
+        if number > most:
+            check_limit(stage.GetRootLayer().identifier, "prims", number, most)
+        yield prim
 
 
 def _has_rate(stage: Usd.Stage) -> bool:
