@@ -21,7 +21,7 @@ from usdfoot.batch.analysed import KeptExamples, build_once, forget_examples
 from usdfoot.batch.hashing import content_hash
 from usdfoot.bridge.tokens import File
 from usdfoot.errors import OutputError
-from usdfoot.pipeline.animate import animate
+from usdfoot.pipeline.animate import animate, animate_chunk, count_chunks
 from usdfoot.pipeline.validate import validate
 from usdfoot.readers.scene import SceneReader
 
@@ -47,6 +47,15 @@ def test_every_chunk_is_a_layer_and_the_crowd_is_whole(crowd):
         f"anims.{number:04d}.usdc" for number in range(AGENTS)
     }
     assert validate(crowd.crowd_file).passed
+
+
+def test_long_shots_have_fewer_agents_a_chunk(crowd_scene, crowd, tmp_path, monkeypatch):
+    frames = SceneReader(crowd_scene).frame_count
+    monkeypatch.setattr("usdfoot.batch.tasks.FRAMES_AT_ONCE", 2 * frames - 1)
+    assert count_chunks(crowd_scene) == AGENTS
+    assert len(animate_chunk(crowd_scene, tmp_path / "out", AGENTS - 1).agents) == 1
+    report = animate(crowd_scene, tmp_path / "out")
+    assert (report.chunks, report.kept) == (AGENTS, 1) and sorted(report.results) == sorted(crowd.results)
 
 
 def test_one_chunk_has_the_agents_of_many(crowd, crowd_scene, tmp_path):

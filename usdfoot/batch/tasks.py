@@ -18,10 +18,19 @@ from usdfoot.model.agent import Agent, Follower
 from usdfoot.model.limits import Limits
 from usdfoot.physics.motion_options import MotionOptions
 
-__all__ = ["ChunkTask", "cut_chunks", "with_earlier"]
+__all__ = ["ChunkTask", "agents_a_chunk", "cut_chunks", "with_earlier"]
 
 LARGE_CROWD = 4
 """From so many chunks on a crowd keeps its clips' analysis: of a smaller one that would be much of what it is."""
+
+
+FRAMES_AT_ONCE = 250_000
+"""Frames of all agents of a chunk together: about half a gigabyte of a person's."""
+
+
+def agents_a_chunk(asked: int, *, frames: int) -> int:
+    """How many agents a chunk has: as many as are asked for, fewer in a shot so long that memory would not do."""
+    return max(1, min(asked, FRAMES_AT_ONCE // frames))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -63,7 +63,7 @@ def animate(
         options: Of the sources of motion.
         collect: Copy the characters' files into the folder.
         levels: Of detail (UsdLod), for characters that have such variants.
-        chunk_size: Agents a chunk; a worker has no more than one chunk in memory.
+        chunk_size: Agents a chunk, fewer where the shot is long; a worker has no more than one chunk in memory.
         limits: How much of a scene is read before it is refused.
         executor: Whose workers make the chunks, if there are several to make; None = this process does.
         beside: Whether this process makes chunks beside the executor's workers, and a few without them.
@@ -147,7 +147,7 @@ def animate_chunk(
         SceneError: If the scene cannot be opened, no agent can be used, or there is no such chunk.
         OutputError: If the folder cannot be written to or the output would replace the input.
     """
-    from usdfoot.batch.tasks import with_earlier
+    from usdfoot.batch.tasks import agents_a_chunk, with_earlier
     from usdfoot.batch.workshop import Workshop
 
     options, target = options or MotionOptions(), folder_path(folder)
@@ -155,7 +155,7 @@ def animate_chunk(
         agents=agents, frames=frames, chunk_size=chunk_size, collect=collect, levels=levels, limits=limits
     )
     shot = _open_shot(open_stage(scene_file), target, call, options=options)
-    count = len(range(0, len(shot.reader.names), chunk_size))
+    count = len(range(0, len(shot.reader.names), agents_a_chunk(chunk_size, frames=shot.reader.frame_count)))
     if not 0 <= index < count:
         raise SceneError(scene_file, f"has no chunk {index}", f"give one of 0 to {count - 1}")
     task = next((task for task in shot.tasks if task.index == index), None)
@@ -183,10 +183,11 @@ def count_chunks(
     Raises:
         SceneError: If the scene cannot be opened or the glob matches nobody.
     """
+    from usdfoot.batch.tasks import agents_a_chunk
     from usdfoot.readers.scene import SceneReader
 
     reader = SceneReader(scene_file, agents=agents, frames=frames, motion=motion, limits=limits)
-    return len(range(0, len(reader.names), chunk_size))
+    return len(range(0, len(reader.names), agents_a_chunk(chunk_size, frames=reader.frame_count)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -212,7 +213,7 @@ def _open_shot(
     stage: Any, folder: Path, call: CallRecord, *, options: MotionOptions, executor: Executor | None = None
 ) -> _Shot:
     """What is asked for of an open stage, read and cut into chunks; folder: of the crowd, a real path."""
-    from usdfoot.batch.tasks import cut_chunks
+    from usdfoot.batch.tasks import agents_a_chunk, cut_chunks
     from usdfoot.readers.scene import SceneReader
     from usdfoot.writers.crowd import check_output, crowd_format
     from usdfoot.writers.placing import place_characters
@@ -241,7 +242,12 @@ def _open_shot(
     )
     references = [(placed.reference.assetPath, str(placed.reference.primPath)) for placed in characters]
     tasks = cut_chunks(
-        scene, references, names=reader.names, folder=folder, options=options, limits=call.limits, size=call.chunk_size
+        *(scene, references),
+        names=reader.names,
+        folder=folder,
+        options=options,
+        limits=call.limits,
+        size=agents_a_chunk(call.chunk_size, frames=reader.frame_count),
     )
     return _Shot(
         reader=reader,
