@@ -1,6 +1,7 @@
 """Clips are summed up, and their events written so that they read back."""
 
 import hashlib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from pxr import Sdf, Usd
 
 from usdfoot.bridge import tokens
 from usdfoot.cli.main import main
+from usdfoot.cli.tables import clip_table
 from usdfoot.errors import OutputError, SceneError, UsdfootError
 from usdfoot.pipeline.analyze import analyze
 from usdfoot.readers.libraries import read_libraries
@@ -45,6 +47,9 @@ def test_summaries(clips):
     assert found["run_320"].speed == pytest.approx(3.2, abs=0.15)
     assert np.degrees(found["side_left_035"].direction) == pytest.approx(90.0, abs=5.0)
     assert found["walk_110"].duty_factor > 0.5 > found["run_320"].duty_factor
+    marching = replace(found["side_left_035"], speed=0.001, direction=1.4)
+    directions = list(clip_table([found["walk_110"], marching]).columns[4].cells)
+    assert directions == ["0", "-"]  # who goes nowhere has none
 
 
 @pytest.mark.parametrize("suffix", [".usda", ".usdc", ".usd"])

@@ -8,7 +8,7 @@ import os
 import signal
 import threading
 from collections.abc import Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from typing import Any
 
@@ -50,13 +50,21 @@ def open_executor(
         return
     # A fork would copy USD's and Warp's threads half alive.
     context = multiprocessing.get_context("spawn")
-    executor = ProcessPoolExecutor(count - beside, mp_context=context, initializer=_follow_parent)
+    executor = _Processes(count - beside, mp_context=context, initializer=_follow_parent)
     is_done = False
     try:
         yield executor
         is_done = True
     finally:
         executor.shutdown(cancel_futures=not is_done)  # as by Ctrl-C: what waits is not begun
+
+
+class _Processes(ProcessPoolExecutor):
+    """Processes of this machine, who know how many they are."""
+
+    def __init__(self, workers: int, **options: Any) -> None:
+        super().__init__(workers, **options)
+        self.workers = workers
 
 
 def _follow_parent() -> None:
@@ -111,12 +119,16 @@ def _told_of_idleness(client: Any, scheduler: str) -> Iterator[None]:
         over.set()
 
 
-def open_scene_early(executor: Executor, scene: str) -> None:
-    """Has as many workers as there are cores open a scene. Who cannot says so when it is asked for a chunk."""
+def open_scene_early(executor: Executor, scene: str) -> list[Future[None]]:
+    """Has all workers of this machine open a scene; who cannot says so when it is asked for a chunk.
+
+    Returns:
+        One a worker, done when it has opened the scene.
+    """
     from usdfoot.batch.workshop import open_early
 
-    for _ in range(_cores()):
-        executor.submit(open_early, scene)
+    workers = getattr(executor, "workers", _cores())
+    return [executor.submit(open_early, scene) for _ in range(workers)]
 
 
 def _cores() -> int:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, as_completed
+from contextlib import suppress
 from functools import partial
+from queue import SimpleQueue
+from typing import Any
 
 from usdfoot.batch.tasks import ChunkTask
 from usdfoot.batch.workshop import MadeChunk, Workshop, make_chunk
@@ -15,9 +19,16 @@ __all__ = ["run_chunks"]
 _KILLED = "KilledWorker"
 """Dask's error for what several workers died of, one after the other; Dask need not be installed."""
 
+Outcome = tuple[int, Callable[[], MadeChunk]]
+"""Index of a chunk, and what gives what became of it or raises why there is nothing."""
+
 
 def run_chunks(
-    tasks: Sequence[ChunkTask], workshop: Workshop, *, executor: Executor | None = None, beside: bool = False
+    tasks: Sequence[ChunkTask],
+    workshop: Workshop,
+    *,
+    executor: Executor | None = None,
+    starting: Sequence[Future[None]] | None = None,
 ) -> Iterator[tuple[int, MadeChunk]]:
     """Index of every chunk and what became of it, as they are done.
 
@@ -25,7 +36,8 @@ def run_chunks(
         tasks: What to make.
         workshop: Of this process.
         executor: Whose processes make the chunks, from the first on; None = this process does.
-        beside: Whether this process makes chunks too, from the last on.
+        starting: One a worker, done when it can begin: this process makes chunks too, from the last on, and a worker
+            has none but the one it works at. None = the executor alone has all of them.
 
     Raises:
         OutputError: After all others are done, if chunks could not be made: their worker vanished or could not write.
@@ -34,20 +46,19 @@ def run_chunks(
         for index, task in enumerate(tasks):
             yield index, workshop.make(task)
         return
-    futures = {executor.submit(make_chunk, task): index for index, task in enumerate(tasks)}
     failed: dict[str, str] = {}
-    while futures:
-        for index, result in _outcomes(tasks, futures, workshop if beside else None):
-            try:
-                yield index, result()
-            except (BrokenExecutor, CancelledError):  # as by Dask where its scheduler vanished
-                failed[tasks[index].files.anims] = "its worker vanished"
-            except (UsdfootError, OSError, MemoryError) as error:
-                failed[tasks[index].files.anims] = str(error) or type(error).__name__
-            except Exception as error:
-                if type(error).__name__ != _KILLED:
-                    raise
-                failed[tasks[index].files.anims] = "every worker that took it vanished"
+    outcomes = _given(tasks, executor) if starting is None else _shared(tasks, executor, starting, workshop)
+    for index, result in outcomes:
+        try:
+            yield index, result()
+        except (BrokenExecutor, CancelledError):  # as by Dask where its scheduler vanished
+            failed[tasks[index].files.anims] = "its worker vanished"
+        except (UsdfootError, OSError, MemoryError) as error:
+            failed[tasks[index].files.anims] = str(error) or type(error).__name__
+        except Exception as error:
+            if type(error).__name__ != _KILLED:
+                raise
+            failed[tasks[index].files.anims] = "every worker that took it vanished"
     if failed:
         raise OutputError(
             tasks[0].folder,
@@ -57,17 +68,38 @@ def run_chunks(
         )
 
 
-def _outcomes(
-    tasks: Sequence[ChunkTask], futures: dict[Future[MadeChunk], int], workshop: Workshop | None
-) -> list[tuple[int, Callable[[], MadeChunk]]]:
-    """Index and result of chunks that are done, and of one that is made here when asked; `futures` keeps the others.
+def _given(tasks: Sequence[ChunkTask], executor: Executor) -> Iterator[Outcome]:
+    """Outcomes of chunks that the executor has all at once."""
+    futures = {executor.submit(make_chunk, task): index for index, task in enumerate(tasks)}
+    for future in as_completed(futures):
+        yield futures[future], future.result
 
-    Waits for a worker only if there is no chunk left to make here.
-    """
-    outcomes: list[tuple[int, Callable[[], MadeChunk]]] = []
-    own = next((future for future in reversed(futures) if future.cancel()), None) if workshop else None
-    if workshop and own:
-        index = futures.pop(own)
-        outcomes.append((index, partial(workshop.make, tasks[index])))
-    done, _ = wait(futures, timeout=0.0 if own else None, return_when=FIRST_COMPLETED)
-    return [(futures.pop(future), future.result) for future in done] + outcomes
+
+def _shared(
+    tasks: Sequence[ChunkTask], executor: Executor, starting: Sequence[Future[None]], workshop: Workshop
+) -> Iterator[Outcome]:
+    """Outcomes of chunks of which workers and this process take one at a time; here they are made when asked for."""
+    left, done = deque(range(len(tasks))), SimpleQueue[Outcome]()
+
+    def give(last: Future[Any]) -> None:
+        if last.cancelled() or isinstance(last.exception(), BrokenExecutor):  # by whom nothing more is made
+            return
+        with suppress(IndexError):
+            index = left.popleft()
+            try:
+                executor.submit(make_chunk, tasks[index]).add_done_callback(partial(take, index))
+            except RuntimeError:  # the executor broke or was shut down
+                done.put((index, partial(workshop.make, tasks[index])))
+
+    def take(index: int, future: Future[MadeChunk]) -> None:
+        give(future)
+        done.put((index, future.result))
+
+    for worker in starting:
+        worker.add_done_callback(give)
+    for _ in tasks:
+        try:
+            index = left.pop() if done.empty() else None
+        except IndexError:
+            index = None
+        yield done.get() if index is None else (index, partial(workshop.make, tasks[index]))

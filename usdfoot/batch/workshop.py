@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -16,6 +17,7 @@ from usdfoot.batch.tasks import ChunkTask
 from usdfoot.bridge.chunks import ChunkNotes
 from usdfoot.bridge.tokens import Motion as Source
 from usdfoot.engine.animate import PreparedLibraries, animate_crowd
+from usdfoot.errors import UsdfootError
 from usdfoot.model.agent import Crowd
 from usdfoot.model.device import start_warp
 from usdfoot.model.limits import Limits
@@ -59,6 +61,12 @@ class Workshop:
         self._libraries = PreparedLibraries(options, build=KeptExamples(keep).build if keep else build_once)
         self._bodies: PreparedBodies | None = None
         self._sources = SourceFigures()
+
+    def analyse_clips(self, crowd: Crowd) -> None:
+        """Has the clips of a crowd analysed, and kept where that is kept: others who ask then need not do it too."""
+        for index in sorted({agent.library for agent in crowd.everyone if agent.motion != Source.PHYSICS}):
+            with suppress(UsdfootError):  # their agents' problem, who tell it
+                self._libraries.prepared(crowd, index)
 
     def make(self, task: ChunkTask) -> MadeChunk:
         """Animates and writes a chunk.

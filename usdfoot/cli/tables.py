@@ -37,6 +37,8 @@ __all__ = [
 
 MOST_ROWS = 40
 """Agents listed at most; the total covers all."""
+LEAST_SPEED = 0.005
+"""A slower clip goes nowhere: the direction of its travel is chance [m/s]."""
 MOST_CIRCLES = 10
 """Places where no step lands at most."""
 MOST_NOTES = 3
@@ -58,7 +60,7 @@ def clip_table(summaries: Sequence[ClipSummary]) -> Table:
             summary.style,
             str(summary.steps),
             _number(summary.speed, 2),
-            _number(math.degrees(summary.direction), 0),
+            _number(math.degrees(summary.direction) if summary.speed >= LEAST_SPEED else math.nan, 0),
             _number(math.degrees(summary.turn_rate), 0),
             f"{lengths.min():.2f} to {lengths.max():.2f}" if lengths.size else "-",
             _number(100.0 * summary.duty_factor, 0) + (" %" if math.isfinite(summary.duty_factor) else ""),

@@ -29,6 +29,7 @@ __all__ = [
     "lower_pelvis",
     "raise_heels",
     "roll_contacts",
+    "settle_heels",
     "unplanted_feet",
     "with_values",
 ]
@@ -37,6 +38,10 @@ FLAT_TIME = 0.12
 FLAT_SHARE = 0.25
 """Flat comes at most this long [s], and at most this part of the contact, after the strike (design.md section 2)."""
 
+HOVERING = np.radians([6.0, 12.0])
+"""Heels that are never lower hover up to the first, from the second on they are meant to be up [rad]."""
+STANDING = np.radians(2.0)
+"""So much farther they come down, so that they stand for more than an instant [rad]."""
 ENDLESS = 1e3
 """Length of a leg that reaches everything [m]."""
 BENT = 0.98
@@ -55,6 +60,8 @@ class ContactFeet:
     """Times the ball is down [s], shape (C,)."""
     flat_pitches: FloatArray
     """Pitch left in the blended foot when it has to be flat, toes up < 0 [rad], shape (C,)."""
+    settles: FloatArray
+    """Heel raise of the blended foot where it all but stands flat [rad], shape (C,)."""
     roll_times: FloatArray
     """From flat until the clip's pitch counts again [s], shape (C,)."""
     leave_offsets: FloatArray
@@ -82,6 +89,7 @@ def unplanted_feet(count: int) -> ContactFeet:
         flat_rotations=still,
         flats=zero,
         flat_pitches=zero,
+        settles=zero,
         roll_times=np.ones(count),
         leave_offsets=nowhere,
         land_offsets=nowhere,
@@ -145,6 +153,7 @@ def foot_table(layout: Layout, feet: ContactFeet) -> Any:
     table["strike"], table["flat"] = contacts.strikes - clock, feet.flats - clock
     table["liftoff"] = np.where(contacts.has_swing, contacts.liftoffs, np.inf) - clock
     table["flat_pitch"], table["roll_time"] = feet.flat_pitches, feet.roll_times
+    table["settle"] = feet.settles
     table["drop"], table["leave_drop"] = feet.drops, feet.leave_drops
     table["leave_raise"] = feet.leave_raises
     table["position"] = contacts.positions - layout.origins[contacts.agents]
@@ -252,6 +261,22 @@ def hold_feet(layout: Layout, feet: ContactFeet, rows: IntArray, times: FloatArr
         blended_rotations=blended.rotations[own],
         rotations=rotations.numpy().astype(float),
     )
+
+
+def settle_heels(feet: ContactFeet, rows: IntArray, raises: FloatArray) -> ContactFeet:
+    """The feet with how far the heels of contacts `rows` (N,) come down that all but do so as blended.
+
+    Mocap and blends let heels hover by a few degrees in some stances, where people stand on the whole sole; a heel that
+    stays higher, as in runs on the forefoot, stays as it is.
+
+    Args:
+        feet: Of all contacts.
+        rows: Contacts, shape (N,).
+        raises: Pitches of their blended feet at instants of the stance [rad], heel up > 0, shape (N, S).
+    """
+    least = np.maximum(raises.min(axis=1, initial=np.inf), 0.0)
+    x = np.clip((HOVERING[1] - least) / (HOVERING[1] - HOVERING[0]), 0.0, 1.0)
+    return with_values(feet, rows, {"settles": (least + np.minimum(least, STANDING)) * x * x * (3.0 - 2.0 * x)})
 
 
 def raise_heels(layout: Layout, feet: ContactFeet, rows: IntArray, times: FloatArray, blended: Feet) -> ContactFeet:

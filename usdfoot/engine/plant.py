@@ -35,6 +35,7 @@ class FootRow:
     flat: wp.float32
     liftoff: wp.float32
     flat_pitch: wp.float32  # left in the blended foot when it has to be flat [rad]
+    settle: wp.float32  # heel raise of the blended foot where it all but stands flat [rad]
     roll_time: wp.float32  # from flat until the clip's pitch counts again [s]
     drop: wp.float32  # how far the pelvis has to come down at the strike [m]
     leave_drop: wp.float32  # the same at the liftoff
@@ -144,7 +145,7 @@ def standing_foot(
     if rolling > 0.0:
         gain = smootherstep((time - own.flat) / own.roll_time)
     level = ball - wp.quat_rotate(flat, rig.ball_offsets[side])
-    raised = soft_positive(pitch, 0.02)
+    raised = soft_positive(pitch - own.settle, 0.02)
     raised -= ramp(raised - raise_onto(level - ball, own.normal, lateral) + SHORT_OF_UPRIGHT, 0.03)
     needed = reaching_raise(level, ball, hip, own.normal, lateral, longest)
     reaching = raised + soft_positive(needed - raised, 0.02)

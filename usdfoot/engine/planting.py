@@ -17,6 +17,7 @@ from usdfoot.engine.feet import (
     lower_pelvis,
     raise_heels,
     roll_contacts,
+    settle_heels,
     unplanted_feet,
     with_values,
 )
@@ -35,6 +36,8 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.motion import Motion, StepResults
 
 __all__ = ["Due", "Planted", "Planting", "cut_motions", "plant_frames", "plant_samples", "prepare_planting"]
+STANCE = np.array([0.0, 0.2, 0.4, 0.6])
+"""Parts of the time from flat to the other foot's strike, at one of which a heel that comes down is down."""
 HALVINGS = 3
 """How often the time between two frames is halved at most where a planted ball would drift."""
 
@@ -121,15 +124,27 @@ def prepare_feet(
     raises = blended.raises[np.arange(struck), contacts.sides[due.strikes]]
     feet = with_values(feet, left, {"leave_raises": np.zeros(len(left))})
     feet = roll_contacts(layout, feet, due.strikes, raises, ground)
-    flat = _feet_at(layout, source, due.flats, feet.flats[due.flats])
-    raises = flat.raises[np.arange(len(due.flats)), contacts.sides[due.flats]]
-    feet = with_values(feet, due.flats, {"flat_pitches": raises})
+    raises = _stance_raises(layout, source, due.flats, feet.flats[due.flats])
+    feet = with_values(feet, due.flats, {"flat_pitches": raises[:, 0]})
+    feet = settle_heels(feet, due.flats, raises)
     held = hold_feet(layout, feet, rows, times, blended)
     leaves, lands = held[struck:moved], held[np.searchsorted(due.strikes, due.swings + 2)]
     feet = lead_swings(layout, feet, due.swings, leaves, lands)
     last = np.arange(moved, len(rows))
     feet = raise_heels(layout, feet, left, times[last], blended[last])
     return lower_pelvis(layout, feet, due.strikes[reached], held[reached], left, held[moved:])
+
+
+def _stance_raises(layout: Layout, source: PoseSource, rows: IntArray, flats: FloatArray) -> FloatArray:
+    """Pitch of the source's feet of contacts `rows` (N,) from flat until the other foot strikes [rad], shape (N, S)."""
+    contacts = layout.contacts
+    following = np.minimum(rows + 1, len(contacts.sides) - 1)
+    ends = np.where(contacts.has_next[rows], contacts.strikes[following], contacts.ends[contacts.agents[rows]])
+    ends = np.maximum(np.minimum(ends, contacts.liftoffs[rows]), flats)
+    times = flats[:, None] + (ends - flats)[:, None] * STANCE
+    feet = _feet_at(layout, source, np.repeat(rows, len(STANCE)), times.ravel())
+    sides = np.repeat(contacts.sides[rows], len(STANCE))
+    return feet.raises[np.arange(len(sides)), sides].reshape(times.shape)
 
 
 def _left(contacts: ContactTable, leaves: IntArray, sinks_for_flights: bool) -> IntArray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Collection, Iterable, Sequence
-from concurrent.futures import Executor
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,10 +31,8 @@ if TYPE_CHECKING:  # imported where something is to be made: that takes longer t
 
 __all__ = ["animate", "animate_chunk", "count_chunks"]
 
-EARLY_CHUNKS = 10
-"""With as many chunks, workers open the scene while this process reads it."""
 FEW_CHUNKS = 3
-"""So many chunks are made without workers, whose start takes a few seconds of its own."""
+"""So many chunks are made without workers, whose start takes as long; else they open the scene while it is read."""
 
 
 def animate(
@@ -90,7 +88,8 @@ def animate(
     from usdfoot.batch.analysed import tidy_examples
     from usdfoot.writers.crowd import write_crowd
 
-    shot = _open_shot(stage, target, call, options=options, executor=executor)
+    workers = executor if earlier.intact is None else None  # else little may be to be made
+    shot = _open_shot(stage, target, call, options=options, executor=workers)
     records = _make_chunks(shot, executor, beside, progress, intact=earlier.intact)
     problems = _distinct((*shot.scene.crowd.problems, *(problem for record in records for problem in record.problems)))
     _require_agents(scene_file, records, problems)
@@ -200,6 +199,8 @@ class _Shot:
     options: MotionOptions
     characters: Sequence[PlacedCharacter]
     tasks: Sequence[ChunkTask]
+    starting: Sequence[Future[None]]
+    """Workers who open the scene already."""
 
     @property
     def keep(self) -> Path | None:
@@ -216,9 +217,11 @@ def _open_shot(
     from usdfoot.writers.crowd import check_output, crowd_format
     from usdfoot.writers.placing import place_characters
 
+    starting: list[Future[None]] = []
+
     def open_early(count: int) -> None:
-        if executor and count >= EARLY_CHUNKS * call.chunk_size:
-            open_scene_early(executor, stage.GetRootLayer().realPath)
+        if executor and count > FEW_CHUNKS * call.chunk_size:
+            starting.extend(open_scene_early(executor, stage.GetRootLayer().realPath))
 
     reader = SceneReader(
         stage,
@@ -240,7 +243,15 @@ def _open_shot(
     tasks = cut_chunks(
         scene, references, names=reader.names, folder=folder, options=options, limits=call.limits, size=call.chunk_size
     )
-    return _Shot(reader=reader, scene=scene, folder=folder, options=options, characters=characters, tasks=tasks)
+    return _Shot(
+        reader=reader,
+        scene=scene,
+        folder=folder,
+        options=options,
+        characters=characters,
+        tasks=tasks,
+        starting=starting,
+    )
 
 
 def _make_chunks(
@@ -263,11 +274,14 @@ def _make_chunks(
     settled = [task.files for task, record in zip(tasks, records, strict=True) if record is not None]
     earlier = find_agents(shot.folder, intact=intact, kept=settled) if pending else {}
     tasks = [with_earlier(task, earlier) for task in tasks]
+    workshop = Workshop(shot.reader, shot.options, keep=shot.keep)
+    executor = executor if len(pending) > (FEW_CHUNKS if beside else 1) else None
+    starting = shot.starting
+    if executor and beside:
+        starting = starting or open_scene_early(executor, shot.scene.stage.identifier)
+        workshop.analyse_clips(shot.scene.crowd)
     made = run_chunks(
-        [tasks[index] for index in pending],
-        Workshop(shot.reader, shot.options, keep=shot.keep),
-        executor=executor if len(pending) > (FEW_CHUNKS if beside else 1) else None,
-        beside=beside,
+        [tasks[index] for index in pending], workshop, executor=executor, starting=starting if beside else None
     )
     progress("animate", 0, len(pending))
     for done, (index, chunk) in enumerate(made):

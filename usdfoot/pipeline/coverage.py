@@ -41,7 +41,7 @@ def draw_coverage(spaces: Sequence[SpaceCoverage], path: Path) -> Path:
     from matplotlib.figure import Figure
 
     groups = list(dict.fromkeys((space.skeleton, space.style, space.flight) for space in spaces))
-    figure = Figure(figsize=(11.0, 5.5 * len(groups) + 0.5), layout="constrained")
+    figure = Figure(figsize=(8.0, 5.5 * len(groups) + 0.5), layout="constrained")
     FigureCanvasAgg(figure)
     panels = figure.subplots(len(groups), 2, squeeze=False)
     largest = max((float(np.nanmax(space.errors)) for space in spaces if np.isfinite(space.errors).any()), default=1.0)
@@ -50,9 +50,10 @@ def draw_coverage(spaces: Sequence[SpaceCoverage], path: Path) -> Path:
     for space in spaces:
         row = groups.index((space.skeleton, space.style, space.flight))
         shade = _draw(panels[row, space.side], space, largest)
-    bar = figure.colorbar(shade, ax=panels.ravel().tolist(), shrink=0.6)
+    bar = figure.colorbar(shade, ax=panels.ravel().tolist(), shrink=0.6, pad=0.05)
     bar.set_label("expected error: mean distance of the joints from a recorded step's [cm]")
-    figure.suptitle("Where steps land, seen from the support ball (red square); dashed: where none lands")
+    title = "Where steps land, seen from the support ball (red square)"
+    figure.suptitle(f"{title}\ndashed: where none lands, and how far the nearest is [m]")
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=110, metadata={"Software": None})
     return path
@@ -73,10 +74,11 @@ def _draw(axes: Any, space: SpaceCoverage, largest: float) -> Any:
     for empty in space.empty_circles:
         ring = empty.place + empty.radius * np.stack([np.sin(turn), np.cos(turn)], axis=1)
         axes.plot(*ring.T, "--", color="tab:red", lw=0.9)
-        axes.text(*empty.place, f"{empty.radius:.2f}", color="tab:red", ha="center", va="center", fontsize=8)
+        box = {"boxstyle": "round,pad=0.1", "fc": "white", "ec": "none", "alpha": 0.8}
+        axes.text(*empty.place, f"{empty.radius:.2f}", color="tab:red", ha="center", va="center", fontsize=8, bbox=box)
     axes.plot(0.0, 0.0, "s", color="tab:red", ms=7.0)
     gait = "with" if space.flight else "without"
-    title = f"{space.skeleton}, style {space.style}\n{SIDES[space.side]} foot, {gait} flight, {space.steps} steps"
+    title = f"{space.skeleton}\nstyle {space.style}, {gait} flight\n{SIDES[space.side]} foot, {space.steps} steps"
     axes.set_title(title, fontsize=9)
     axes.set(xlabel="to the left [m]", ylabel="ahead [m]", aspect="equal")
     axes.set_axis_on()
