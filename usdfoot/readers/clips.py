@@ -90,6 +90,7 @@ def read_clip(
     if turns is not None:
         translations, rotations = with_axes(own.parents, turns, translations, rotations)
     translations, rotations = _on_joints_of(skeleton, own, translations, rotations)
+    _check_legs(where, skeleton, biped, translations, rotations)
     return Clip(
         name=where,
         rate=(len(times) - 1) / float(times[-1] - times[0]),
@@ -131,7 +132,7 @@ def _sample(source: ClipSource, units: StageUnits, most_frames: int) -> tuple[Fl
         held = len(animation.GetRotationsAttr().Get(Usd.TimeCode.EarliestTime()) or ())
         what = f"has {held or 'no'} rotations for its {len(joints)} joints"
         raise ClipError(where, what, "author one quaternion a joint")
-    _check_finite(where, rotations, translations)
+    _check_finite(where, rotations, translations, scales)
     if translations is None:
         _logger.warning("%s: has no translations for its %d joints, they stay as at rest", where, len(joints))
     codes = _sample_codes(source, rotations, translations, units, most_frames)
@@ -182,8 +183,10 @@ def _spread(rest: FloatArray, values: FloatArray, order: IntArray) -> FloatArray
     return result
 
 
-def _check_finite(where: object, rotations: SampledArray, translations: SampledArray | None) -> None:
-    for label, samples in (("rotations", rotations), ("translations", translations)):
+def _check_finite(
+    where: object, rotations: SampledArray, translations: SampledArray | None, scales: SampledArray | None
+) -> None:
+    for label, samples in (("rotations", rotations), ("translations", translations), ("scales", scales)):
         if samples is None:
             continue
         bad = ~np.isfinite(samples.values).all(axis=(1, 2))
@@ -192,6 +195,22 @@ def _check_finite(where: object, rotations: SampledArray, translations: SampledA
         if bad.any():
             code = samples.codes[np.flatnonzero(bad)[0]]
             raise ClipError(where, f"{label} at time code {code:g} are not finite, or zero", "repair the sample")
+
+
+def _check_legs(where: str, skeleton: Skeleton, biped: Biped, translations: FloatArray, rotations: FloatArray) -> None:
+    """Raises ClipError if the first sample puts joints of a leg on one spot that are apart at rest."""
+    rest = _leg_bones(biped, skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
+    short = (rest > 0.0) & (_leg_bones(biped, skeleton.parents, translations[0], rotations[0]) == 0.0)
+    flat = np.array([biped.knees, biped.ankles])[short]
+    if flat.size:
+        remedy = "author translations as they are below the joint above, and no scales of 0"
+        raise ClipError(where, "gives legs no length", remedy, [leaf_name(skeleton.joints[joint]) for joint in flat])
+
+
+def _leg_bones(biped: Biped, parents: IntArray, translations: FloatArray, rotations: FloatArray) -> FloatArray:
+    """Length of thighs and shins of both legs in one pose, shape (2, 2)."""
+    positions, _ = forward_kinematics(parents, translations, rotations)
+    return np.asarray(np.linalg.norm(np.diff(positions[[biped.hips, biped.knees, biped.ankles]], axis=0), axis=-1))
 
 
 def _skeleton_to_world(source: ClipSource, codes: FloatArray, units: StageUnits) -> Similarity:
