@@ -72,7 +72,7 @@ def step_by_tables(plan, newest, before):
     position, velocity, _ = before.spline.evaluate(np.zeros(1, dtype=int), knots.times[:1])
     start[0] = np.concatenate([position[0], velocity[0]])
     knots = replace(knots, fixed=knots.fixed | (np.arange(len(knots.times)) == 0)[:, None])
-    return solve_motion(contacts, footing, knots, start, human(), options, ())
+    return solve_motion(contacts, footing, knots, start=start, biped=human(), options=options)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,8 @@ from usdfoot.errors import PlanError
 from usdfoot.maths import quaternion
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import PlanDraft
-from usdfoot.planning.lint import LintLimits, lint_plans
+from usdfoot.planning.faults import LintLimits
+from usdfoot.planning.lint import lint_plans
 from usdfoot.planning.mend import mend_plans, mend_times
 from usdfoot.planning.prints import print_orientations
 from usdfoot.planning.proportions import Proportions

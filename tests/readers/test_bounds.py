@@ -31,6 +31,15 @@ def test_without_a_rest_pose_the_bind_pose_pads():
     assert_allclose(bound.rest_matrices[:, 3, :3], OFFSETS, atol=1e-6)
 
 
+def test_without_a_bind_pose_usd_has_nothing_to_warn_of(capfd):
+    stage = new_stage()
+    skeleton = add_character(stage, "/World/Hero", Units(), with_body=True)
+    skeleton.GetPrim().RemoveProperty("bindTransforms")
+    (bound,) = bounds_of(stage)
+    assert bound.padding == pytest.approx(BALL_HEIGHT, rel=1e-6)
+    assert capfd.readouterr().err == ""
+
+
 def test_without_skin_the_joints_count():
     stage = new_stage()
     add_character(stage, "/World/Hero", Units(), root_type="Xform")

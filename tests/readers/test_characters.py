@@ -132,6 +132,19 @@ def test_a_character_in_other_units_is_said(caplog):
     assert "/World/Hero: bones of 100 m" in caplog.text
 
 
+def test_points_that_are_not_finite_are_left_out_of_the_skin(caplog):
+    stage = new_stage()
+    add_character(stage, "/World/Hero", Units(), with_body=True)
+    attribute = UsdGeom.Mesh(stage.GetPrimAtPath("/World/Hero/Body")).GetPointsAttr()
+    points = np.array(attribute.Get())
+    points[8 * JOINTS.index("Hips/LeftUpLeg/LeftLeg/LeftFoot/LeftToeBase")] = np.nan
+    attribute.Set(Vt.Vec3fArray.FromNumpy(points))
+    with caplog.at_level(logging.WARNING):
+        character = read(stage)
+    assert "/World/Hero/Body: 1 of its points are not finite, they are left out" in caplog.text
+    assert_allclose(character.biped.ball_heights, BALL_HEIGHT, atol=1e-3)
+
+
 def test_without_a_skeleton_the_way_to_one_is_said():
     stage = new_stage()
     stage.DefinePrim("/World/Hero", "Xform")

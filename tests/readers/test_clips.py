@@ -191,6 +191,8 @@ def test_a_clip_without_the_legs_is_refused_by_name():
         (lambda a: a.GetRotationsAttr().Clear(), "has no rotations for its 11 joints"),
         (lambda a: keep_first(a), "has fewer than two time samples. a clip needs at least two"),
         (lambda a: set_nan(a), "translations at time code 2.4 are not finite"),
+        (lambda a: all_scales(a, 0.0), "gives legs no length: LeftLeg, RightLeg, LeftFoot, RightFoot"),
+        (lambda a: all_scales(a, np.inf), "scales at time code 0 are not finite"),
         (lambda a: token(a, Token.SOURCE, "dream"), "usdfoot:clip:source is dream. author one of recorded, synthetic"),
         (lambda a: token(a, Token.ROOT_MOTION, "hop"), "usdfoot:clip:rootMotion is hop. author one of auto"),
         (lambda a: code(a, Token.START, 900.0), "has the range 37.5 to 0.9667 s but samples from 0 to 0.9667 s"),
@@ -215,6 +217,11 @@ def set_nan(animation):
     broken = np.array(attribute.Get(2.4))
     broken[4, 1] = np.nan
     attribute.Set(Vt.Vec3fArray.FromNumpy(broken), attribute.GetTimeSamples()[3])
+
+
+def all_scales(animation, value):
+    scales = np.full((len(animation.GetJointsAttr().Get()), 3), value, dtype=np.float16)
+    animation.GetScalesAttr().Set(Vt.Vec3hArray.FromNumpy(scales))
 
 
 def token(animation, name, value):

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from usdfoot.model.plan import FootstepPlan
     from usdfoot.pipeline.doctor import Symptom
     from usdfoot.pipeline.validate import AgentFigures, Figure
-    from usdfoot.planning.lint import Fault
+    from usdfoot.planning.faults import Fault
     from usdfoot.retarget.clips import RetargetedClip
 
 __all__ = [

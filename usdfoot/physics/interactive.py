@@ -82,7 +82,7 @@ class StepOptimiser:
         if before is not None:
             start[0] = _state_at(before, knots.times[0])
             knots = replace(knots, fixed=knots.fixed | (np.arange(len(knots.times)) == 0)[:, None])
-        return solve_motion(extended, footing, knots, start, self.biped, options, ())
+        return solve_motion(extended, footing, knots, start=start, biped=self.biped, options=options)
 
     def _optimise_window(self, plan: FootstepPlan, before: ComMotion, *, expected: int) -> ComMotion:
         """The same in one launch, with `expected` contacts after the last footstep."""

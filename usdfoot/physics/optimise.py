@@ -122,17 +122,18 @@ def optimise_contacts(
     footing = lay_footing(extended, biped, options)
     knots = lay_knots(extended, footing, parts=options.parts, longest_segment=options.longest_segment)
     start = start_unknowns(extended, knots, biped)
-    return solve_motion(contacts, footing, knots, start, biped, options, scripts)
+    return solve_motion(contacts, footing, knots, start=start, biped=biped, options=options, scripts=scripts)
 
 
 def solve_motion(
     contacts: ContactTable,
     footing: Footing,
     knots: Knots,
+    *,
     start: FloatArray,
     biped: PhysicsBiped,
     options: PhysicsOptions,
-    scripts: Sequence[OrientationScript | None],
+    scripts: Sequence[OrientationScript | None] = (),
 ) -> ComMotion:
     """The motion over `contacts`, solved from unknowns `start` (K, 6) at the knots; `footing` is of all contacts."""
     samples = lay_samples(footing, knots, scripts, window=options.heading_window)

@@ -18,7 +18,8 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan, PlanDraft
 from usdfoot.model.report import Problem
 from usdfoot.pipeline.plan import save_plans
-from usdfoot.planning.lint import Fault, LintLimits, lint_clips, lint_plans
+from usdfoot.planning.faults import Fault, LintLimits
+from usdfoot.planning.lint import lint_clips, lint_plans
 from usdfoot.planning.mend import mend_plans, mend_times
 from usdfoot.planning.proportions import Proportions, proportions_of
 from usdfoot.readers.obstacles import read_obstacles

@@ -11,7 +11,7 @@ import numpy as np
 
 from usdfoot.errors import PlanError
 from usdfoot.maths import planar
-from usdfoot.maths.types import FloatArray
+from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
@@ -114,7 +114,7 @@ def _plans(party: Party, tracks: Tracks, terrain: Terrain, faults: list[Problem]
     feet, narrowest = _joined(tables)
     narrowest = np.where(is_sideways(feet), 2.0 * feet.half_widths + BETWEEN, narrowest)
     feet = uncross(feet, narrowest=narrowest)
-    feet = set_feet_apart(feet, narrowest=narrowest, confine=lambda table: _soles_off_walls(table, party))
+    feet = set_feet_apart(feet, narrowest=narrowest, confine=lambda table, rows: _soles_off_walls(table, rows, party))
     feet = keep_off_edges(feet, ground)
     ordered = [seekers[index] for index in order]
     plans = lay_plans([seeker.name for seeker in ordered], feet, ground, on_ground=True)
@@ -131,19 +131,22 @@ def _off_walls(points: FloatArray, distance: float, party: Party) -> FloatArray:
     return points if len(levels) > 1 else move_inside(levels[0].buffer(-distance), points)
 
 
-def _soles_off_walls(feet: FootTable, party: Party) -> FootTable:
-    """The table with feet moved until their soles, from heel to toe, are in no wall, or as far out as they come."""
-    points, forward = feet.positions[:, [0, 2]], planar.direction(feet.yaws)
-    reaches = np.stack([feet.half_widths - feet.heels, np.zeros(len(points)), feet.toes - feet.half_widths])
+def _soles_off_walls(feet: FootTable, rows: IntArray, party: Party) -> FootTable:
+    """The table with some of its feet moved until their soles are in no wall, or as far out as they come."""
+    points, forward, width = feet.positions[rows][:, [0, 2]], planar.direction(feet.yaws[rows]), feet.half_widths[rows]
+    heels, toes = width - feet.heels[rows], feet.toes[rows] - width
+    reaches = np.stack([heels, 0.5 * heels, np.zeros(len(rows)), toes])
     for _ in range(WALL_ROUNDS):
-        soles = points + reaches[..., None] * forward  # (3, S, 2)
+        soles = points + reaches[..., None] * forward  # (4, K, 2)
         inside = _off_walls(soles.reshape(-1, 2), float(feet.half_widths.max()), party).reshape(soles.shape)
         out = inside - soles
         count = np.any(out != 0.0, axis=2).sum(axis=0)
         if not count.any():
             break
         points = points + out.sum(axis=0) / np.maximum(count, 1)[:, None]
-    return replace(feet, positions=np.insert(points, 1, feet.positions[:, 1], axis=1))
+    positions = feet.positions.copy()
+    positions[rows[:, None], [0, 2]] = points
+    return replace(feet, positions=positions)
 
 
 def _on_ground(tracks: Tracks, starts: FloatArray, ground: Ground) -> FloatArray:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from usdfoot.maths import planar
-from usdfoot.maths.types import BoolArray, FloatArray
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import LEFT
 from usdfoot.planning.collisions import FootTable, Instants, near_feet, overlaps
 
@@ -29,7 +29,7 @@ NEAR = 0.1
 
 
 def set_feet_apart(
-    feet: FootTable, *, narrowest: FloatArray, confine: Callable[[FootTable], FootTable] | None = None
+    feet: FootTable, *, narrowest: FloatArray, confine: Callable[[FootTable, IntArray], FootTable] | None = None
 ) -> FootTable:
     """The table with footsteps moved apart until no feet overlap, or as far as they may be moved.
 
@@ -38,13 +38,15 @@ def set_feet_apart(
     Args:
         feet: Of all people.
         narrowest: Least distance across between a foot and its own other one [m], shape (S,).
-        confine: Gives back the table with feet moved to where they may stand, off walls; None = everywhere.
+        confine: Gives back a table with some of its feet (rows) moved to where they may stand, off walls; None =
+            everywhere.
     """
-    feet = confine(feet) if confine else feet
+    feet = confine(feet, np.arange(len(feet.owners))) if confine else feet
+    first, second = near_feet(feet, slack=NEAR)
     start = feet.positions[:, [0, 2]]
     best, least = feet, np.inf
     for search in range(SEARCHES):
-        first, second = near_feet(feet, slack=NEAR)
+        before = feet.positions
         for _ in range(ROUNDS):
             depths, directions = overlaps(feet, first, second)
             depths = depths + CLEARANCE
@@ -54,8 +56,9 @@ def set_feet_apart(
             lengths = np.maximum(np.linalg.norm(offsets, axis=1, keepdims=True), 1e-12)
             feet = _placed(feet, start + offsets * np.minimum(1.0, FARTHEST / lengths))
         feet = uncross(feet, narrowest=narrowest * RELAXING**search)
-        feet = confine(feet) if confine else feet
-        first, second = near_feet(feet, slack=0.0)
+        if confine:
+            feet = confine(feet, np.flatnonzero(np.any(feet.positions != before, axis=1)))
+        first, second = near_feet(feet, slack=NEAR)
         left = float(np.maximum(overlaps(feet, first, second)[0], 0.0).sum())
         if left < least:
             best, least = feet, left

@@ -89,7 +89,16 @@ def follow_trajectories(
     tracks = _walk(gaits, curves, _feet_first(trajectories), ground, body, options)
     distances, errors = _measure(tracks, trajectories)
     return [
-        _followed(tracks, curves, agent, trajectory, ground, distances[:, agent], errors[:, agent], options)
+        _followed(
+            tracks,
+            curves,
+            agent,
+            trajectory=trajectory,
+            ground=ground,
+            distances=distances[:, agent],
+            errors=errors[:, agent],
+            options=options,
+        )
         for agent, trajectory in enumerate(trajectories)
     ]
 
@@ -263,6 +272,7 @@ def _followed(
     tracks: Tracks,
     curves: RootCurves,
     agent: int,
+    *,
     trajectory: RootTrajectory,
     ground: Ground,
     distances: FloatArray,

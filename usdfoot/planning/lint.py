@@ -3,85 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 
 from usdfoot.analysis.gaits import has_flight
 from usdfoot.analysis.timing import EARTH_GRAVITY, HUMAN_LEG
 from usdfoot.maths import planar, quaternion
-from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.biped import SIDES
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
-from usdfoot.planning.bumps import find_bumps
 from usdfoot.planning.collisions import FootTable, feet_of, find_collisions
+from usdfoot.planning.faults import ERROR, WARNING, Fault, LintLimits, faults_at
+from usdfoot.planning.lint_places import find_bump_faults, find_ground_faults, find_low_ceilings
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.world import Obstacle
 from usdfoot.spaces.library import FootstepSpaces, solve_steps
 
-__all__ = ["Fault", "LintLimits", "lint_alone", "lint_clips", "lint_plans", "lint_steps"]
-
-ERROR, WARNING = "error", "warning"
-CEILING = 0.5
-"""Terrain so far above a print is another level, not the next stair [m]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class LintLimits:
-    """What is still right."""
-
-    longest_step: float = 1.5
-    """Of a walking step, over the leg length."""
-    highest_step: float = 0.6
-    """Rise of a walking step, over the leg length."""
-    fastest: float = 10.0
-    """Speed of a step with flight, for a leg of 0.86 m [m/s]."""
-    fastest_walk: float = 2.9
-    """Speed of a step without, for a leg of 0.86 m [m/s]: beyond gravity cannot hold the body to it."""
-    highest_jump: float = 0.8
-    """Rise of the body in flight, over the leg length."""
-    shortest_swing: float = 0.1
-    """[s]"""
-    crossing: float = 0.25
-    """A foot may come down this far on the other one's side, over the foot length."""
-    twist: float = np.radians(100.0)
-    """Most between the directions of consecutive feet [rad]."""
-    off_ground: float = 0.05
-    """A print may be this far above or below the ground [m]."""
-    steepest: float = np.radians(40.0)
-    """[rad]"""
-    poke: float = 0.05
-    """Ground may rise this much through the sole [m]."""
-    headroom: float = 1.8
-    """Free height above a print, over the leg length."""
-    collision: float = 0.005
-    """Feet of two people may overlap this much [m]."""
-    bump: float = 0.03
-    """A sole may be this far in an obstacle [m]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Fault:
-    """Something wrong with one footstep."""
-
-    plan: str
-    """Name of the plan."""
-    footstep: int
-    """Index; -1 = of the plan as a whole."""
-    kind: str
-    """unreachable | flight | crossing | twisted | hurried | offTerrain | offGround | steep | obstructed | obstacle |
-    collision | malformed"""
-    severity: str
-    """error = cannot be walked as planned, warning = will look wrong."""
-    value: float
-    """How much, in the unit the message names."""
-    message: str
-
-    def to_json(self) -> dict[str, object]:
-        """A plain dictionary."""
-        return dict(vars(self))
+__all__ = ["lint_alone", "lint_clips", "lint_plans", "lint_steps"]
 
 
 def lint_plans(
@@ -139,9 +78,9 @@ def lint_alone(
     normals = quaternion.rotate(orientations, np.array([0.0, 1.0, 0.0]))
     return [
         *_steps(names, feet, legs, sizes, limits),
-        *_ground(names, feet, normals, ground, limits),
-        *_ceilings(names, feet, legs, ground, limits),
-        *_bumps(names, feet, obstacles, limits),
+        *find_ground_faults(names, feet, normals, ground, limits),
+        *find_low_ceilings(names, feet, legs, ground, limits),
+        *find_bump_faults(names, feet, obstacles, limits),
     ]
 
 
@@ -180,31 +119,16 @@ def lint_clips(plan: FootstepPlan, spaces: FootstepSpaces, *, style: str, reach:
         spaces, landings, swing_sides=plan.sides[rows], flights=flights, styles=(style,) * len(rows)
     ).hull_distances
     far = np.flatnonzero(distances > reach)
-    message = "lands {:.2f} m outside what the clips show, " + f"IK reaches {reach:g} m"
-    owners = np.zeros(len(far), dtype=int)
-    return _faults([plan.name], owners, rows[far], "unreachable", ERROR, distances[far], message)
-
-
-def _faults(
-    names: Sequence[str],
-    owners: IntArray,
-    numbers: IntArray,
-    kind: str,
-    severity: str,
-    values: FloatArray,
-    message: str,
-) -> list[Fault]:
-    """One fault a footstep; the message has a place for its value."""
     return [
         Fault(
-            plan=names[owner],
-            footstep=int(number),
-            kind=kind,
-            severity=severity,
-            value=float(value),
-            message=message.format(float(value)),
+            plan=plan.name,
+            footstep=int(row),
+            kind="unreachable",
+            severity=ERROR,
+            value=float(distance),
+            message=f"lands {distance:.2f} m outside what the clips show, IK reaches {reach:g} m",
         )
-        for owner, number, value in zip(owners, numbers, values, strict=True)
+        for row, distance in zip(rows[far], distances[far], strict=True)
     ]
 
 
@@ -229,7 +153,9 @@ def _steps(
 
     def note(wrong: BoolArray, kind: str, severity: str, values: FloatArray, message: str) -> None:
         chosen = rows[wrong]
-        found.extend(_faults(names, feet.owners[chosen], feet.numbers[chosen], kind, severity, values[wrong], message))
+        found.extend(
+            faults_at(names, feet, chosen, kind=kind, values=values[wrong], message=message, severity=severity)
+        )
 
     long = ~flies & (lengths > limits.longest_step * leg)
     note(long, "unreachable", ERROR, lengths, "is {:.2f} m from the footstep before it, more than the legs span")
@@ -255,81 +181,11 @@ def _steps(
     )
     own = np.flatnonzero(feet.numbers > 1)
     swings = feet.strikes[own] - feet.liftoffs[own - 2]
-    late = own[swings < limits.shortest_swing]
+    late = swings < limits.shortest_swing
     message = "strikes only {:.2f} s after the foot has left the ground"
-    found += _faults(
-        names,
-        feet.owners[late],
-        feet.numbers[late],
-        "hurried",
-        WARNING,
-        swings[swings < limits.shortest_swing],
-        message,
+    return found + faults_at(
+        names, feet, own[late], kind="hurried", values=swings[late], message=message, severity=WARNING
     )
-    return found
-
-
-def _ground(names: Sequence[str], feet: FootTable, laid: FloatArray, ground: Ground, limits: LintLimits) -> list[Fault]:
-    """What is wrong with where footsteps, laid on normals (N, 3), are on the terrain."""
-    if not ground.has_terrain:
-        return []
-    places, heights = feet.positions[:, [0, 2]], feet.positions[:, 1]
-    under = ground.heights(places, heights, step_up=limits.off_ground)
-    above = heights - under.heights
-    slopes = np.arccos(np.clip(under.normals[:, 1], -1.0, 1.0))
-    forward = planar.direction(feet.yaws)
-    left, inclines = planar.direction(feet.yaws + 0.5 * np.pi), -laid[:, [0, 2]] / laid[:, [1]]
-    pokes = np.zeros(len(heights))
-    for reach, across in product((-feet.heels, feet.toes), (-feet.half_widths, feet.half_widths)):
-        offsets = reach[:, None] * forward + across[:, None] * left
-        end = ground.heights(places + offsets, heights, step_up=0.3)
-        sole = heights + np.sum(offsets * inclines, axis=1)
-        pokes = np.maximum(pokes, np.where(end.hit, end.heights - sole, 0.0))
-    off = ~under.hit
-    barred = under.hit & ~under.walkable
-    away = under.hit & ~barred & (np.abs(above) > limits.off_ground)
-    good = ~(off | barred | away)
-    steep = good & (slopes > limits.steepest)
-    checks = (
-        (off, "offTerrain", np.zeros(len(off)), "is off the terrain"),
-        (barred, "offTerrain", np.zeros(len(off)), "is on ground that is not walkable"),
-        (away, "offGround", above, "is {:+.2f} m above the ground"),
-        (steep, "steep", np.degrees(slopes), "is on a slope of {:.0f} degrees"),
-    )
-    found = []
-    for wrong, kind, values, message in checks:
-        found += _faults(names, feet.owners[wrong], feet.numbers[wrong], kind, ERROR, values[wrong], message)
-    poked = good & ~steep & (pokes > limits.poke)
-    message = "has ground {:.2f} m high in its sole"
-    return found + _faults(names, feet.owners[poked], feet.numbers[poked], "obstructed", WARNING, pokes[poked], message)
-
-
-def _ceilings(
-    names: Sequence[str], feet: FootTable, legs: FloatArray, ground: Ground, limits: LintLimits
-) -> list[Fault]:
-    """Footsteps under terrain too low to stand upright, or inside of it."""
-    if not ground.has_terrain:
-        return []
-    heights = feet.positions[:, 1]
-    above = ground.heights(feet.positions[:, [0, 2]], heights + limits.headroom * legs, step_up=0.0).heights - heights
-    low = np.flatnonzero((above > CEILING) & (above <= limits.headroom * legs))
-    message = "has only {:.2f} m of room above it"
-    return _faults(names, feet.owners[low], feet.numbers[low], "obstructed", ERROR, above[low], message)
-
-
-def _bumps(names: Sequence[str], feet: FootTable, obstacles: Sequence[Obstacle], limits: LintLimits) -> list[Fault]:
-    """Footsteps in obstacles, and steps through them."""
-    soles, bodies = find_bumps(feet, obstacles)
-    found = []
-    for bumps, least, what in (
-        (soles, limits.bump, "is {:.2f} m in the obstacle "),
-        (bodies, 0.0, "leads the body {:.2f} m into the obstacle "),
-    ):
-        for row, index, depth in zip(bumps.rows, bumps.obstacles, bumps.depths, strict=True):
-            if depth > least:
-                message, owners, numbers = what + obstacles[index].name, feet.owners[[row]], feet.numbers[[row]]
-                found += _faults(names, owners, numbers, "obstacle", ERROR, np.array([depth]), message)
-    return found
 
 
 def _collisions(

@@ -53,7 +53,7 @@ def read_bounds(asset: str, asset_prim: str, skeleton_path: str, joints: Sequenc
 
 
 def _complete(root: Usd.Prim) -> None:
-    """Give Skeletons without a rest pose their bind pose, and no animation to any: USD would warn of both."""
+    """Give Skeletons that lack the rest or bind pose the other, and no animation to any: USD would warn of all."""
     for prim in Usd.PrimRange(root):
         relationship = prim.GetRelationship("skel:animationSource")
         if relationship:
@@ -63,8 +63,11 @@ def _complete(root: Usd.Prim) -> None:
             continue
         topology = UsdSkel.Topology(skeleton.GetJointsAttr().Get() or [])
         bind = skeleton.GetBindTransformsAttr().Get() or []
-        if len(skeleton.GetRestTransformsAttr().Get() or []) != len(topology) == len(bind):
+        rest = skeleton.GetRestTransformsAttr().Get() or []
+        if len(rest) != len(topology) == len(bind):
             skeleton.CreateRestTransformsAttr(UsdSkel.ComputeJointLocalTransforms(topology, bind, Gf.Matrix4d(1.0)))
+        elif len(bind) != len(topology) == len(rest):
+            skeleton.CreateBindTransformsAttr(UsdSkel.ConcatJointTransforms(topology, rest, Gf.Matrix4d(1.0)))
 
 
 def _bound(skeleton: UsdSkel.Skeleton, root: UsdSkel.Root, joints: Sequence[str], padding: float) -> SkinBound:

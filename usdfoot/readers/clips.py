@@ -19,6 +19,7 @@ from usdfoot.model.clip import Clip, ShapeTrack
 from usdfoot.model.limits import DEFAULT_LIMITS
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
 from usdfoot.readers.clip_attributes import read_clip_attributes
+from usdfoot.readers.clip_placing import in_units_of, stood_up
 from usdfoot.readers.joints import leaf_name, match_joints
 from usdfoot.readers.samples import SampledArray, interpolate_linear, interpolate_rotations, read_samples, regular_codes
 from usdfoot.readers.skeleton import RawSkeleton, fold_scales, is_moving, matrices_of, skeleton_in
@@ -27,9 +28,6 @@ from usdfoot.readers.transform_codes import transform_codes
 __all__ = ["ClipSource", "missing_leg_joints", "read_clip"]
 
 _logger = logging.getLogger(__name__)
-
-_UNIT_MISMATCH = 5.0
-"""Legs so many times longer or shorter than the character's are in other units, not of other proportions."""
 
 _OTHER_AXES = 0.7
 """Axes of legs are other ones from here on [rad]; less may be the poses that were current when rigs were written."""
@@ -56,7 +54,8 @@ def read_clip(
 ) -> Clip:
     """The clip on the joints of a character.
 
-    Transforms above the clip's own skeleton are applied, moving ones too. Joints that the clip lacks keep the rest
+    Transforms above the clip's own skeleton are applied, moving ones too, and what is missing there for a file in other
+    units or with another up axis. Joints that the clip lacks keep the rest
     pose of its skeleton, or of the character's where that lacks them as well.
 
     Args:
@@ -83,13 +82,15 @@ def read_clip(
     times = units.codes_to_times(codes)
     attributes = read_clip_attributes(source.prim, times, units)
     similarity = _skeleton_to_world(source, codes, units)
+    similarity = stood_up(where, similarity, source.skeleton, (translations, rotations), skeleton, biped, units=units)
     own = skeleton_in(source.skeleton, similarity)
-    similarity = _without_unit_mismatch(source, similarity, own, skeleton, biped)
+    similarity = in_units_of(where, similarity, own, skeleton, biped)
     translations, rotations = fold_into_joints(similarity, own.parents, translations, rotations)
     turns = _other_axes(where, own, skeleton, biped)
     if turns is not None:
         translations, rotations = with_axes(own.parents, turns, translations, rotations)
     translations, rotations = _on_joints_of(skeleton, own, translations, rotations)
+    _check_legs(where, skeleton, biped, translations, rotations)
     return Clip(
         name=where,
         rate=(len(times) - 1) / float(times[-1] - times[0]),
@@ -131,7 +132,7 @@ def _sample(source: ClipSource, units: StageUnits, most_frames: int) -> tuple[Fl
         held = len(animation.GetRotationsAttr().Get(Usd.TimeCode.EarliestTime()) or ())
         what = f"has {held or 'no'} rotations for its {len(joints)} joints"
         raise ClipError(where, what, "author one quaternion a joint")
-    _check_finite(where, rotations, translations)
+    _check_finite(where, rotations, translations, scales)
     if translations is None:
         _logger.warning("%s: has no translations for its %d joints, they stay as at rest", where, len(joints))
     codes = _sample_codes(source, rotations, translations, units, most_frames)
@@ -182,8 +183,10 @@ def _spread(rest: FloatArray, values: FloatArray, order: IntArray) -> FloatArray
     return result
 
 
-def _check_finite(where: object, rotations: SampledArray, translations: SampledArray | None) -> None:
-    for label, samples in (("rotations", rotations), ("translations", translations)):
+def _check_finite(
+    where: object, rotations: SampledArray, translations: SampledArray | None, scales: SampledArray | None
+) -> None:
+    for label, samples in (("rotations", rotations), ("translations", translations), ("scales", scales)):
         if samples is None:
             continue
         bad = ~np.isfinite(samples.values).all(axis=(1, 2))
@@ -192,6 +195,22 @@ def _check_finite(where: object, rotations: SampledArray, translations: SampledA
         if bad.any():
             code = samples.codes[np.flatnonzero(bad)[0]]
             raise ClipError(where, f"{label} at time code {code:g} are not finite, or zero", "repair the sample")
+
+
+def _check_legs(where: str, skeleton: Skeleton, biped: Biped, translations: FloatArray, rotations: FloatArray) -> None:
+    """Raises ClipError if the first sample puts joints of a leg on one spot that are apart at rest."""
+    rest = _leg_bones(biped, skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
+    short = (rest > 0.0) & (_leg_bones(biped, skeleton.parents, translations[0], rotations[0]) == 0.0)
+    flat = np.array([biped.knees, biped.ankles])[short]
+    if flat.size:
+        remedy = "author translations as they are below the joint above, and no scales of 0"
+        raise ClipError(where, "gives legs no length", remedy, [leaf_name(skeleton.joints[joint]) for joint in flat])
+
+
+def _leg_bones(biped: Biped, parents: IntArray, translations: FloatArray, rotations: FloatArray) -> FloatArray:
+    """Length of thighs and shins of both legs in one pose, shape (2, 2)."""
+    positions, _ = forward_kinematics(parents, translations, rotations)
+    return np.asarray(np.linalg.norm(np.diff(positions[[biped.hips, biped.knees, biped.ankles]], axis=0), axis=-1))
 
 
 def _skeleton_to_world(source: ClipSource, codes: FloatArray, units: StageUnits) -> Similarity:
@@ -204,33 +223,6 @@ def _skeleton_to_world(source: ClipSource, codes: FloatArray, units: StageUnits)
         rotation=units.frames_to_canonical(to_stage.rotation),
         translation=units.points_to_canonical(to_stage.translation),
     )
-
-
-def _without_unit_mismatch(
-    source: ClipSource, similarity: Similarity, own: Skeleton, skeleton: Skeleton, biped: Biped
-) -> Similarity:
-    """The similarity, rescaled where the clip is evidently in other units than the character."""
-    if own.joints == skeleton.joints and np.allclose(own.rest_translations, skeleton.rest_translations, atol=1e-6):
-        return similarity
-    clip_leg = _leg_length(own, match_joints(own.joints, skeleton.joints), biped)
-    leg = _leg_length(skeleton, np.arange(len(skeleton.joints)), biped)
-    if not (leg > 0.0 and clip_leg > 0.0) or 1.0 / _UNIT_MISMATCH < clip_leg / leg < _UNIT_MISMATCH:
-        return similarity
-    ratio = clip_leg / leg
-    _logger.warning(
-        "%s: legs are %.3g times as long as those of %s, the clip is scaled to fit; a scale for other units is missing",
-        source.prim.GetPath(),
-        ratio,
-        skeleton.name,
-    )
-    return replace(similarity, scale=similarity.scale / ratio, translation=similarity.translation / ratio)
-
-
-def _leg_length(skeleton: Skeleton, order: IntArray, biped: Biped) -> float:
-    """Mean length of thigh and shin together at rest; the order leads from the biped's joints to the skeleton's."""
-    positions, _ = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
-    legs = positions[order[[biped.hips, biped.knees, biped.ankles]]]  # (3, 2, 3)
-    return float(np.linalg.norm(np.diff(legs, axis=0), axis=-1).sum(axis=0).mean())
 
 
 def _other_axes(where: str, own: Skeleton, skeleton: Skeleton, biped: Biped) -> FloatArray | None:

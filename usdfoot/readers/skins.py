@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -13,6 +14,8 @@ from usdfoot.readers.joints import match_joints
 from usdfoot.readers.skeleton import RawSkeleton
 
 __all__ = ["Skin", "inherited_target", "points_moved_by", "read_skin"]
+
+_logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +84,10 @@ def _read_mesh(mesh: Usd.Prim, skeleton: RawSkeleton) -> tuple[FloatArray, IntAr
     valid = (indices >= 0) & (indices < len(joints))
     matrix = np.array(binding.GetGeomBindTransformAttr().Get() or np.eye(4), dtype=float)
     bound = points @ matrix[:3, :3] + matrix[3, :3]
-    return bound, np.where(valid, joints[np.where(valid, indices, 0)], -1), weights
+    finite = np.isfinite(bound).all(axis=1)
+    if not finite.all():
+        _logger.warning("%s: %d of its points are not finite, they are left out", mesh.GetPath(), int((~finite).sum()))
+    return bound[finite], np.where(valid, joints[np.where(valid, indices, 0)], -1)[finite], weights[finite]
 
 
 def _skeleton_joints(mesh: Usd.Prim, skeleton: RawSkeleton) -> IntArray:
