@@ -25,7 +25,7 @@ def leaping():
 
 
 def flights(motion):
-    """Takeoff and landing times of all flights inside the motion."""
+    """Liftoff and strike of all flights inside the motion."""
     contacts = motion.contacts
     liftoffs, strikes = contacts.liftoffs[:-1], contacts.strikes[1:]
     flying = (strikes > liftoffs + 1e-9) & (strikes < contacts.ends[0])
@@ -49,6 +49,14 @@ def test_a_leap_is_anticipated_by_a_dip(leaping):
             assert heights.min() < min(heights[0], heights[-1]) - 0.01
     walking = path(optimise_com([walk(9)], human())).positions[:, 1]
     assert np.ptp(walking) < 0.06
+
+
+def test_a_body_rests_before_its_motion_and_after_it(leaping):
+    times = leaping.spline.knots.times
+    ends = leaping.spline.evaluate(np.zeros(2, dtype=int), times[[0, -1]])[0]
+    positions, velocities, accelerations = leaping.spline.evaluate(np.zeros(2, dtype=int), times[[0, -1]] + [-2.0, 2.0])
+    np.testing.assert_allclose(positions, ends, atol=1e-12)
+    assert not velocities.any() and not accelerations.any()
 
 
 def test_path_and_velocity_are_continuous_in_time(leaping):

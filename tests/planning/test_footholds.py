@@ -8,8 +8,10 @@ from tests.planning.terrains import slab, terrain_of
 from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
 from usdfoot.model.terrain import Terrain
-from usdfoot.planning.footholds import BAD, EDGE, HANGING, HANGS, MARGIN, POKES, STEEPEST, find_footholds
+from usdfoot.planning.footholds import ASIDE, BAD, EDGE, HANGING, HANGS, MARGIN, POKES, STEEPEST, find_footholds
 from usdfoot.planning.gait import derive_gait
+from usdfoot.planning.lint import lint_plans
+from usdfoot.planning.path import plan_path
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.ways import lay_ways
 
@@ -58,12 +60,28 @@ def test_footholds_are_what_the_ground_says_place_by_place(pick):
     for row, sample in enumerate(samples):
         way = ways.rows[sample]
         for side, outward in ((0, 1.0), (1, -1.0)):
-            heading = ways.headings[sample]
-            across = 0.5 * outward * gaits[way].step_width * np.array([np.cos(heading), -np.sin(heading)])
+            heading, usual, width = ways.headings[sample], gaits[way].step_width, found.widths[row, side]
+            across = 0.5 * outward * np.array([np.cos(heading), -np.sin(heading)])
             yaw = heading + outward * gaits[way].toe_out
-            expected = cost_of(ground, BODIES[way], ways.points[sample] + across, yaw, ways.heights[sample])
-            assert_allclose((found.costs[row, side], found.heights[row, side]), expected, atol=1e-9)
+            cost, height = cost_of(ground, BODIES[way], ways.points[sample] + width * across, yaw, ways.heights[sample])
+            cost += ASIDE * 0.5 * abs(width - usual)
+            assert_allclose((found.costs[row, side], found.heights[row, side]), (cost, height), atol=1e-9)
+            if width != pytest.approx(usual):
+                place = ways.points[sample] + usual * across
+                assert cost_of(ground, BODIES[way], place, yaw, ways.heights[sample])[0] == BAD > cost
     assert {0.0, HANGING, BAD} <= set(found.costs.ravel())
+    assert len(np.unique(found.widths.round(9))) > 2
+
+
+@pytest.mark.parametrize("speed", [0.6, 1.1])
+@pytest.mark.parametrize("offset", np.linspace(-0.12, 0.12, 9))
+def test_along_the_edge_of_a_tread_feet_stand_beside_it(offset, speed):
+    treads = [slab((-2.0, 2.0), (-1.5, 0.0), (0.0, 0.0)), slab((-2.0, 2.0), (0.0, 1.5), (0.15, 0.15))]
+    ground = Ground(terrain_of(treads))
+    points = np.array([(-1.5, 0.15 * (offset > 0.0), offset), (1.5, 0.15 * (offset > 0.0), offset)])
+    plan = plan_path(WalkingPath(name="/Along", points=points, speed=speed), ground)
+    assert lint_plans([plan], ground, bodies=[Proportions()]) == []
+    assert len(plan) > 5
 
 
 def test_without_terrain_every_place_is_firm():

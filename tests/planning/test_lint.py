@@ -125,7 +125,11 @@ def test_feet_of_two_people_in_one_place_are_found_and_set_apart():
     other = replace(moved(one, slice(None), (0.03, 0.0, 0.02)), name="/Other")
     found = faults(one, other)
     assert {fault.kind for fault in found} == {"collision"}
-    assert {fault.plan for fault in found} == {one.name, "/Other"}
+    assert {(fault.plan, fault.footstep) for fault in found} == {
+        (name, i) for name in (one.name, "/Other") for i in range(9)
+    }
+    above = moved(other, slice(None), (0.0, 0.6, 0.0))  # a storey higher
+    assert {fault.kind for fault in faults(one, above)} == {"offGround"}
     later = replace(other, strike_times=other.strike_times + 60.0, liftoff_times=other.liftoff_times + 60.0)
     assert not faults(one, later)
     depth = max(fault.value for fault in found)

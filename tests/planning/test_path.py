@@ -162,8 +162,9 @@ def climbed(heights, before, sample, side):
     return max([*feet, *heights[before + 1 : sample].ravel()]) - min(feet)
 
 
-def twisted(ways, before, sample, side, width, body):
+def twisted(ways, before, sample, side, footholds, body):
     """What feet that cross and far turns cost; samples are those of all ways."""
+    width = 0.5 * (footholds.widths[sample, side] + footholds.widths[before, 1 - side])
     turn = ways.headings[sample] - ways.headings[before]
     left = planar.direction(ways.headings[before] + 0.5 * turn + 0.5 * np.pi)
     apart = (1.0 - 2.0 * side) * (ways.points[sample] - ways.points[before]) @ left + width * np.cos(0.5 * turn)
@@ -197,7 +198,7 @@ def test_treads_are_the_cheapest_way_over_samples_and_feet():
                         + ((arcs[sample] - arcs[before]) / (0.5 * (wanted[before] + wanted[sample])) - 1.0) ** 2
                         + (climbed(heights, before, sample, side) / (0.22 * body.leg_length)) ** 4
                         + costs[sample, side]
-                        + twisted(ways, own.start + before, own.start + sample, side, gait.step_width, body),
+                        + twisted(ways, own.start + before, own.start + sample, side, footholds, body),
                         [*best[before, 1 - side][1], sample],
                     )
                     for before in range(start, sample - least + 1)

@@ -164,3 +164,30 @@ class TestSkeletonOfAClip:
         animation.GetPrim().CreateRelationship(Token.SKELETON).SetTargets(["/World/Hero"])
         with pytest.raises(SkeletonError, match="usdfoot:clip:skeleton points at /World/Hero, which is no Skeleton"):
             self.skeleton(stage, animation)
+
+
+@pytest.mark.parametrize(("scene_up", "file_up"), [("Y", "Z"), ("Z", "Y")])
+def test_a_clip_whose_file_has_another_up_axis_is_turned_upright(scene_up, file_up, caplog):
+    """As USD leaves it where such a file is referenced: nothing is converted."""
+    stage = new_stage(None, Units(1.0, scene_up))
+    written = Units(0.01, file_up)
+    add_character(stage, "/World/Hero", Units(1.0, scene_up))
+    add_character(stage, "/World/Takes/Rig", written)
+    add_clip(stage, "/World/Takes/Rig/Skeleton/walk", written, TIMES, *walk_pose(TIMES))
+    with caplog.at_level(logging.WARNING):
+        clip, actor = read(stage, "/World/Takes/Rig/Skeleton/walk")
+    assert "its legs do not point down, as its file has another up axis" in caplog.text
+    assert_allclose(positions(clip, actor), expected_positions(), atol=1e-5)
+
+
+def test_a_clip_that_lies_on_a_rig_that_stands_stays_as_it_is(caplog):
+    translations, rotations = walk_pose(TIMES)
+    lying = np.array([np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)])
+    rotations[:, 0] = quaternion.compose(lying, rotations[:, 0])
+    stage = new_stage()
+    add_character(stage, "/World/Hero", Units())
+    add_clip(stage, "/World/walk", Units(), TIMES, translations, rotations)
+    with caplog.at_level(logging.WARNING):
+        clip, _ = read(stage)
+    assert "upright" not in caplog.text
+    assert_allclose(clip.rotations, quaternion.continuous(rotations), atol=1e-6)

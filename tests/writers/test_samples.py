@@ -7,7 +7,8 @@ import pytest
 from pxr import Gf, Sdf, Vt
 
 from usdfoot.writers.crate import Samples
-from usdfoot.writers.samples import copy_unsampled, sampled_layer, samples_of
+from usdfoot.writers.crate_samples import read_samples
+from usdfoot.writers.samples import copy_unsampled, sampled_layer, sampled_prims, samples_of
 
 FRAMES = np.array([-3.0, 0.0, 0.125, 1.0, 1e6])
 VALUES = {
@@ -118,3 +119,35 @@ def test_what_a_failed_run_left_in_memory_is_not_taken_for_the_file(tmp_path: Pa
     file.unlink()
     layer = sampled_layer(file, "/Crowd/Anims", {"Other": samples["Agent_1"]})
     assert layer.ExportToString() == author_one_by_one({"Other": samples["Agent_1"]}).ExportToString()
+
+
+def test_samples_are_read_as_written_and_one_by_one_where_somebody_else_wrote_them(tmp_path: Path) -> None:
+    samples = samples_for(4)
+    layer = sampled_layer(tmp_path / "own.usdc", "/Crowd/Anims", samples)
+    for name in samples:
+        author_rest(layer.GetPrimAtPath(f"/Crowd/Anims/{name}"), 1)
+    layer.Save()
+    layer.Export(str(tmp_path / "other.usdc"))
+    with pytest.raises(ValueError, match="not written as whole arrays"):
+        read_samples(tmp_path / "other.usdc", "/Crowd/Anims")
+    assert list(read_samples(tmp_path / "own.usdc", "/Crowd/Anims")) == list(samples)
+    for file in (tmp_path / "own.usdc", tmp_path / "other.usdc"):
+        opened = Sdf.Layer.OpenAsAnonymous(str(file))
+        prims = [opened.GetPrimAtPath(f"/Crowd/Anims/Agent_{index}") for index in (2, 0)]
+        found = sampled_prims(file, prims)
+        assert list(found) == ["Agent_2", "Agent_0"]
+        for name, attributes in found.items():
+            assert list(attributes) == list(samples[name])
+            for attribute, read in attributes.items():
+                given = samples[name][attribute]
+                assert read.type_name == given.type_name
+                np.testing.assert_array_equal(read.codes, given.codes)
+                np.testing.assert_array_equal(read.values, given.values, strict=True)
+
+
+def test_prims_below_prims_are_not_read_as_arrays(tmp_path: Path) -> None:
+    layer = sampled_layer(tmp_path / "own.usdc", "/Crowd/Anims", samples_for(2))
+    Sdf.CreatePrimInLayer(layer, "/Crowd/Anims/Agent_0/Below")
+    layer.Save()
+    with pytest.raises(ValueError, match="Agent_0 has prims below it"):
+        read_samples(tmp_path / "own.usdc", "/Crowd/Anims")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from pxr import Sdf
 
@@ -21,6 +22,9 @@ class ChunkLayers:
     agents: Sdf.Layer
     footsteps: Sdf.Layer
     anims: Sdf.Layer
+    agents_file: Path
+    anims_file: Path
+    """What the layers with samples were read from."""
 
 
 @dataclass(frozen=True, kw_only=True)

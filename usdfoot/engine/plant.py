@@ -69,7 +69,8 @@ class FootPose:
 
     ankle: wp.vec3f
     rotation: wp.quatf
-    toes: wp.float32  # how far the toes stay parallel to the print, 0..1
+    toes: wp.float32  # how far the toes stay parallel to the ground, 0..1
+    ground: wp.quatf  # that ground to world: the print, in the air on the way to the next
 
 
 @wp.func
@@ -132,6 +133,7 @@ def standing_foot(
     normal = wp.quat_rotate(print_to_world, wp.vec3f(0.0, 1.0, 0.0))
     ball = own.position + wp.vec3f(0.0, rig.ball_heights[side] / normal[1], 0.0)
     pose = FootPose()
+    pose.ground = print_to_world
     rolling = own.flat - own.strike
     if time < own.flat and rolling > 0.0:
         fraction = smootherstep((time - own.strike) / rolling)
@@ -187,7 +189,11 @@ def swinging_foot(rig: LegRig, feet: FootArrays, contact: int, side: int, time: 
     pose = FootPose()
     pose.rotation = correction * leg.rotation_of_ankle
     pose.ankle = ball - wp.quat_rotate(pose.rotation, rig.ball_offsets[side])
-    pose.toes = 1.0 - smootherstep(2.0 * fraction)
+    ahead = feet.rows[own.following].frame
+    if wp.dot(own.frame, ahead) < 0.0:
+        ahead = -ahead
+    pose.ground = wp.normalize(own.frame * (1.0 - weight) + ahead * weight)
+    pose.toes = 1.0 - weight
     return pose
 
 
@@ -247,6 +253,7 @@ def taken_along(rig: LegRig, leg: Leg, pose: FootPose, hold: float) -> FootPose:
     near = FootPose()
     near.rotation = pose.rotation
     near.toes = pose.toes
+    near.ground = pose.ground
     near.ankle = leg.hip + reach * (
         1.0 - ramp(span - longest, 0.004 + SLACK * (1.0 - hold) * longest) / wp.max(span, 1.0e-3)
     )
@@ -255,20 +262,13 @@ def taken_along(rig: LegRig, leg: Leg, pose: FootPose, hold: float) -> FootPose:
 
 @wp.func
 def finish_foot(
-    rig: LegRig,
-    feet: FootArrays,
-    contact: int,
-    side: int,
-    pose: FootPose,
-    leg: Leg,
-    rotations: wp.array2d(dtype=wp.quatf),
-    frame: int,
+    rig: LegRig, side: int, pose: FootPose, leg: Leg, rotations: wp.array2d(dtype=wp.quatf), frame: int
 ) -> float:
     """Bends the leg and sets the foot; returns 0."""
     parent = bend_leg(rig, side, leg, pose.ankle, rotations, frame)
     rotations[frame, rig.roles[side, 2]] = wp.normalize(wp.quat_inverse(parent) * pose.rotation)
     ball_parent = pose.rotation * wp.quat_inverse(leg.rotation_of_ankle) * leg.parent_of_ball
-    flat_toes = wp.quat_inverse(ball_parent) * feet.rows[contact].frame * rig.flat_toes[side]
+    flat_toes = wp.quat_inverse(ball_parent) * pose.ground * rig.flat_toes[side]
     toes = wp.quat_inverse(leg.parent_of_ball) * leg.rotation_of_ball
     if wp.dot(flat_toes, toes) < 0.0:
         toes = -toes
@@ -284,6 +284,7 @@ def nudged_foot(rig: LegRig, side: int, pose: FootPose, shift: wp.vec3f, turn: w
     nudged.rotation = rotation_by(turn) * pose.rotation
     nudged.ankle = ball - wp.quat_rotate(nudged.rotation, rig.ball_offsets[side])
     nudged.toes = pose.toes
+    nudged.ground = pose.ground
     return nudged
 
 
@@ -325,8 +326,8 @@ def plant_feet(
     if time > feet.rows[contacts[frame, 1]].liftoff:
         right_pose = taken_along(rig, right, right_pose, right_hold)
     pelvis_positions[frame] = pelvis + offset
-    finish_foot(rig, feet, contacts[frame, 0], 0, left_pose, left, rotations, frame)
-    finish_foot(rig, feet, contacts[frame, 1], 1, right_pose, right, rotations, frame)
+    finish_foot(rig, 0, left_pose, left, rotations, frame)
+    finish_foot(rig, 1, right_pose, right, rotations, frame)
 
 
 @wp.kernel(enable_backward=False)

@@ -32,6 +32,10 @@ MARGIN = 0.15
 """Free ground kept behind the heel and before the toes, over the foot length."""
 HANGING = 0.15
 """Cost of a heel or toe over an edge; a step half as long as it should be costs 0.25."""
+ASIDES = 0.02 * np.array([1.0, -1.0, 2.0, -2.0, 3.0])
+"""Farther from the way than the step width says, where a foot would stand on an edge along it; farthest last [m]."""
+ASIDE = 2.0
+"""Cost of that [1/m]."""
 BAD = 100.0
 """Cost of a place where no foot can stand."""
 STEP = 1e-3
@@ -56,6 +60,8 @@ class Footholds:
     """0 = firm, more = worse, `BAD` = impossible, shape (M, 2)."""
     heights: FloatArray
     """Of the ground under the ball [m], shape (M, 2)."""
+    widths: FloatArray
+    """Twice the distance of the ball from the way there [m], shape (M, 2)."""
 
     @property
     def firm(self) -> BoolArray:
@@ -85,21 +91,26 @@ def find_footholds(
 ) -> Footholds:
     """Footholds of both feet at samples (M,) of the ways, None = at every one."""
     chosen = np.arange(len(ways.arcs)) if samples is None else samples
+    shape, step_widths = (len(chosen), 2), np.array([gait.step_width for gait in gaits])
     if ground.faces is None or not len(chosen):
-        costs = np.full((len(chosen), 2), BAD if ground.has_terrain else 0.0)
-        return Footholds(costs=costs, heights=np.full((len(chosen), 2), float(ground.fallback_height)))
+        return Footholds(
+            costs=np.full(shape, BAD if ground.has_terrain else 0.0),
+            heights=np.full(shape, float(ground.fallback_height)),
+            widths=np.repeat(step_widths[ways.rows[chosen], None], 2, axis=1),
+        )
     limits: Any = FootholdLimits()
     limits.flattest, limits.pokes, limits.edge = np.cos(STEEPEST), POKES, EDGE
-    limits.hangs, limits.hanging, limits.bad = HANGS, HANGING, BAD
+    limits.hangs, limits.hanging, limits.bad, limits.aside = HANGS, HANGING, BAD, ASIDE
     tables: list[tuple[FloatArray | IntArray, type]] = [
         (ways.headings[chosen], wp.float64),
         (ways.rows[chosen], wp.int32),
-        (np.array([gait.step_width for gait in gaits]), wp.float64),
+        (0.5 * step_widths, wp.float64),
         (np.array([gait.toe_out for gait in gaits]), wp.float64),
         (_outlines(bodies), wp.vec2d),
+        (ASIDES, wp.float64),
     ]
-    shape, centre = (len(chosen), 2), float(ground.centre[1])
-    costs, heights = wp.empty(shape, dtype=wp.float64), wp.empty(shape, dtype=wp.float64)
+    centre = float(ground.centre[1])
+    costs, heights, outward = (wp.empty(shape, dtype=wp.float64) for _ in range(3))
     wp.launch(
         feel_ground,
         dim=shape,
@@ -110,10 +121,10 @@ def find_footholds(
             *(wp.array(values, dtype=dtype) for values, dtype in tables),
             ground.fallback_height - centre,
         ],
-        outputs=[costs, heights],
+        outputs=[costs, heights, outward],
         device="cpu",
     )
-    return Footholds(costs=costs.numpy(), heights=heights.numpy() + centre)
+    return Footholds(costs=costs.numpy(), heights=heights.numpy() + centre, widths=2.0 * outward.numpy())
 
 
 def _outlines(bodies: Sequence[Proportions]) -> FloatArray:
@@ -210,7 +221,7 @@ def tread_steps(
         (ways.points, wp.vec2d),
         (ways.headings, wp.float64),
         (planar.direction(ways.headings + 0.5 * np.pi), wp.vec2d),
-        (np.array([gait.step_width for gait in gaits]), wp.float64),
+        (footholds.widths, wp.float64),
         (CROSSING * np.array([body.foot_length for body in bodies]), wp.float64),
     ]
     wp.launch(

@@ -179,6 +179,8 @@ class _Steps:
     """Path of each step, shape (S,)."""
     arcs: FloatArray
     """Where it ends along the way [m], shape (S,)."""
+    widths: FloatArray
+    """Between the feet at each sample of the ways, if both stood as each of them does [m], shape (M, 2)."""
 
 
 def _steps(ways: Ways, gaits: list[Gait], bodies: list[Proportions], ground: Ground, options: PathOptions) -> _Steps:
@@ -195,11 +197,13 @@ def _steps(ways: Ways, gaits: list[Gait], bodies: list[Proportions], ground: Gro
     treads = tread_steps(rough, footholds, walkers, built, ends=ends, support=1 - options.first_side)
     starts = steps.starts.copy()
     starts[uneven] = rough.arcs[rough.first[:-1] + ends[:, 0]]
+    widths = steps.widths.copy()
+    widths[np.isin(ways.rows, uneven)] = footholds.widths
     kept = ~np.isin(steps.rows, uneven)
     rows = np.concatenate([steps.rows[kept], uneven[rough.rows[treads]]])
     arcs = np.concatenate([steps.arcs[kept], rough.arcs[treads]])
     order = np.lexsort((arcs, rows))
-    return _Steps(starts=starts, rows=rows[order], arcs=arcs[order])
+    return _Steps(starts=starts, rows=rows[order], arcs=arcs[order], widths=widths)
 
 
 def _uneven_ways(ways: Ways, gaits: list[Gait], bodies: list[Proportions], ground: Ground, steps: _Steps) -> IntArray:
@@ -227,7 +231,8 @@ def _even_steps(ways: Ways, gaits: list[Gait]) -> _Steps:
     numbers = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts) + 1.0
     offsets = np.concatenate([[0.0], np.cumsum(whole + 1.0)[:-1]])
     arcs = np.interp(numbers / counts[owner] * whole[owner] + offsets[owner], phases + offsets[rows], ways.arcs)
-    return _Steps(starts=np.zeros(len(gaits)), rows=owner, arcs=arcs)
+    widths = np.repeat(np.array([gait.step_width for gait in gaits])[rows, None], 2, axis=1)
+    return _Steps(starts=np.zeros(len(gaits)), rows=owner, arcs=arcs, widths=widths)
 
 
 def _plans(
@@ -248,7 +253,7 @@ def _plans(
         np.stack([ways.at(rows, arcs, ways.points[:, i]) for i in (0, 1)], axis=-1),
         ways.at(rows, arcs, ways.headings),
         sides,
-        np.array([gait.step_width for gait in gaits])[rows],
+        np.where(sides == 0, *(ways.at(rows, arcs, steps.widths[:, side]) for side in (0, 1))),
         np.array([gait.toe_out for gait in gaits])[rows],
     )
     prints = lay_prints(ground, places, yaws, ways.at(rows, arcs, ways.heights))

@@ -56,7 +56,7 @@ def choose_treads(
     points: wp.array(dtype=wp.vec2d),
     headings: wp.array(dtype=wp.float64),
     across: wp.array(dtype=wp.vec2d),
-    widths: wp.array(dtype=wp.float64),
+    widths: wp.array(dtype=wp.float64, ndim=2),
     crossings: wp.array(dtype=wp.float64),
     easy_turn: wp.float64,
     support: wp.int32,
@@ -90,7 +90,7 @@ def choose_treads(
                         across[sample],
                         headings[sample] - headings[other],
                         wp.float64(1.0 - 2.0 * float(side)),
-                        widths[way],
+                        wp.float64(0.5) * (widths[sample, side] + widths[other, 1 - side]),
                         crossings[way],
                         easy_turn,
                     )

@@ -31,7 +31,7 @@ def read_record(
     if place == folder and not _all_in(files, intact):
         return None
     record = None
-    for name in files:
+    for name in files if place != folder or intact is None else (files.anims,):  # what is intact was made together
         notes = _notes(_opened(place / name, metadata_only=True))
         if notes.get(Record.CONTENT_HASH) != content_hash:
             return None
@@ -76,7 +76,14 @@ def open_chunk(folder: Path, files: ChunkFiles) -> tuple[ChunkLayers, ChunkNotes
         _notes(layer).get(Record.CONTENT_HASH) != content_hash for layer in (agents, footsteps)
     ):
         return None
-    return ChunkLayers(agents=agents, footsteps=footsteps, anims=anims), ChunkNotes(
+    layers = ChunkLayers(
+        agents=agents,
+        footsteps=footsteps,
+        anims=anims,
+        agents_file=folder / files.agents,
+        anims_file=folder / files.anims,
+    )
+    return layers, ChunkNotes(
         content_hash=content_hash, agent_hashes=dict(notes.get(Record.AGENT_HASHES, {})), record=notes[Record.REPORT]
     )
 

@@ -19,6 +19,7 @@ from usdfoot.model.clip import Clip, ShapeTrack
 from usdfoot.model.limits import DEFAULT_LIMITS
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
 from usdfoot.readers.clip_attributes import read_clip_attributes
+from usdfoot.readers.clip_placing import in_units_of, stood_up
 from usdfoot.readers.joints import leaf_name, match_joints
 from usdfoot.readers.samples import SampledArray, interpolate_linear, interpolate_rotations, read_samples, regular_codes
 from usdfoot.readers.skeleton import RawSkeleton, fold_scales, is_moving, matrices_of, skeleton_in
@@ -27,9 +28,6 @@ from usdfoot.readers.transform_codes import transform_codes
 __all__ = ["ClipSource", "missing_leg_joints", "read_clip"]
 
 _logger = logging.getLogger(__name__)
-
-_UNIT_MISMATCH = 5.0
-"""Legs so many times longer or shorter than the character's are in other units, not of other proportions."""
 
 _OTHER_AXES = 0.7
 """Axes of legs are other ones from here on [rad]; less may be the poses that were current when rigs were written."""
@@ -56,7 +54,8 @@ def read_clip(
 ) -> Clip:
     """The clip on the joints of a character.
 
-    Transforms above the clip's own skeleton are applied, moving ones too. Joints that the clip lacks keep the rest
+    Transforms above the clip's own skeleton are applied, moving ones too, and what is missing there for a file in other
+    units or with another up axis. Joints that the clip lacks keep the rest
     pose of its skeleton, or of the character's where that lacks them as well.
 
     Args:
@@ -76,15 +75,16 @@ def read_clip(
         raise ClipError(
             where,
             f"does not move the leg joints of {skeleton.name}",
-            "use a clip of a skeleton with the same joint names, or point usdfoot:clip:skeleton at its own",
+            "put the clip on its joints with usdfoot retarget, or point usdfoot:clip:skeleton at the clip's own Skeleton",
             missing,
         )
     codes, translations, rotations = _sample(source, units, most_frames)
     times = units.codes_to_times(codes)
     attributes = read_clip_attributes(source.prim, times, units)
     similarity = _skeleton_to_world(source, codes, units)
+    similarity = stood_up(where, similarity, source.skeleton, (translations, rotations), skeleton, biped, units=units)
     own = skeleton_in(source.skeleton, similarity)
-    similarity = _without_unit_mismatch(source, similarity, own, skeleton, biped)
+    similarity = in_units_of(where, similarity, own, skeleton, biped)
     translations, rotations = fold_into_joints(similarity, own.parents, translations, rotations)
     turns = _other_axes(where, own, skeleton, biped)
     if turns is not None:
@@ -223,33 +223,6 @@ def _skeleton_to_world(source: ClipSource, codes: FloatArray, units: StageUnits)
         rotation=units.frames_to_canonical(to_stage.rotation),
         translation=units.points_to_canonical(to_stage.translation),
     )
-
-
-def _without_unit_mismatch(
-    source: ClipSource, similarity: Similarity, own: Skeleton, skeleton: Skeleton, biped: Biped
-) -> Similarity:
-    """The similarity, rescaled where the clip is evidently in other units than the character."""
-    if own.joints == skeleton.joints and np.allclose(own.rest_translations, skeleton.rest_translations, atol=1e-6):
-        return similarity
-    clip_leg = _leg_length(own, match_joints(own.joints, skeleton.joints), biped)
-    leg = _leg_length(skeleton, np.arange(len(skeleton.joints)), biped)
-    if not (leg > 0.0 and clip_leg > 0.0) or 1.0 / _UNIT_MISMATCH < clip_leg / leg < _UNIT_MISMATCH:
-        return similarity
-    ratio = clip_leg / leg
-    _logger.warning(
-        "%s: legs are %.3g times as long as those of %s, the clip is scaled to fit; a scale for other units is missing",
-        source.prim.GetPath(),
-        ratio,
-        skeleton.name,
-    )
-    return replace(similarity, scale=similarity.scale / ratio, translation=similarity.translation / ratio)
-
-
-def _leg_length(skeleton: Skeleton, order: IntArray, biped: Biped) -> float:
-    """Mean length of thigh and shin together at rest; the order leads from the biped's joints to the skeleton's."""
-    positions, _ = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
-    legs = positions[order[[biped.hips, biped.knees, biped.ankles]]]  # (3, 2, 3)
-    return float(np.linalg.norm(np.diff(legs, axis=0), axis=-1).sum(axis=0).mean())
 
 
 def _other_axes(where: str, own: Skeleton, skeleton: Skeleton, biped: Biped) -> FloatArray | None:

@@ -21,7 +21,7 @@ from usdfoot.writers.footsteps import print_models, write_executed_plan
 from usdfoot.writers.layers import LayerFormat, author_format, define_prim, new_layer
 from usdfoot.writers.moving import follow_transforms
 from usdfoot.writers.poses import PosedAgent, RestingCharacter, pose_agents, rest_character
-from usdfoot.writers.samples import copy_unsampled, sampled_layer, samples_of
+from usdfoot.writers.samples import copy_unsampled, sampled_layer, sampled_prims
 from usdfoot.writers.staging import staged_files
 
 __all__ = ["write_chunk"]
@@ -126,7 +126,7 @@ def _kept_codes(base: ChunkLayers | None, name: str) -> Sequence[float]:
 def _agents_layer(chunk: _Chunk, file: Path, notes: Mapping[str, Any]) -> Sdf.Layer:
     """A new file's layer with the agents."""
     units = chunk.scene.stage.units
-    base = chunk.base and chunk.base.agents
+    base = (chunk.base.agents, chunk.base.agents_file) if chunk.base else None
     layer = _sampled_layer(chunk, file, Prim.AGENTS, lambda agent: agent_samples(agent, units), base, notes)
     with Sdf.ChangeBlock():
         for name, agent in chunk.posed.items():
@@ -142,7 +142,8 @@ def _agents_layer(chunk: _Chunk, file: Path, notes: Mapping[str, Any]) -> Sdf.La
 
 def _anims_layer(chunk: _Chunk, file: Path, notes: Mapping[str, Any]) -> Sdf.Layer:
     """A new file's layer with the animations."""
-    layer = _sampled_layer(chunk, file, Prim.ANIMS, animation_samples, chunk.base and chunk.base.anims, notes)
+    base = (chunk.base.anims, chunk.base.anims_file) if chunk.base else None
+    layer = _sampled_layer(chunk, file, Prim.ANIMS, animation_samples, base, notes)
     with Sdf.ChangeBlock():
         for agent in chunk.posed.values():
             write_animation(layer, agent, units=chunk.scene.stage.units)
@@ -154,14 +155,15 @@ def _sampled_layer(
     file: Path,
     scope: str,
     sample: Callable[[PosedAgent], dict[str, Samples]],
-    base: Sdf.Layer | None,
+    base: tuple[Sdf.Layer, Path] | None,
     notes: Mapping[str, Any],
 ) -> Sdf.Layer:
     """A new file's layer with the samples of everybody, and with all else of the agents that are kept."""
     posed = chunk.posed
-    kept = {name: base.GetPrimAtPath(f"{scope}/{name}") for name in chunk.names if base and name not in posed}
-    samples = {name: samples_of(kept[name]) if name in kept else sample(posed[name]) for name in chunk.names}
-    layer = sampled_layer(file, scope, samples)
+    kept = {name: base[0].GetPrimAtPath(f"{scope}/{name}") for name in chunk.names if base and name not in posed}
+    samples = sampled_prims(base[1], [*kept.values()]) if base else {}
+    samples |= {name: sample(agent) for name, agent in posed.items()}
+    layer = sampled_layer(file, scope, {name: samples[name] for name in chunk.names})
     author_format(layer, chunk.layer_format)
     layer.customLayerData = {PROVENANCE: notes}
     define_prim(layer, Prim.CROWD, "Xform")

@@ -18,7 +18,7 @@ import numpy as np
 from usdfoot.maths.types import FloatArray
 from usdfoot.writers.crate_columns import pack_bytes, pack_column
 
-__all__ = ["SAMPLED_TYPES", "Samples", "write_samples"]
+__all__ = ["SAMPLE_KINDS", "SampleKind", "Samples", "write_samples"]
 
 _VERSION = bytes([0, 8, 0, 0, 0, 0, 0, 0])
 _HEADER = struct.Struct("<8s8sq64x")
@@ -38,23 +38,29 @@ _CHILD, _LEAF = -1, -2
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Kind:
+class SampleKind:
     """How a type's values are written."""
 
     code: int
     number: str
     """Type of its components."""
+    width: int
+    """How many a value has, or each value of an array."""
+
+    @property
+    def is_array(self) -> bool:
+        """Whether the number of values comes before them."""
+        return bool(self.code & _ARRAY)
 
 
-_KINDS = {
-    "double": _Kind(code=9 << 48, number="<f8"),
-    "double3": _Kind(code=23 << 48, number="<f8"),
-    "float[]": _Kind(code=_ARRAY | 8 << 48, number="<f4"),
-    "float3[]": _Kind(code=_ARRAY | 24 << 48, number="<f4"),
-    "quatf[]": _Kind(code=_ARRAY | 17 << 48, number="<f4"),
+SAMPLE_KINDS = {
+    "double": SampleKind(code=9 << 48, number="<f8", width=1),
+    "double3": SampleKind(code=23 << 48, number="<f8", width=3),
+    "float[]": SampleKind(code=_ARRAY | 8 << 48, number="<f4", width=1),
+    "float3[]": SampleKind(code=_ARRAY | 24 << 48, number="<f4", width=3),
+    "quatf[]": SampleKind(code=_ARRAY | 17 << 48, number="<f4", width=4),
 }
-SAMPLED_TYPES = tuple(_KINDS)
-"""USD's names of the types of attributes."""
+"""By USD's name of the type of an attribute."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +68,7 @@ class Samples:
     """An attribute over time."""
 
     type_name: str
-    """One of SAMPLED_TYPES."""
+    """One of SAMPLE_KINDS."""
     codes: FloatArray
     """Time codes, increasing, shape (F,)."""
     values: FloatArray
@@ -120,12 +126,12 @@ class _Tokens:
 
 def _append_samples(file: _File, samples: Samples) -> int:
     """Adds an attribute's values, those that stay the same once, and times; gives back where its time samples are."""
-    kind, frames = _KINDS[samples.type_name], len(samples.codes)
+    kind, frames = SAMPLE_KINDS[samples.type_name], len(samples.codes)
     rows = np.ascontiguousarray(samples.values, dtype=kind.number).reshape(frames, samples.values[0].size)
     bits = rows.view(np.uint32)
     changed = np.append(True, (bits[1:] != bits[:-1]).any(axis=1))
     rows = rows if changed.all() else rows[changed]
-    if kind.code & _ARRAY:
+    if kind.is_array:
         lengths = np.full((len(rows), 1), samples.values.shape[1], dtype="<u8")
         rows = np.concatenate([lengths.view(np.uint8), rows.view(np.uint8)], axis=1)
     start = file.append(rows.data) + kind.code

@@ -80,14 +80,21 @@ class CratePart:
     def children(self, path: int) -> np.ndarray:
         """Tokens of the names of a prim's children in their order, which the tree does not tell."""
         (spec,) = np.flatnonzero(self.spec_paths == path)
-        fields = self.field_sets[self.spec_sets[spec] :]
-        fields = fields[: np.flatnonzero(fields == END_OF_SET)[0]]
-        for name, value in zip(self.field_names[fields].tolist(), self.field_values[fields].tolist(), strict=True):
-            if self.tokens[name] == CHILDREN:
-                place = value % (1 << 48) - VALUES_PLACE
-                (count,) = struct.unpack_from("<Q", self.values, place)
-                return np.frombuffer(self.values, dtype="<u4", count=count, offset=place + 8).astype(np.int64)
-        return np.zeros(0, dtype=np.int64)
+        value = self.fields_of(int(spec)).get(CHILDREN)
+        if value is None:
+            return np.zeros(0, dtype=np.int64)
+        place = value % (1 << 48) - VALUES_PLACE
+        (count,) = struct.unpack_from("<Q", self.values, place)
+        return np.frombuffer(self.values, dtype="<u4", count=count, offset=place + 8).astype(np.int64)
+
+    def fields_of(self, spec: int) -> dict[bytes, int]:
+        """Values of a spec's fields by name."""
+        start = end = int(self.spec_sets[spec])
+        while self.field_sets[end] != END_OF_SET:
+            end += 1
+        fields = self.field_sets[start:end]
+        names = [self.tokens[name] for name in self.field_names[fields]]
+        return dict(zip(names, self.field_values[fields].tolist(), strict=True))
 
 
 def read_part(path: Path) -> CratePart:

@@ -18,6 +18,9 @@ _PLAIN = {*range(1, 10), *range(13, 31), 42, 43, 44, 48, 51, 56}
 """Types of numbers, which refer to nothing."""
 _ARRAY, _INLINED = np.uint64(1 << 63), np.uint64(1 << 62)
 _PAYLOAD = np.uint64((1 << 48) - 1)
+_TYPE_PLACE = np.uint64(48)
+_TIMES, _SMALL = 48, 1 << 14
+"""Upper 16 bits of times, and the one of these that says that a value is no place."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,7 +69,7 @@ def move_values(fields: np.ndarray, values: bytearray, numbers: Renumbering) -> 
 
 def _kinds(fields: np.ndarray) -> np.ndarray:
     """Types of values."""
-    return (fields >> np.uint64(48)) & np.uint64(0xFF)
+    return (fields >> _TYPE_PLACE) & np.uint64(0xFF)
 
 
 def _moved(fields: np.ndarray, numbers: Renumbering) -> np.ndarray:
@@ -117,12 +120,19 @@ def _change_references(values: bytearray, place: int, numbers: Renumbering) -> N
 def _change_samples(values: bytearray, place: int, numbers: Renumbering) -> None:
     """Times are a value that may be anywhere, and so are the values; each is said to be so far ahead."""
     place += struct.unpack_from("<q", values, place)[0]
-    times = np.frombuffer(values, dtype="<u8", count=1, offset=place)
-    times[:] = _moved(times, numbers)
+    (times,) = struct.unpack_from("<Q", values, place)
+    if times >> 48 != _TIMES:
+        raise ValueError("times of samples are no numbers")
+    struct.pack_into("<Q", values, place, times + numbers.shift)
     place += 8
     place += struct.unpack_from("<q", values, place)[0]
     (count,) = struct.unpack_from("<Q", values, place)
     samples = np.frombuffer(values, dtype="<u8", count=count, offset=place + 8)
+    first = int(samples[0]) >> 48
+    is_plain = first & 0xFF in _PLAIN and not first & _SMALL
+    if is_plain and (samples >> _TYPE_PLACE == first).all() and (samples & _PAYLOAD).all():  # as nearly always
+        samples += np.uint64(numbers.shift)
+        return
     if not {*_kinds(samples).tolist()} <= _PLAIN | {_TOKEN}:
         raise ValueError("time samples of this type cannot be moved")
     samples[:] = _moved(samples, numbers)

@@ -7,16 +7,18 @@ that it was opened from it leaves them where they are.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import struct
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 from pxr import Sdf
 
-from usdfoot.writers.crate import SAMPLED_TYPES, Samples, write_samples
+from usdfoot.writers.crate import SAMPLE_KINDS, Samples, write_samples
+from usdfoot.writers.crate_samples import read_samples
 from usdfoot.writers.layers import author, author_samples, author_targets
 
-__all__ = ["copy_unsampled", "sampled_layer", "samples_of"]
+__all__ = ["copy_unsampled", "sampled_layer", "sampled_prims", "samples_of"]
 
 PRIM_FIELDS = ("typeName", "instanceable", "references", "apiSchemas")
 """What agents and animations say of themselves, in the order in which it is made: USD keeps it, but does not tell."""
@@ -41,12 +43,31 @@ def sampled_layer(file: Path, scope: str, prims: Mapping[str, Mapping[str, Sampl
     return Sdf.Layer.FindOrOpen(str(file))
 
 
+def sampled_prims(file: Path, prims: Sequence[Sdf.PrimSpec]) -> dict[str, dict[str, Samples]]:
+    """Attributes of prims that a sampled layer can have, by the prims' names: what `samples_of` says of each, at once.
+
+    Args:
+        file: Of their layer.
+        prims: Some below one prim.
+    """
+    try:
+        found = read_samples(file, str(prims[0].path.GetParentPath())) if prims else {}
+        return {prim.name: _in_order(prim, found.get(prim.name, {})) for prim in prims}
+    except (ValueError, LookupError, struct.error):  # somebody wrote it with another program
+        return {prim.name: samples_of(prim) for prim in prims}
+
+
+def _in_order(prim: Sdf.PrimSpec, samples: Mapping[str, Samples]) -> dict[str, Samples]:
+    """Samples in the order that the prim's attributes have."""
+    return {attribute.name: samples[attribute.name] for attribute in prim.attributes if attribute.name in samples}
+
+
 def samples_of(prim: Sdf.PrimSpec) -> dict[str, Samples]:
     """The attributes of a prim that a sampled layer can have, by name."""
     layer, found = prim.layer, {}
     for attribute in prim.attributes:
         codes = layer.ListTimeSamplesForPath(attribute.path)
-        if codes and str(attribute.typeName) in SAMPLED_TYPES:
+        if codes and str(attribute.typeName) in SAMPLE_KINDS:
             values = [np.asarray(layer.QueryTimeSample(attribute.path, code)) for code in codes]
             found[attribute.name] = Samples(
                 type_name=str(attribute.typeName), codes=np.array(codes), values=np.array(values)
