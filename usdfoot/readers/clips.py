@@ -75,7 +75,7 @@ def read_clip(
         raise ClipError(
             where,
             f"does not move the leg joints of {skeleton.name}",
-            "put the clip on its joints with usdfoot retarget, or point usdfoot:clip:skeleton at the clip's own Skeleton",
+            "put it on these joints with usdfoot retarget, or point usdfoot:clip:skeleton at its own Skeleton",
             missing,
         )
     codes, translations, rotations = _sample(source, units, most_frames)
