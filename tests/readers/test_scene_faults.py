@@ -140,11 +140,17 @@ def test_joints_that_do_not_match():
     names = [f"other{i}" for i in range(len(JOINTS))]
     stage.RemovePrim("/World/Clips")
     add_clip(stage, "/World/Clips/alien", Units(), TIMES, *walk_pose(TIMES), joints=names)
-    with pytest.raises(SceneError, match=r"none of 1 clip\(s\) fits /World/Hero/Skeleton: /World/Clips/alien"):
+    with pytest.raises(
+        SceneError, match=r"none of 1 clip\(s\) fits /World/Hero/Skeleton: /World/Clips/alien"
+    ) as caught:
         read_scene(stage)
+    assert "usdfoot retarget" in str(caught.value)
     add_agent(stage, "/World/Hero", clips="/World/Clips")
-    with pytest.raises(SceneError, match="/World/Clips/alien: does not move the leg joints of /World/Hero/Skeleton"):
+    with pytest.raises(
+        SceneError, match="/World/Clips/alien: does not move the leg joints of /World/Hero/Skeleton"
+    ) as caught:
         read_scene(stage)
+    assert "usdfoot retarget" in str(caught.value)
 
 
 @pytest.mark.parametrize(

@@ -242,7 +242,7 @@ def _no_clips(
     return ClipError(
         where,
         f"none of {count} clip(s) fits {character.skeleton.name}",
-        "their joints must have the names of the Skeleton's leg joints and at least two samples",
+        "put them on it with usdfoot retarget, or name their joints as the Skeleton's leg joints",
         unfit,
     )
 

@@ -75,7 +75,7 @@ def read_clip(
         raise ClipError(
             where,
             f"does not move the leg joints of {skeleton.name}",
-            "use a clip of a skeleton with the same joint names, or point usdfoot:clip:skeleton at its own",
+            "put it on these joints with usdfoot retarget, or point usdfoot:clip:skeleton at its own Skeleton",
             missing,
         )
     codes, translations, rotations = _sample(source, units, most_frames)
