@@ -151,3 +151,18 @@ def test_without_names_joints_pair_by_the_mirrored_rest_pose(yaw: float) -> None
         rest_rotations=np.where(roots, quaternion.compose(turn, sword.rest_rotations), sword.rest_rotations),
     )
     assert joint_pairs(turned, biped).tolist() == [*expected, len(expected)]
+
+
+def test_what_hangs_on_one_leg_alone_does_not_turn_the_mirror_image() -> None:
+    """A holster on the right thigh."""
+    skeleton, biped = walker_rig(twisted=True)
+    thigh = biped.hips[1]
+    armed = replace(
+        skeleton,
+        joints=(*skeleton.joints, f"{skeleton.joints[thigh]}/Holster"),
+        parents=np.append(skeleton.parents, thigh),
+        rest_translations=np.vstack([skeleton.rest_translations, [0.1, -0.1, 0.2]]),
+        rest_rotations=np.vstack([skeleton.rest_rotations, [0.0, 0.0, 0.0, 1.0]]),
+    )
+    expected, found = mirror_map(skeleton, biped), mirror_map(armed, biped)
+    assert_allclose(found.relations[:-1], expected.relations, atol=1e-9)

@@ -158,6 +158,21 @@ def test_a_killed_run_leaves_the_old_crowd_and_the_next_goes_on(stages, crowd, t
     assert digests(tmp_path / "out") == digests(tmp_path / "fresh")
 
 
+def test_a_crowd_is_whole_where_only_one_of_several_chunks_has_anybody(stages, tmp_path):
+    scene = write_crowd_scene(stages, tmp_path / "scene")
+    stage = Usd.Stage.Open(str(scene))
+    stage.GetPrimAtPath("/World/Crowd/Plan_2").GetAttribute("positions").Set([])
+    stage.Save()
+    report = animate(scene, tmp_path / "out", chunk_size=2)
+    assert list(report.results) == ["Agent_0", "Agent_1"] and report.chunks == 1
+    crowd = Usd.Stage.Open(str(report.crowd_file))
+    for scope in ("Agents", "Anims", "Plans"):
+        assert [prim.GetName() for prim in crowd.GetPrimAtPath(f"/Crowd/{scope}").GetChildren()] == [
+            "Agent_0",
+            "Agent_1",
+        ]
+
+
 def test_half_a_chunk_is_made_again(stages, tmp_path):
     scene = write_crowd_scene(stages, tmp_path / "scene")
     animate(scene, tmp_path / "out", chunk_size=1)

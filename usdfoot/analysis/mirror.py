@@ -68,6 +68,8 @@ def _related(skeleton: Skeleton, partners: IntArray, *, square: bool) -> tuple[M
         own = quaternion.compose(quaternion.inverse(inverses[joint]), skeleton.rest_rotations[joint])
         expected = quaternion.compose(quaternion.inverse(image), own)
         children = np.flatnonzero(skeleton.parents == joint)
+        # What hangs on one side only, as a holster does, has no image on the other.
+        children = children[skeleton.parents[partners[children]] == partners[joint]]
         offsets = skeleton.rest_translations[children]
         images = skeleton.rest_translations[partners[children]] * REFLECTION
         relations[joint] = best_turn(offsets, images, expected)

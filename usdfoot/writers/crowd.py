@@ -63,7 +63,7 @@ def write_crowd(
             for name, path in copied.files.items():
                 files.add_file(name, path)
         files.add_layer(File.ANIMS, stacked_layer(layer_format, [chunk.anims for chunk in chunks], text=True))
-        if len(chunks) > 1:
+        if File.AGENTS not in chunks[0]:  # of several, even if only one has anybody
             for name, scope, parts in (
                 (File.AGENTS, Prim.AGENTS, [chunk.agents for chunk in chunks]),
                 (File.FOOTSTEPS, Prim.PLANS, [chunk.footsteps for chunk in chunks]),
