@@ -1,7 +1,7 @@
 """Several characters with variants in one crowd share as many prototypes as there are characters and variants."""
 
 import pytest
-from pxr import Gf, Usd, UsdGeom
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdUtils
 
 from tests.batch.conftest import AGENTS, write_crowd_scene
 from usdfoot.pipeline.animate import animate
@@ -55,3 +55,27 @@ def test_variants_share_prototypes_and_keep_their_looks(shot):
         meshes = [prim for prim in Usd.PrimRange(agent, Usd.TraverseInstanceProxies()) if prim.IsA(UsdGeom.Mesh)]
         colors = {tuple(color) for mesh in meshes for color in UsdGeom.Mesh(mesh).GetDisplayColorAttr().Get() or ()}
         assert ((0.0, 0.0, 1.0) if number % 2 else (1.0, 0.0, 0.0)) in colors
+
+
+def test_a_collected_character_out_of_a_package_brings_its_textures(stages, tmp_path):
+    scene = write_crowd_scene(stages, tmp_path / "scene")
+    (tmp_path / "skin.png").write_bytes(b"not looked into")
+    asset = Usd.Stage.CreateNew(str(tmp_path / "person.usda"))
+    asset.SetDefaultPrim(asset.DefinePrim("/Person"))
+    asset.GetDefaultPrim().GetReferences().AddReference(str(stages / "human.usdc"))
+    skin = asset.DefinePrim("/Person/Skin").CreateAttribute("inputs:file", Sdf.ValueTypeNames.Asset)
+    skin.Set("./skin.png")
+    asset.Save()
+    assert UsdUtils.CreateNewUsdzPackage(str(tmp_path / "person.usda"), str(tmp_path / "person.usdz"))
+    stage = Usd.Stage.Open(str(scene))
+    stage.DefinePrim("/World/Cast").GetReferences().AddReference(str(tmp_path / "person.usdz"))
+    for number in range(AGENTS):
+        agent = stage.GetPrimAtPath(f"/World/Crowd/Agent_{number}")
+        agent.GetRelationship("usdfoot:agent:character").SetTargets(["/World/Cast"])
+    stage.Save()
+    animate(scene, tmp_path / "out", collect=True)
+    (tmp_path / "person.usdz").unlink()
+    folder = (tmp_path / "out").rename(tmp_path / "moved")
+    crowd = Usd.Stage.Open(str(folder / "crowd.usd"))
+    found = crowd.GetAttributeAtPath("/Crowd/Agents/Agent_1/Skin.inputs:file").Get()
+    assert found.resolvedPath.startswith(f"{folder}/characters/") and found.resolvedPath.endswith("[skin.png]")

@@ -8,7 +8,7 @@ import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pxr import Sdf, Usd, UsdUtils
+from pxr import Ar, Sdf, Usd, UsdUtils
 
 from usdfoot.bridge.scene import Character
 from usdfoot.bridge.tokens import Schema
@@ -122,8 +122,10 @@ def _moved(path: str, copied: CharacterCopy, folder: Path, name: str, collect: b
         return path
     if not collect:
         return relative_asset(path, folder / FOLDER)
+    path, packaged = Ar.SplitPackageRelativePathOuter(path)  # a package comes along whole
     digest = hashlib.sha256(os.path.dirname(path).encode()).hexdigest()[:8]
     tiles = glob.glob(glob.escape(path).replace("<UDIM>", "[0-9][0-9][0-9][0-9]"))
     for tile in tiles:
         copied.files[f"{FOLDER}/{name}/{digest}/{os.path.basename(tile)}"] = Path(tile)
-    return f"./{name}/{digest}/{os.path.basename(path)}" if tiles else path
+    moved = f"./{name}/{digest}/{os.path.basename(path)}" if tiles else path
+    return Ar.JoinPackageRelativePath(moved, packaged) if packaged else moved
