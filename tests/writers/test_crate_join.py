@@ -6,7 +6,8 @@ from pxr import Gf, Sdf, Vt
 
 from usdfoot.errors import OutputError
 from usdfoot.writers.crate_columns import pack_bytes, pack_column, unpack_bytes, unpack_column
-from usdfoot.writers.crate_join import join_layers
+from usdfoot.writers.crate_join import CrateError, join_layers
+from usdfoot.writers.staging import staged_files
 
 SCOPE = "/Crowd/Agents"
 Types = Sdf.ValueTypeNames
@@ -94,12 +95,35 @@ def test_what_cannot_be_joined_is_named(tmp_path):
     layer.Export(str(joined))
     Sdf.CreatePrimInLayer(layer, f"{SCOPE}/A").customData = {"of": "somebody"}
     layer.Export(str(part))
-    with pytest.raises(OutputError, match=r"part.usdc: cannot be joined .*type 31.*remove it and run again"):
+    with pytest.raises(CrateError, match=r"part.usdc cannot be joined .*type 31"):
         join_layers(joined, [part], scope=SCOPE)
     new_layer().Export(str(joined))
     part.write_text("#usda 1.0\n")
-    with pytest.raises(OutputError, match="no layer in USD's binary format"):
+    with pytest.raises(CrateError, match="no layer in USD's binary format"):
         join_layers(joined, [part], scope=SCOPE)
+
+
+def test_what_cannot_be_joined_as_bytes_is_copied_by_usd(tmp_path):
+    expected, parts = new_layer(), []
+    for seed, data in enumerate(({}, {"of": "somebody"})):
+        layer = new_layer()
+        add_agent(layer, f"A{seed}", seed)
+        layer.GetPrimAtPath(f"{SCOPE}/A{seed}").customData = data
+        Sdf.CopySpec(layer, f"{SCOPE}/A{seed}", expected, f"{SCOPE}/A{seed}")
+        parts.append(tmp_path / f"{seed}.usdc")
+        layer.Export(str(parts[-1]))
+    with staged_files(tmp_path / "out") as files:
+        files.add_joined("agents.usdc", new_layer(), parts, scope=SCOPE)
+    joined = Sdf.Layer.FindOrOpen(str(tmp_path / "out" / "agents.usdc"))
+    assert joined.ExportToString() == expected.ExportToString()
+
+
+def test_what_is_no_layer_is_named(tmp_path):
+    broken = tmp_path / "broken.usdc"
+    broken.write_bytes(b"PXR-USDC")
+    with pytest.raises(OutputError, match=r"broken.usdc: cannot be read"), staged_files(tmp_path / "out") as files:
+        files.add_joined("agents.usdc", new_layer(), [broken], scope=SCOPE)
+    assert not list((tmp_path / "out").iterdir())
 
 
 @pytest.mark.parametrize("integers", [[], [0], [5, 5, 6, 7, 300, 70000, -70000, 0, 1 << 30, -(1 << 30)]])

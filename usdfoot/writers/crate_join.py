@@ -1,7 +1,8 @@
 """Joins layers in USD's binary format: prims below one scope, some in each, become one layer.
 
 USD itself would read every value and write it again, which takes a third of the time to make it. Here values stay the
-bytes they are, and only what refers to something is changed.
+bytes they are, and only what refers to something is changed. What a younger USD writes in a way that is not known here
+is an error, and then USD's to copy.
 """
 
 from __future__ import annotations
@@ -14,18 +15,21 @@ from typing import BinaryIO
 
 import numpy as np
 
-from usdfoot.errors import OutputError
 from usdfoot.writers.crate_columns import pack_bytes, pack_column
 from usdfoot.writers.crate_parts import CHILDREN, END_OF_SET, IDENTIFIER, VALUES_PLACE, CratePart, read_part
 from usdfoot.writers.crate_values import Renumbering, move_values
 
-__all__ = ["join_layers"]
+__all__ = ["CrateError", "join_layers"]
 
 _CHILD, _SIBLING, _NOTHING = -1, 0, -2
 """What is next to a path in the tree, or else how far ahead its sibling is."""
 _NO_PROPERTY = b";-)"
 """First token: its number's sign could not say what is a property."""
 _TOKEN_VECTOR = 41 << 48
+
+
+class CrateError(ValueError):
+    """A layer that cannot be joined as bytes."""
 
 
 def join_layers(file: Path, parts: Iterable[Path], *, scope: str) -> None:
@@ -38,7 +42,7 @@ def join_layers(file: Path, parts: Iterable[Path], *, scope: str) -> None:
 
     Raises:
         OSError: If a file cannot be read or written.
-        OutputError: If one is no binary layer, or has values of a kind that is not known.
+        CrateError: If one is no binary layer, or has values of a kind that is not known.
     """
     head = read_part(file)
     with file.open("wb") as stream:
@@ -48,7 +52,7 @@ def join_layers(file: Path, parts: Iterable[Path], *, scope: str) -> None:
             try:
                 joined.add(read_part(part))
             except (ValueError, LookupError, struct.error) as error:
-                raise OutputError(part, f"cannot be joined with others ({error})", "remove it and run again") from error
+                raise CrateError(f"{part} cannot be joined with others ({error})") from error
         joined.finish()
 
 

@@ -8,13 +8,14 @@ import os
 import shutil
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 
 from pxr import Sdf, Tf, UsdUtils
 
 from usdfoot.bridge.file_hashes import file_hashes
 from usdfoot.errors import OutputError
-from usdfoot.writers.crate_join import join_layers
+from usdfoot.writers.crate_join import CrateError, join_layers
 
 __all__ = ["StagedFiles", "staged_files"]
 
@@ -75,7 +76,12 @@ class StagedFiles:
     def add_joined(self, name: str, layer: Sdf.Layer, parts: Iterable[Path], *, scope: str) -> None:
         """Save a binary layer with what files of others have below a scope of it, which is empty."""
         self.add_layer(name, layer)
-        join_layers(self._temporary[name], parts, scope=scope)
+        parts = [*parts]
+        try:
+            join_layers(self._temporary[name], parts, scope=scope)
+        except CrateError as error:
+            _logger.info("%s: %s; USD copies it, which takes longer", name, error)
+            self._save(name, partial(_copied(layer, parts, scope).Export, str(self._temporary[name])))
 
     def add_text(self, name: str, text: str) -> None:
         """Save a text file."""
@@ -140,6 +146,18 @@ class StagedFiles:
         if not final.parent.resolve().is_relative_to(self.folder.resolve()):
             raise OutputError(final.parent, f"leads out of {self.folder}", "remove the link, or name another folder")
         final.parent.mkdir(parents=True, exist_ok=True)
+
+
+def _copied(layer: Sdf.Layer, parts: Iterable[Path], scope: str) -> Sdf.Layer:
+    """The layer with what others have below the scope."""
+    for part in parts:
+        try:
+            source = Sdf.Layer.OpenAsAnonymous(str(part))
+        except Tf.ErrorException as error:
+            raise OutputError(part, "cannot be read", "remove it and run again") from error
+        for child in source.GetPrimAtPath(scope).nameChildren:
+            Sdf.CopySpec(source, child.path, layer, child.path)
+    return layer
 
 
 def _check_room(path: Path) -> None:
