@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,7 @@ from usdfoot.readers.skeleton import StartTransforms
 from usdfoot.readers.stage import authored_values, is_authored, targets
 from usdfoot.readers.transform_codes import changes_place, changes_value
 
-__all__ = ["is_plan", "path_orientations", "read_draft", "read_plan", "read_prints"]
+__all__ = ["PlanSource", "ask_plan", "is_plan", "path_orientations", "plan_of", "read_draft", "read_plan", "read_prints"]
 
 _logger = logging.getLogger(__name__)
 
@@ -48,6 +48,19 @@ _IN_PLACE = 0.1
 """Shorter than this [m] the way past a footstep does not tell where it faces."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class PlanSource:
+    """All that USD says of a plan. Asking it of many plans first takes half as long as by turns with the arithmetic."""
+
+    prim: Usd.Prim
+    said: Mapping[str, Any]
+    """Values authored for attributes, by name."""
+    matrix: FloatArray
+    """Local-to-world matrix (row vectors), shape (4, 4)."""
+    ignored: tuple[Problem, ...]
+    """Warnings of what does not count."""
+
+
 def is_plan(prim: Usd.Prim) -> bool:
     """Whether a prim is a footstep plan: it has UsdfootPlanAPI, or is a PointInstancer with a plan's times."""
     if has_api(prim, Schema.PLAN):
@@ -69,7 +82,32 @@ def read_plan(
     Raises:
         PlanError: If the prim is no PointInstancer, lacks an array, or the plan is inconsistent.
     """
-    draft, problems = read_draft(prim, units, transforms)
+    return plan_of(ask_plan(prim, transforms), units)
+
+
+def ask_plan(
+    prim: Usd.Prim, transforms: StartTransforms | None = None, names: Collection[str] = (*_PRINTS, *_TIMES)
+) -> PlanSource:
+    """What is said of a plan, by attributes of these names.
+
+    Raises:
+        PlanError: If the prim is no PointInstancer.
+    """
+    if not prim.IsA(UsdGeom.PointInstancer):
+        kind = prim.GetTypeName() or "an untyped prim"
+        raise PlanError(prim.GetPath(), f"is {kind}", "a footstep plan is a PointInstancer with UsdfootPlanAPI")
+    said, transforms = authored_values(prim, names), transforms or StartTransforms(prim.GetStage())
+    ignored = _ignored(prim, said.get(UsdGeom.Tokens.invisibleIds), transforms)
+    return PlanSource(prim=prim, said=said, matrix=transforms.matrix_of(prim), ignored=ignored)
+
+
+def plan_of(source: PlanSource, units: StageUnits) -> tuple[FootstepPlan, tuple[Problem, ...]]:
+    """As `read_plan`, from what has been asked.
+
+    Raises:
+        PlanError: If an array is missing or the plan is inconsistent.
+    """
+    draft, problems = _draft_of(source, units)
     return draft.checked(), problems
 
 
@@ -81,9 +119,13 @@ def read_draft(
     Raises:
         PlanError: If the prim is no PointInstancer or lacks an array.
     """
-    draft, problems = read_prints(prim, units, transforms)
-    said = authored_values(prim, _TIMES)
-    strikes, liftoffs = (units.codes_to_times(_array(prim, said, name, (), float, _UNTIMED)) for name in _TIMES)
+    return _draft_of(ask_plan(prim, transforms), units)
+
+
+def _draft_of(source: PlanSource, units: StageUnits) -> tuple[PlanDraft, tuple[Problem, ...]]:
+    """The plan with its times, unchecked."""
+    draft, problems = _prints_of(source, units)
+    strikes, liftoffs = (units.codes_to_times(_array(source, name, (), float, _UNTIMED)) for name in _TIMES)
     draft = replace(draft, strike_times=_together(strikes, 0, 1), liftoff_times=_together(liftoffs, -2, -1))
     return draft, problems
 
@@ -105,19 +147,19 @@ def read_prints(
     Raises:
         PlanError: If the prim is no PointInstancer or lacks an array of prints.
     """
-    where = str(prim.GetPath())
-    if not prim.IsA(UsdGeom.PointInstancer):
-        kind = prim.GetTypeName() or "an untyped prim"
-        raise PlanError(where, f"is {kind}", "a footstep plan is a PointInstancer with UsdfootPlanAPI")
-    said, transforms = authored_values(prim, _PRINTS), transforms or StartTransforms(prim.GetStage())
-    sides = _array(prim, said, UsdGeom.Tokens.protoIndices, (), int)
-    local = _array(prim, said, UsdGeom.Tokens.positions, (3,), float)
-    matrix = transforms.matrix_of(prim)
+    return _prints_of(ask_plan(prim, transforms, _PRINTS), units)
+
+
+def _prints_of(source: PlanSource, units: StageUnits) -> tuple[PlanDraft, tuple[Problem, ...]]:
+    """The plan without its times, unchecked."""
+    said, matrix = source.said, source.matrix
+    sides = _array(source, UsdGeom.Tokens.protoIndices, (), int)
+    local = _array(source, UsdGeom.Tokens.positions, (3,), float)
     positions = units.points_to_canonical(local @ matrix[:3, :3] + matrix[3, :3])
-    orientations, problems = _orientations(prim, said, units, matrix, sides, positions)
+    orientations, problems = _orientations(source, units, sides, positions)
     weights = said.get(Token.ROOT_WEIGHTS)
     draft = PlanDraft(
-        name=where,
+        name=str(source.prim.GetPath()),
         sides=sides,
         positions=positions,
         orientations=orientations,
@@ -126,7 +168,7 @@ def read_prints(
         root_weights=np.array(weights, dtype=float) if weights else np.zeros(len(sides)),
         styles=tuple(str(style) for style in said.get(Token.STYLES) or ()),
     )
-    return draft, (*problems, *_ignored(prim, said.get(UsdGeom.Tokens.invisibleIds), transforms))
+    return draft, (*problems, *source.ignored)
 
 
 def path_orientations(sides: IntArray, positions: FloatArray) -> FloatArray:
@@ -154,33 +196,24 @@ def path_orientations(sides: IntArray, positions: FloatArray) -> FloatArray:
 
 
 def _array(
-    prim: Usd.Prim,
-    said: Mapping[str, Any],
-    name: str,
-    shape: tuple[int, ...],
-    kind: type,
-    remedy: str = "author one entry a footstep",
+    source: PlanSource, name: str, shape: tuple[int, ...], kind: type, remedy: str = "author one entry a footstep"
 ) -> np.ndarray:
     """An array of what is said of the plan, shape (N, *shape)."""
-    value = said.get(name)
+    value = source.said.get(name)
     if value is None:
-        raise PlanError(prim.GetPath(), f"has no {name}", remedy)
+        raise PlanError(source.prim.GetPath(), f"has no {name}", remedy)
     array: np.ndarray = np.array(value, dtype=kind)
     return array if array.size else np.zeros((0, *shape), dtype=kind)
 
 
 def _orientations(
-    prim: Usd.Prim,
-    said: Mapping[str, Any],
-    units: StageUnits,
-    matrix: FloatArray,
-    sides: IntArray,
-    positions: FloatArray,
+    source: PlanSource, units: StageUnits, sides: IntArray, positions: FloatArray
 ) -> tuple[FloatArray, tuple[Problem, ...]]:
     """Canonical orientations of the prints; without any they face along the path, with a warning."""
+    prim, said = source.prim, source.said
     value = next((v for name in ("orientationsf", "orientations") if (v := said.get(name))), None)
     if value is not None:
-        turned = _to_world(prim, units, matrix, np.array(value, dtype=float))
+        turned = _to_world(prim, units, source.matrix, np.array(value, dtype=float))
         _check_upright(prim, turned)
         return turned, ()
     if len(sides) != len(positions) or len(sides) < 2:

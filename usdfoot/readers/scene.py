@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
@@ -28,7 +29,7 @@ from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.far_agents import SamplingReader
 from usdfoot.readers.obstacles import read_obstacles
 from usdfoot.readers.overrides import read_overrides
-from usdfoot.readers.plans import read_plan
+from usdfoot.readers.plans import PlanSource, ask_plan, plan_of
 from usdfoot.readers.skeleton import StartTransforms, check_skeletons
 from usdfoot.readers.stage import StagePrims, collect_prims, composition_problems, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
@@ -43,6 +44,8 @@ Walking = TypeVar("Walking", Agent, Follower)
 _logger = logging.getLogger(__name__)
 
 _ROUNDING = 1e-6
+_ASKED_AT_ONCE = 256
+"""Plans that USD is asked about before any is computed."""
 
 
 def read_scene(
@@ -127,6 +130,7 @@ class SceneReader:
             for source in chosen
             if not self._overrides.is_muted(source.name)
         )
+        self._asked: dict[str, PlanSource] = {}
         self._walks: dict[str, FootstepPlan | RootTrajectory | UsdfootError] = {}
         self._walk_problems: list[Problem] = []
         self._roots: dict[str, RootTrajectory] = {}
@@ -172,7 +176,9 @@ class SceneReader:
         """
         casting = self._casting
         wanted = None if names is None else set(names)
-        everyone = [self._performer_of(source) for source in self._chosen if wanted is None or source.name in wanted]
+        sources = [source for source in self._chosen if wanted is None or source.name in wanted]
+        self._ask_plans(sources)
+        everyone = [self._performer_of(source) for source in sources]
         cast = [performer for performer in everyone if isinstance(performer, Agent)]
         followers = [performer for performer in everyone if isinstance(performer, Follower)]
         problems = (
@@ -239,10 +245,17 @@ class SceneReader:
 
     def _all_walks(self) -> Iterator[FootstepPlan | RootTrajectory]:
         """Every plan and trajectory that can be read."""
-        for source in self._chosen:
-            walk = self._walk_of(source)
-            if not isinstance(walk, UsdfootError):
-                yield walk
+        for start in range(0, len(self._chosen), _ASKED_AT_ONCE):
+            sources = self._chosen[start : start + _ASKED_AT_ONCE]
+            self._ask_plans(sources)
+            yield from (walk for walk in map(self._walk_of, sources) if not isinstance(walk, UsdfootError))
+
+    def _ask_plans(self, sources: Iterable[AgentSource]) -> None:
+        """Asks for what the scene says of plans that are yet to be read."""
+        for source in sources:
+            if source.trajectory is None and not (source.name in self._walks or source.name in self._planned):
+                with suppress(UsdfootError):  # asked again and told when it is read
+                    self._asked[source.name] = ask_plan(source.plan, self._transforms)
 
     def _walk_of(self, source: AgentSource) -> FootstepPlan | RootTrajectory | UsdfootError:
         """An agent's plan, or trajectory, or why there is none; read once."""
@@ -284,7 +297,9 @@ class SceneReader:
         planned = self._planned.get(source.name)
         if isinstance(planned, UsdfootError):
             raise planned
-        return (planned, ()) if planned is not None else read_plan(source.plan, self.info.units, self._transforms)
+        if planned is not None:
+            return planned, ()
+        return plan_of(self._asked.pop(source.name, None) or ask_plan(source.plan, self._transforms), self.info.units)
 
     def _plan_of_name(self, name: str) -> FootstepPlan | None:
         """The plan that the scene gives the agent of a name; of one that has none there, what it last walked."""
