@@ -156,6 +156,21 @@ def test_a_walk_that_ends_in_mid_gait_walks_on_to_its_last_frame(animate, walker
     assert speeds[last].min() > 0.7 * speeds[middle].min()
 
 
+@pytest.mark.parametrize(
+    "gait", [{}, {"length": 1.0, "step_time": 0.35, "duty": 0.4, "width": 0.13}], ids=["walk", "run"]
+)
+def test_a_last_contact_that_the_end_cuts_off_is_no_hurried_one(gait, animate):
+    whole = way(10, **gait)
+    end = whole.strike_times[-1] + 0.1
+    cut = replace(whole, liftoff_times=np.append(whole.liftoff_times[:-1], end))
+    times = np.arange(whole.strike_times[0], end + 0.2, 1.0 / 60.0)
+    expected, motion = (animate([plan], times=times)[0] for plan in (whole, cut))
+    seen = np.count_nonzero(times < end)
+    assert_allclose(motion.root_positions[:seen], expected.root_positions[:seen], atol=1e-6)
+    assert_allclose(motion.rotations[:seen], expected.rotations[:seen], atol=1e-5)
+    assert motion.times[-2] < cut.liftoff_times.max() <= motion.times[-1] + 1e-6
+
+
 def test_a_motion_covers_its_plan_only(animate):
     plan = way()
     motion = animate([plan], times=np.arange(-60, 300) / 30.0)[0]

@@ -33,10 +33,16 @@ def test_contacts_are_the_footsteps_and_what_is_before_and_after(plan):
         ("sides", plan.sides),
         ("positions", plan.positions),
         ("strikes", plan.strike_times),
-        ("liftoffs", plan.liftoff_times),
         ("yaws", plan.yaws),
     ):
         assert_allclose(getattr(contacts, name)[real], values)
+    assert_allclose(contacts.liftoffs[real][:-1], plan.liftoff_times[:-1])
+    last = len(plan)
+    assert contacts.liftoffs[last] - contacts.strikes[last + 1] == pytest.approx(
+        max(plan.liftoff_times[-1] - contacts.strikes[last + 1], contacts.liftoffs[last - 1] - contacts.strikes[last])
+    )
+    assert contacts.liftoffs[last] < contacts.strikes[last + 2]
+    assert contacts.ends[0] == plan.liftoff_times.max()
     assert_array_equal(np.flatnonzero(~real), [0, len(plan) + 1, len(plan) + 2])
     assert np.all(np.diff(contacts.sides) != 0)
     assert np.all(np.diff(contacts.strikes) > 0.0)

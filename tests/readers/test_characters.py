@@ -5,10 +5,10 @@ import logging
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
+from pxr import Gf, Sdf, UsdGeom, UsdSkel, Vt
 
 from tests.references import canonical_points, usdskel_positions
-from tests.scenes import BALL_HEIGHT, JOINTS, OFFSETS, Units, add_character, add_ground, add_mesh, add_plan, new_stage
+from tests.scenes import BALL_HEIGHT, JOINTS, OFFSETS, Units, add_character, add_mesh, new_stage
 from usdfoot.bridge.similarity import unfold_from_joints
 from usdfoot.bridge.tokens import Biped as Token
 from usdfoot.bridge.tokens import Schema
@@ -16,10 +16,8 @@ from usdfoot.errors import BipedError, SkeletonError
 from usdfoot.maths import quaternion
 from usdfoot.model.skeleton import forward_kinematics
 from usdfoot.readers.assets import asset_of
-from usdfoot.readers.candidates import only_character
 from usdfoot.readers.characters import character_key, read_character
-from usdfoot.readers.stage import collect_prims, read_stage_info
-from usdfoot.readers.terrain import read_terrain
+from usdfoot.readers.stage import read_stage_info
 
 PARENTS = np.array([-1, 0, 1, 0, 3, 4, 5, 0, 7, 8, 9])
 REST = forward_kinematics(PARENTS, OFFSETS, np.tile([0, 0, 0, 1.0], (11, 1)))[0]
@@ -253,65 +251,6 @@ class TestAsset:
         assert character_key(prim, units) != character_key(other, units)
 
 
-class TestOnlyCharacter:
-    """The character of a stage that names none."""
-
-    def found(self, stage):
-        return str(only_character(collect_prims(stage)).GetPath())
-
-    def test_the_one_with_skin_wins(self):
-        stage = new_stage()
-        add_character(stage, "/World/Rig", Units())
-        add_character(stage, "/World/Hero", Units(), with_body=True)
-        assert self.found(stage) == "/World/Hero"
-
-    def test_the_visible_one_wins(self):
-        stage = new_stage()
-        add_character(stage, "/World/A", Units())
-        add_character(stage, "/World/B", Units())
-        UsdGeom.Imageable(stage.GetPrimAtPath("/World/A")).MakeInvisible()
-        assert self.found(stage) == "/World/B"
-
-    def test_the_referenced_prim_is_the_character(self, tmp_path):
-        source = new_stage(tmp_path / "hero.usda")
-        add_character(source, "/World/Armature/Rig", Units(), root_type="Xform")
-        source.GetRootLayer().Save()
-        stage = new_stage()
-        stage.DefinePrim("/World/Hero").GetReferences().AddReference(str(tmp_path / "hero.usda"))
-        assert self.found(stage) == "/World/Hero"
-
-    def test_without_skel_root_and_reference_it_is_the_prim_above_the_skeleton(self):
-        stage = new_stage()
-        add_character(stage, "/World/Armature/Rig", Units(), root_type="Xform")
-        assert self.found(stage) == "/World/Armature/Rig"
-        assert not read(stage, "/World/Armature/Rig").has_skel_root
-
-    def test_several_different_ones_are_named(self):
-        stage = new_stage()
-        add_character(stage, "/World/A", Units())
-        add_character(stage, "/World/B", Units(), joints=[joint.replace("Hips", "Root") for joint in JOINTS])
-        with pytest.raises(SkeletonError, match="has several characters: /World/A/Skeleton, /World/B/Skeleton"):
-            self.found(stage)
-
-    def test_of_body_and_face_the_one_with_legs_counts(self):
-        """As of one person: several skinned Skeletons in one SkelRoot, the face first."""
-        stage = new_stage()
-        UsdSkel.Root.Define(stage, "/World/Hero")
-        face = ["Neck", "Neck/Head", "Neck/Head/Jaw"]
-        add_character(
-            stage, "/World/Hero/Face", Units(), joints=face, offsets=np.eye(3), root_type="Xform", with_body=True
-        )
-        add_character(stage, "/World/Hero/Body", Units(), root_type="Xform", with_body=True)
-        assert self.found(stage) == "/World/Hero"
-        character = read(stage)
-        assert character.skeleton_path == "Body/Skeleton"
-        assert len(character.bounds) == 2
-
-    def test_none_is_said(self):
-        with pytest.raises(SkeletonError, match=r"has no Skeleton with joints. add a character"):
-            self.found(new_stage())
-
-
 def test_geometry_that_is_not_skinned_counts_for_the_extent():
     units = Units(0.01, "Z")
     stage = new_stage(None, units)
@@ -355,19 +294,6 @@ def test_real_characters(shared_data, name, height):
     to_world = UsdGeom.XformCache(0).GetLocalToWorldTransform(skeleton)
     expected = [tuple((m * to_world).ExtractTranslation()) for m in query.ComputeJointSkelTransforms(0, True)]
     assert_allclose(rest_positions(character), canonical_points(stage, expected), atol=1e-5)
-
-
-def test_a_skel_root_over_the_whole_scene_is_not_the_character():
-    """Blender makes the common root of everything the SkelRoot."""
-    stage = Usd.Stage.CreateInMemory()
-    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
-    UsdSkel.Root.Define(stage, "/Scene")
-    add_character(stage, "/Scene/Armature", Units(), root_type="Xform")
-    ground = add_ground(stage, "/Scene/Ground/Plane", Units(), terrain=False)
-    plan = add_plan(stage, "/Scene/Plan", Units())
-    prims = collect_prims(stage)
-    assert str(only_character(prims, [plan.GetPrim(), ground.GetPrim()]).GetPath()) == "/Scene/Armature"
-    assert read_terrain(stage, prims, read_stage_info(stage).units)[0].meshes == ("/Scene/Ground/Plane",)
 
 
 def test_prims_that_select_the_same_variants_are_one_character():

@@ -13,7 +13,7 @@ from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 
-__all__ = ["EDGE_HEIGHT", "ContactTable", "lay_contacts", "lay_on_ground", "with_headings"]
+__all__ = ["EDGE_HEIGHT", "ContactTable", "lay_contacts", "lay_on_ground", "stay_down", "with_headings"]
 
 NEAR_GROUND = 0.3
 """Ground farther than this above or below a contact, along its normal, is not its own [m]."""
@@ -40,7 +40,7 @@ class ContactTable:
 
     A plan that starts in mid gait has one more contact before its first footstep: where the other foot comes from
     (design.md section 2). One that ends in mid gait has two more after its last, so that the body walks on until the
-    last liftoff. Their `steps` are -1.
+    last liftoff, and the last stays down as long as it would if the plan went on. Their `steps` are -1.
     """
 
     first: IntArray
@@ -60,7 +60,7 @@ class ContactTable:
     strikes: FloatArray
     """[s], shape (C,)."""
     liftoffs: FloatArray
-    """[s], shape (C,)."""
+    """[s], shape (C,); of the last footstep before a mid-gait end perhaps after the motion's."""
     headings: FloatArray
     """Heading at the strike: mean of the yaws of this contact and the one before, continuous [rad], shape (C,)."""
     starts: FloatArray
@@ -149,8 +149,11 @@ def lay_contacts(plans: Sequence[FootstepPlan]) -> ContactTable:
         table[name][real] = np.concatenate(values)
     ends = np.array([plan.liftoff_times.max() for plan in plans])
     _lay_before(table, first[:-1][before == 1])
-    for back in (2, 1):
-        _lay_after(table, first[1:][after > 0] - back, ends[after > 0])
+    lasts = first[1:][after > 0] - 3
+    pair = lasts - np.array([[1], [0]])
+    table["liftoffs"][lasts] = stay_down(table["strikes"][pair], table["liftoffs"][pair])
+    for ahead in (1, 2):
+        _lay_after(table, lasts + ahead, ends[after > 0])
     contacts = ContactTable(
         first=first,
         agents=agents,
@@ -185,9 +188,8 @@ def _lay_before(table: dict[str, FloatArray], rows: IntArray) -> None:
 
 def _lay_after(table: dict[str, FloatArray], rows: IntArray, ends: FloatArray) -> None:
     """Fills contacts after mid-gait ends: the mirror image of the step before, after the same time."""
-    step_time = table["strikes"][rows - 1] - table["strikes"][rows - 2]
-    step_time = np.where(step_time > 0.0, step_time, UNKNOWN_STEP_TIME)
-    heading = planar.circular_mean(np.stack([table["yaws"][rows - 1], table["yaws"][rows - 2]]), axis=0)
+    pair = rows - np.array([[2], [1]])
+    heading = planar.circular_mean(table["yaws"][pair], axis=0)
     displacement = table["positions"][rows - 1] - table["positions"][rows - 2]
     step = planar.rotate(-heading, displacement[:, [0, 2]]) * np.array([-1.0, 1.0])
     table["sides"][rows] = table["sides"][rows - 2]
@@ -195,9 +197,31 @@ def _lay_after(table: dict[str, FloatArray], rows: IntArray, ends: FloatArray) -
     table["positions"][np.ix_(rows, GROUND_AXES)] += planar.rotate(heading, step)
     table["normals"][rows] = table["normals"][rows - 1]
     table["yaws"][rows] = table["yaws"][rows - 2]
-    earliest = table["liftoffs"][rows - 2] + 0.5 * step_time
-    table["strikes"][rows] = np.maximum(table["strikes"][rows - 1] + step_time, earliest)
+    table["strikes"][rows] = _following_strikes(table["strikes"][pair], table["liftoffs"][pair])
     table["liftoffs"][rows] = np.maximum(ends, table["strikes"][rows]) + 1.0
+
+
+def stay_down(strikes: FloatArray, liftoffs: FloatArray) -> FloatArray:
+    """When the last footsteps before mid-gait ends would lift off if their plans went on: most are cut off by the end.
+
+    That is as long after the strike that follows, in runs before it, as the foot before them did; at the earliest
+    when the plan says.
+
+    Args:
+        strikes: Of the last two footsteps [s], shape (2, N).
+        liftoffs: Of these [s], shape (2, N).
+
+    Returns:
+        [s], shape (N,).
+    """
+    return np.maximum(liftoffs[1], _following_strikes(strikes, liftoffs) + liftoffs[0] - strikes[1])
+
+
+def _following_strikes(strikes: FloatArray, liftoffs: FloatArray) -> FloatArray:
+    """When the next foot strikes after two contacts, if that step takes as long as the one between them."""
+    step_time = strikes[1] - strikes[0]
+    step_time = np.where(step_time > 0.0, step_time, UNKNOWN_STEP_TIME)
+    return np.maximum(strikes[1] + step_time, liftoffs[0] + 0.5 * step_time)
 
 
 def with_headings(contacts: ContactTable) -> ContactTable:

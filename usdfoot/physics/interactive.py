@@ -8,7 +8,7 @@ import numpy as np
 import warp as wp
 
 from usdfoot.maths.types import FloatArray
-from usdfoot.model.contact_table import ContactTable, lay_contacts
+from usdfoot.model.contact_table import ContactTable, lay_contacts, stay_down
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.physics.biped import PhysicsBiped
 from usdfoot.physics.contact_kernel import AgentRow, ContactArrays, ContactFooting, ContactRow
@@ -64,9 +64,11 @@ class StepOptimiser:
         if before is None or self.options.solver == "greedy" or len(plan) < 3:
             return self._optimise_anew(plan, before)
         if plan.ends_standing:
-            return self._optimise_window(plan, before, expected=0)
-        if self.options.run_up > 0 and has_steady_end(plan.strike_times[-3:], plan.liftoff_times[-3:]):
-            return self._optimise_window(plan, before, expected=2 * self.options.run_up)
+            return self._optimise_window(plan, before)
+        strikes, liftoffs = plan.strike_times[-3:], plan.liftoff_times[-3:].copy()
+        liftoffs[-1] = stay_down(strikes[-2:], liftoffs[-2:])
+        if self.options.run_up > 0 and has_steady_end(strikes, liftoffs):
+            return self._optimise_window(plan, before, expected=2 * self.options.run_up, leaves=liftoffs[-1])
         return self._optimise_anew(plan, before)
 
     def _optimise_anew(self, plan: FootstepPlan, before: ComMotion | None) -> ComMotion:
@@ -84,8 +86,10 @@ class StepOptimiser:
             knots = replace(knots, fixed=knots.fixed | (np.arange(len(knots.times)) == 0)[:, None])
         return solve_motion(extended, footing, knots, start=start, biped=self.biped, options=options)
 
-    def _optimise_window(self, plan: FootstepPlan, before: ComMotion, *, expected: int) -> ComMotion:
-        """The same in one launch, with `expected` contacts after the last footstep."""
+    def _optimise_window(
+        self, plan: FootstepPlan, before: ComMotion, *, expected: int = 0, leaves: float | None = None
+    ) -> ComMotion:
+        """The same in one launch, with `expected` contacts after the last footstep, which `leaves` the ground then."""
         real = min(len(plan), WINDOW)
         contacts, kinds = ContactArrays(), (ContactRow, ContactFooting)
         contacts.rows, footings = (wp.empty(real + expected, dtype=kind, device="cpu") for kind in kinds)
@@ -95,7 +99,7 @@ class StepOptimiser:
         while True:
             room = self._room
             room.unknowns[0] = state
-            room.take_footsteps(plan, real)
+            room.take_footsteps(plan, real, leaves=leaves)
             inputs = [contacts, self._legs, footing.rows, self._divisions, room.window, room.problem, room.work]
             wp.launch(solve_window, dim=1, inputs=inputs, device="cpu")
             count = int(room.count[0])

@@ -51,11 +51,13 @@ class StepRoom:
     problem: ProblemArrays
     work: WorkArrays
 
-    def take_footsteps(self, plan: FootstepPlan, count: int) -> None:
-        """Copies the last footsteps of a plan to where the kernel finds them."""
+    def take_footsteps(self, plan: FootstepPlan, count: int, *, leaves: float | None = None) -> None:
+        """Copies the last footsteps of a plan to where the kernel finds them; the last `leaves` then, or as planned."""
         self.window.real = count
         for name, room in self.footsteps.items():
             room[:count] = getattr(plan, PLAN_NAMES.get(name, name))[-count:]
+        if leaves is not None:
+            self.footsteps["liftoffs"][count - 1] = leaves
 
 
 def make_step_room(knots: int, options: PhysicsOptions) -> StepRoom:

@@ -71,7 +71,7 @@ def _flown(library: PreparedLibrary, agents: Sequence[Agent], *, options: Engine
     together += lasts * np.maximum(1.0 - 1.0 / landings.time_warp, 0.0)
     overlaps = np.where(flies, -natural, planned)
     overlaps[walks] = np.minimum(planned, np.maximum(together, LEAST_OVERLAP))[walks]
-    liftoffs = contacts.liftoffs.copy()
+    liftoffs = np.minimum(contacts.liftoffs, contacts.ends[contacts.agents])
     changed = flies | walks
     liftoffs[supports[changed]] = (contacts.strikes[following] + overlaps)[changed]
     return [
