@@ -7,8 +7,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-
 from usdfoot import __version__
 from usdfoot.batch.hashing import content_hash
 from usdfoot.bridge.scene import Scene
@@ -140,9 +138,9 @@ class _Hashes:
     def of(self, agent: Agent | Follower) -> str:
         """The agent's hash. Frames count only as far as they lie within its own interval: outside it has none."""
         (start, stop), last = agent.interval, len(self._times) - 1
-        begin = np.searchsorted(self._times, start, side="right") - 1
-        end = np.searchsorted(self._times, stop)
-        frames = self._times[np.clip([begin, end], 0, last)]
+        begin = self._times.searchsorted(start, side="right") - 1
+        end = self._times.searchsorted(stop)
+        frames = self._times[[max(begin, 0), min(end, last)]]
         placed = self._frames.get(agent.name), self._visibility.get(agent.name)
         shared = self._common, self._libraries[agent.library], self._characters[agent.character]
         return content_hash(agent, placed, frames, *shared)

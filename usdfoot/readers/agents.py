@@ -81,7 +81,8 @@ def list_agents(stage: Usd.Stage, prims: StagePrims) -> tuple[tuple[AgentSource,
 
     Without any UsdfootAgentAPI every plan is walked by an agent of its own, named as the plan.
     """
-    plans = [prim for prim in prims.instancers if is_plan(prim)]
+    named = set(prims.with_apis.get(Schema.PLAN, ()))
+    plans = [prim for prim in prims.instancers if prim in named or is_plan(prim)]
     marked = prims.with_apis.get(Schema.AGENT, ())
     if not marked:
         names = _unique_names([plan.GetName() for plan in plans])
@@ -246,7 +247,9 @@ def _target(stage: Usd.Stage, prim: Usd.Prim, name: str, pointed: Mapping[str, l
 
 def _existing(stage: Usd.Stage, prim: Usd.Prim, name: str, pointed: Mapping[str, list[Sdf.Path]]) -> list[Sdf.Path]:
     """Targets of a relationship, all of which must exist and be active, as what is below them must."""
-    found = pointed.get(name, [])
+    found = pointed.get(name)
+    if found is None:
+        return []
     prims = [stage.GetPrimAtPath(path) for path in found]
     absent = [path for path, target in zip(found, prims, strict=True) if not target]
     if absent:
