@@ -5,8 +5,8 @@ import pytest
 from pxr import Gf, Sdf, Vt
 
 from usdfoot.errors import OutputError
-from usdfoot.writers.crate_columns import pack_bytes, pack_column, unpack_bytes, unpack_column
-from usdfoot.writers.crate_join import CrateError, join_layers
+from usdfoot.writers.crate.columns import pack_bytes, pack_column, unpack_bytes, unpack_column
+from usdfoot.writers.crate.join import CrateError, join_layers
 from usdfoot.writers.staging import staged_files
 
 SCOPE = "/Crowd/Agents"

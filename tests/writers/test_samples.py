@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Vt
 
-from usdfoot.writers.crate import Samples
-from usdfoot.writers.crate_samples import read_samples
+from usdfoot.writers.crate.sampled import Samples
+from usdfoot.writers.crate.stored import read_samples
 from usdfoot.writers.samples import copy_unsampled, sampled_layer, sampled_prims, samples_of
 
 FRAMES = np.array([-3.0, 0.0, 0.125, 1.0, 1e6])

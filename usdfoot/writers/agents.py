@@ -8,7 +8,7 @@ from pxr import Gf, Sdf, Vt
 from usdfoot.bridge import tokens
 from usdfoot.bridge.scene import Character, Visibility
 from usdfoot.bridge.units import StageUnits
-from usdfoot.writers.crate import Samples
+from usdfoot.writers.crate.sampled import Samples
 from usdfoot.writers.layers import apply_schemas, author, author_samples, author_targets, define_prim
 from usdfoot.writers.poses import PosedAgent
 

@@ -8,7 +8,7 @@ from pxr import Sdf, Vt
 from usdfoot.bridge import tokens
 from usdfoot.bridge.units import StageUnits
 from usdfoot.model.contacts import FootContacts
-from usdfoot.writers.crate import Samples
+from usdfoot.writers.crate.sampled import Samples
 from usdfoot.writers.layers import apply_schemas, author, define_prim
 from usdfoot.writers.layers_over import author_times
 from usdfoot.writers.poses import PosedAgent

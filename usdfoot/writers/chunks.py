@@ -16,7 +16,7 @@ from usdfoot.bridge.tokens import PROVENANCE, ChunkFiles, File, Prim, Record
 from usdfoot.model.motion import Motion
 from usdfoot.writers.agents import agent_samples, write_agent
 from usdfoot.writers.animations import animation_samples, write_animation
-from usdfoot.writers.crate import Samples
+from usdfoot.writers.crate.sampled import Samples
 from usdfoot.writers.footsteps import print_models, write_executed_plan
 from usdfoot.writers.layers import LayerFormat, author_format, define_prim, new_layer
 from usdfoot.writers.moving import follow_transforms

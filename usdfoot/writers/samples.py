@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 from pxr import Sdf
 
-from usdfoot.writers.crate import SAMPLE_KINDS, Samples, write_samples
-from usdfoot.writers.crate_samples import read_samples
+from usdfoot.writers.crate.sampled import SAMPLE_KINDS, Samples, write_samples
+from usdfoot.writers.crate.stored import read_samples
 from usdfoot.writers.layers import author, author_samples, author_targets
 
 __all__ = ["copy_unsampled", "sampled_layer", "sampled_prims", "samples_of"]

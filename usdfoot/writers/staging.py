@@ -15,7 +15,7 @@ from pxr import Sdf, Tf, UsdUtils
 
 from usdfoot.bridge.file_hashes import file_hashes
 from usdfoot.errors import OutputError
-from usdfoot.writers.crate_join import CrateError, join_layers
+from usdfoot.writers.crate.join import CrateError, join_layers
 
 __all__ = ["StagedFiles", "staged_files"]
 

@@ -15,9 +15,9 @@ from typing import BinaryIO
 
 import numpy as np
 
-from usdfoot.writers.crate_columns import pack_bytes, pack_column
-from usdfoot.writers.crate_parts import CHILDREN, END_OF_SET, IDENTIFIER, VALUES_PLACE, CratePart, read_part
-from usdfoot.writers.crate_values import Renumbering, move_values
+from usdfoot.writers.crate.columns import pack_bytes, pack_column
+from usdfoot.writers.crate.parts import CHILDREN, END_OF_SET, IDENTIFIER, VALUES_PLACE, CratePart, read_part
+from usdfoot.writers.crate.values import Renumbering, move_values
 
 __all__ = ["CrateError", "join_layers"]
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from usdfoot.writers.crate_columns import unpack_bytes, unpack_column
+from usdfoot.writers.crate.columns import unpack_bytes, unpack_column
 
 __all__ = ["CHILDREN", "END_OF_SET", "IDENTIFIER", "VALUES_PLACE", "CratePart", "read_part"]
 

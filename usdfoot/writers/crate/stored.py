@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from usdfoot.writers.crate import SAMPLE_KINDS, Samples
-from usdfoot.writers.crate_parts import VALUES_PLACE, CratePart, read_part
+from usdfoot.writers.crate.parts import VALUES_PLACE, CratePart, read_part
+from usdfoot.writers.crate.sampled import SAMPLE_KINDS, Samples
 
 __all__ = ["read_samples"]
 

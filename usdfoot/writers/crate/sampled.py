@@ -16,7 +16,7 @@ from typing import BinaryIO
 import numpy as np
 
 from usdfoot.maths.types import FloatArray
-from usdfoot.writers.crate_columns import pack_bytes, pack_column
+from usdfoot.writers.crate.columns import pack_bytes, pack_column
 
 __all__ = ["SAMPLE_KINDS", "SampleKind", "Samples", "write_samples"]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdfoot.writers.crate_parts import VALUES_PLACE
+from usdfoot.writers.crate.parts import VALUES_PLACE
 
 __all__ = ["Renumbering", "move_values"]
 
