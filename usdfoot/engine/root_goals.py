@@ -68,9 +68,9 @@ def _planned_velocities(setup: Setup, steps: IntArray) -> FloatArray:
     """
     contacts, segments = setup.contacts, setup.segments
     supports = segments.supports[steps]
-    strides = 0.5 * (contacts.positions[supports + 1] - contacts.positions[supports - 1])[:, 0::2]
+    moves = 0.5 * (contacts.positions[supports + 1] - contacts.positions[supports - 1])[:, 0::2]
     durations = segments.ends[steps] - segments.knot_times[steps, 0]
-    velocities = planar.rotate(-contacts.headings[supports + 1], strides) / durations[:, None]
+    velocities = planar.rotate(-contacts.headings[supports + 1], moves) / durations[:, None]
     unknown = np.flatnonzero(contacts.steps[supports - 1] < 0)
     unknown = unknown[unknown + 1 < len(steps)]
     same = contacts.agents[supports[unknown]] == contacts.agents[supports[np.minimum(unknown + 1, len(steps) - 1)]]

@@ -7,10 +7,11 @@ from __future__ import annotations
 import warp as wp
 
 from usdfoot.model.ground_kernel import GroundFaces, find_level
+from usdfoot.planning import prints
 
 __all__ = ["FootholdLimits", "feel_ground"]
 
-STEP_UP = wp.constant(wp.float64(0.5))
+STEP_UP = wp.constant(wp.float64(prints.STEP_UP))
 """Ground so far above the way, or above the ball, is still the same level [m]."""
 
 

@@ -13,6 +13,7 @@ from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.device import start_warp
 from usdfoot.model.ground import Ground
+from usdfoot.planning.faults import LintLimits
 from usdfoot.planning.foothold_kernel import FootholdLimits, feel_ground
 from usdfoot.planning.gait import Gait
 from usdfoot.planning.prints import EDGE
@@ -46,7 +47,7 @@ SHORTEST = 0.25
 """Shortest step over the gait's own."""
 HIGH = 0.22
 """Rise of a step over the leg length that costs as much as a step twice as long as it should be."""
-CROSSING = 0.25
+CROSSING = LintLimits.crossing
 """A foot this far on the other one's side, over the foot length, costs 1: so far lint lets it."""
 EASY_TURN = 0.9
 """A step may turn this far for nothing [rad]; as much again costs 1."""
@@ -168,11 +169,11 @@ def strained_ways(ways: Ways, gaits: Sequence[Gait], *, rows: IntArray, arcs: Fl
     outward = 1.0 - 2.0 * ((np.arange(len(rows)) - starts[rows] + first_side) % 2)
     before = np.roll(arcs, 1)
     before[starts] = 0.0
-    strides = [ways.at(rows, arcs, ways.points[:, i]) - ways.at(rows, before, ways.points[:, i]) for i in (0, 1)]
+    x, z = (ways.at(rows, arcs, ways.points[:, i]) - ways.at(rows, before, ways.points[:, i]) for i in (0, 1))
     ahead, behind = ways.at(rows, arcs, ways.headings), ways.at(rows, before, ways.headings)
     across = planar.direction(0.5 * (ahead + behind + np.pi))
     widths = np.array([gait.step_width for gait in gaits])[rows] * np.cos(0.5 * (ahead - behind))
-    crossed = outward * (strides[0] * across[:, 0] + strides[1] * across[:, 1]) + widths < 0.0
+    crossed = outward * (x * across[:, 0] + z * across[:, 1]) + widths < 0.0
     return np.unique(rows[crossed | (np.abs(ahead - behind) > EASY_TURN)])
 
 
