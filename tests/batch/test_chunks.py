@@ -158,6 +158,39 @@ def test_a_killed_run_leaves_the_old_crowd_and_the_next_goes_on(stages, crowd, t
     assert digests(tmp_path / "out") == digests(tmp_path / "fresh")
 
 
+DIES_AT_A_RENAME = """
+import os, signal, sys
+from usdfoot.pipeline.animate import animate
+rename, left = os.replace, int(sys.argv[3])
+def replace(source, target):
+    global left
+    left -= ".pending" not in str(target)  # where chunks wait
+    if left == 0:
+        os.kill(os.getpid(), signal.SIGKILL)
+    rename(source, target)
+os.replace = replace
+animate(sys.argv[1], sys.argv[2], chunk_size=1)
+"""
+
+
+@pytest.mark.parametrize("renames", [1, 3, 6])
+def test_a_run_killed_while_it_renames_leaves_old_and_new_files_and_the_next_mends_all(stages, tmp_path, renames):
+    scene, out = write_crowd_scene(stages, tmp_path / "scene"), tmp_path / "out"
+    animate(scene, out, chunk_size=1)
+    before = digests(out)
+    for agent in range(AGENTS):
+        delay_plan(scene, agent, 2.0)
+    animate(scene, tmp_path / "fresh", chunk_size=1)
+    fresh = digests(tmp_path / "fresh")
+    script = [sys.executable, "-c", DIES_AT_A_RENAME, str(scene), str(out), str(renames)]
+    assert subprocess.run(script, check=False).returncode == -signal.SIGKILL
+    found = digests(out)
+    assert all(found[name] in (before[name], fresh[name]) for name in before)
+    assert Usd.Stage.Open(str(out / File.CROWD)).GetPrimAtPath("/Crowd/Agents").GetChildren()
+    animate(scene, out, chunk_size=1)
+    assert digests(out) == fresh | {File.OVERRIDES: before[File.OVERRIDES]}
+
+
 def test_a_crowd_is_whole_where_only_one_of_several_chunks_has_anybody(stages, tmp_path):
     scene = write_crowd_scene(stages, tmp_path / "scene")
     stage = Usd.Stage.Open(str(scene))
