@@ -14,7 +14,8 @@ from usdfoot.engine.corrections import correct_steps
 from usdfoot.engine.landings import blend_landings
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.queries import step_queries
-from usdfoot.spaces.library import end_landings, left_landings, solve_steps
+from usdfoot.spaces.landings import end_landings, left_landings
+from usdfoot.spaces.library import solve_steps
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from usdfoot.engine.poses import Setup, StepBlend
 from usdfoot.engine.queries import StepQueries
 from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray, IntArray
-from usdfoot.spaces.library import left_landings
+from usdfoot.spaces.landings import left_landings
 
 __all__ = ["blend_landings", "blend_twists", "stand_blend", "with_steps"]
 

@@ -19,7 +19,8 @@ from usdfoot.engine.styles import continue_styles
 from usdfoot.maths.planar import GROUND_AXES
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.spaces.features import step_coordinates
-from usdfoot.spaces.library import FootstepSpaces, left_landings
+from usdfoot.spaces.landings import left_landings
+from usdfoot.spaces.library import FootstepSpaces
 from usdfoot.spaces.roots import RootSteps, fewer_roots, find_roots
 from usdfoot.spaces.tetrahedra import SPEED_SCALE
 

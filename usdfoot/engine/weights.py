@@ -23,7 +23,8 @@ from usdfoot.maths.planar import GROUND_AXES
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable, with_headings
 from usdfoot.model.examples import event_knots
-from usdfoot.spaces.library import FootstepSpaces, left_landings
+from usdfoot.spaces.landings import left_landings
+from usdfoot.spaces.library import FootstepSpaces
 
 GIVE_WAYS = 5
 """How often a foot that was moved comes back farther at most."""

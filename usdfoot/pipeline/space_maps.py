@@ -11,8 +11,9 @@ from usdfoot.engine.animate import PreparedLibrary
 from usdfoot.engine.landings import blend_landings
 from usdfoot.maths.types import FloatArray
 from usdfoot.spaces.footsteps import solve_footsteps
-from usdfoot.spaces.library import SideSpace, left_landings
+from usdfoot.spaces.landings import left_landings
 from usdfoot.spaces.root_velocity import solve_root_velocities
+from usdfoot.spaces.side_space import SideSpace
 
 __all__ = ["ErrorMap", "map_landings", "map_velocities"]
 

@@ -13,9 +13,9 @@ import numpy as np
 import warp as wp
 
 from usdfoot.engine.clock_kernel import ClockArrays
-from usdfoot.engine.feet import ContactFeet, device_feet, foot_table, unplanted_feet
+from usdfoot.engine.contact_feet import ContactFeet, device_feet, foot_table, unplanted_feet
+from usdfoot.engine.foot_rows import FootArrays
 from usdfoot.engine.kernels import SegmentArrays
-from usdfoot.engine.plant import FootArrays
 from usdfoot.engine.planting import Planting
 from usdfoot.engine.poses import Poses, Seams, Setup, blend_frames
 from usdfoot.engine.root import RootPath

@@ -20,7 +20,9 @@ from usdfoot.model.coverage import EmptyCircle, SpaceCoverage
 from usdfoot.model.examples import Examples
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
 from usdfoot.spaces.footsteps import FootstepSpace, FootstepWeights, build_footstep_space, solve_footsteps
-from usdfoot.spaces.library import FootstepSpaces, SideSpace, left_landings
+from usdfoot.spaces.landings import left_landings
+from usdfoot.spaces.library import FootstepSpaces
+from usdfoot.spaces.side_space import SideSpace
 
 __all__ = ["cover_spaces", "expected_errors", "find_empty_circles"]
 
