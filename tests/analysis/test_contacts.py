@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from tests.builders import Gait, Walker, build_walker
+from usdfoot.analysis.contact_options import ContactOptions
 from usdfoot.analysis.motion import clip_leg_lengths, foot_motions, moved
 from usdfoot.analysis.world import detect_contacts, world_clip
 from usdfoot.errors import ClipError
@@ -88,6 +89,16 @@ def test_flat_is_never_late() -> None:
             durations = foot.liftoff_times[whole] - foot.strike_times[whole]
             assert (rolls >= 0.0).all()
             assert (rolls <= np.minimum(0.12, 0.25 * durations) + 1e-9).all()
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.002])
+def test_contacts_are_not_refined_to_less_than_the_shortest(noise: float) -> None:
+    """Taps of 40 ms: where both ends move inwards, hardly anything may be left between them."""
+    taps = Gait(step_time=0.2, step_length=0.0, duty=0.1, heel_strike=False, clearance=0.2)
+    found = contacts_of_clip(build_walker(taps, rate=30.0, noise=noise))
+    for side in range(2):
+        assert len(found[side].strike_times) == 4
+        assert np.min(found[side].liftoff_times - found[side].strike_times) >= ContactOptions().shortest_contact
 
 
 @pytest.mark.parametrize("size", [0.3, 2.0])

@@ -9,9 +9,10 @@ from __future__ import annotations
 import numpy as np
 import warp as wp
 
-from usdfoot.engine.feet import ContactFeet, device_feet
+from usdfoot.engine.contact_feet import ContactFeet, device_feet
+from usdfoot.engine.foot_rows import FootArrays
 from usdfoot.engine.legs import LegRig, leg_kinematics
-from usdfoot.engine.plant import FootArrays, swinging_foot
+from usdfoot.engine.plant import swinging_foot
 from usdfoot.engine.poses import Layout, PoseSource
 from usdfoot.maths import planar
 from usdfoot.maths.splines import spline_shares

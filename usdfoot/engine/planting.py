@@ -8,20 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
+from usdfoot.engine.contact_feet import ContactFeet, device_feet, unplanted_feet, with_values
 from usdfoot.engine.detours import KNOTS, plan_detours
-from usdfoot.engine.feet import (
-    ContactFeet,
-    device_feet,
-    hold_feet,
-    lead_swings,
-    lower_pelvis,
-    raise_heels,
-    roll_contacts,
-    settle_heels,
-    unplanted_feet,
-    with_values,
-)
+from usdfoot.engine.feet import lead_swings, lower_pelvis, raise_heels, roll_contacts, settle_heels
 from usdfoot.engine.frames import Frames, lay_frames
+from usdfoot.engine.held_feet import hold_feet
 from usdfoot.engine.plant import plant_feet
 from usdfoot.engine.poses import Feet, Layout, Poses, PoseSource, pose_feet
 from usdfoot.engine.results import achieved_contacts

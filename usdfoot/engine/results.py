@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from usdfoot.analysis.figures import FRAME_TOLERANCE, FrameRanges, contact_figures
-from usdfoot.engine.feet import ContactFeet
+from usdfoot.engine.contact_feet import ContactFeet
 from usdfoot.engine.frames import Frames
 from usdfoot.engine.poses import Feet, Layout, Setup, StepBlend
 from usdfoot.engine.weights import Landings

@@ -9,7 +9,7 @@ import numpy as np
 import warp as wp
 
 from usdfoot.analysis.figures import FRAME_TOLERANCE
-from usdfoot.engine.feet import ContactFeet
+from usdfoot.engine.contact_feet import ContactFeet
 from usdfoot.engine.frames import Frames, frames_at
 from usdfoot.engine.interpolation import interpolate_poses
 from usdfoot.engine.poses import Feet, Layout, Poses, pose_feet

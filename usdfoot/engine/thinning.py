@@ -13,7 +13,7 @@ import numpy as np
 import warp as wp
 
 from usdfoot.analysis.figures import FRAME_TOLERANCE, largest_distances
-from usdfoot.engine.feet import ContactFeet
+from usdfoot.engine.contact_feet import ContactFeet
 from usdfoot.engine.frames import Frames
 from usdfoot.engine.interpolation import interpolate_poses
 from usdfoot.engine.poses import Feet, Layout, Poses, pose_feet
