@@ -211,11 +211,12 @@ class StartTransforms:
 
     def is_moving(self, prim: Usd.Prim) -> bool:
         """Whether a transform on the prim or above it changes over time."""
-        parent = prim.GetParent()
-        above = self._moving.get(parent.GetPath())
-        if above is None:
-            above = self._moving[parent.GetPath()] = is_moving(parent)
-        return above or _moves(prim)
+        if not prim or prim.IsPseudoRoot():
+            return False
+        path = prim.GetPath()
+        if path not in self._moving:
+            self._moving[path] = self.is_moving(prim.GetParent()) or _moves(prim)
+        return self._moving[path]
 
 
 def _matrices(attribute: Usd.Attribute, joints: Sequence[str]) -> FloatArray | None:
