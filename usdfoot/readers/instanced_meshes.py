@@ -85,7 +85,7 @@ def _scattered(
     kinds, prototypes, instances = _instances(stage, instancers[-1])
     for kind, prototype in enumerate(prototypes):
         own = instances[kinds == kind]
-        check_limit(instancers[-1].GetPath(), "triangles", len(own) * len(places), limits.triangles)
+        check_limit(instancers[-1].GetPath(), "triangles", len(own) * len(places), limit=limits.triangles)
         own = (own @ places[:, None]).reshape(-1, 4, 4)
         below = iter(Usd.PrimRange(prototype, Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded)))
         for prim in below if len(own) else ():

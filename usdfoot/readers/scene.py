@@ -113,7 +113,7 @@ class SceneReader:
         self.info = read_stage_info(stage)
         self._everyone, problems = list_agents(stage, prims)
         self._agent_problems = (*problems, *composition_problems(stage))
-        check_limit(self.info.identifier, "agents", len(self._everyone), limits.agents)
+        check_limit(self.info.identifier, "agents", len(self._everyone), limit=limits.agents)
         check_skeletons(prims.skeletons, limits)
         self._overrides = read_overrides(crowd, self.info.units)
         chosen = select_agents(self._everyone, agents)

@@ -260,4 +260,4 @@ def _check_size(meshes: Sequence[PlacedMesh], limits: Limits) -> None:
         corners = mesh.GetFaceVertexIndicesAttr().Get(Usd.TimeCode.EarliestTime()) or ()
         faces = mesh.GetFaceVertexCountsAttr().Get(Usd.TimeCode.EarliestTime()) or ()
         count += max(0, len(corners) - 2 * len(faces)) * len(placed.matrices)
-        check_limit(placed.paths[0], "triangles", count, limits.triangles)
+        check_limit(placed.paths[0], "triangles", count, limit=limits.triangles)

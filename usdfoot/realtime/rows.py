@@ -44,7 +44,7 @@ class RowPoses:
     def pose(self, rows: IntArray, times: FloatArray, *, joints: IntArray) -> Poses:
         """Blended poses of segments `rows` (F,) of the setup at `times` [s] (F,)."""
         clock = times - self.setup.contacts.starts[self.setup.segments.agents[rows]]
-        return blend_frames(self.setup.library, self.segments, self.rows[rows], clock, joints=joints)
+        return blend_frames(self.setup.library, self.segments, rows=self.rows[rows], clock=clock, joints=joints)
 
 
 class Rows:

@@ -144,7 +144,7 @@ def _skeleton_poses(poses: _Poses, resting: RestingCharacter) -> tuple[FloatArra
         where = np.searchsorted(joints, carried)
         moved[:, where], turned[:, where] = resting.carried.carry(*local)
     parents = np.where(skeleton.parents[joints] < 0, -1, 0)
-    moved, turned = unfold_from_joints(character.skeleton_to_agent, parents, moved, turned)
+    moved, turned = unfold_from_joints(character.skeleton_to_agent, parents, translations=moved, rotations=turned)
     rotations[:, joints] = turned
     on_device = wp.array(rotations, dtype=wp.quatf, copy=False)
     first = wp.array(poses.first.astype(np.int32), dtype=wp.int32)
