@@ -12,9 +12,9 @@ from usdfoot.engine.landing_kernel import BlendArrays
 from usdfoot.engine.poses import Setup
 from usdfoot.engine.queries import StepQueries
 from usdfoot.maths.types import FloatArray, IntArray
-from usdfoot.spaces.device_spaces import device_spaces
 from usdfoot.spaces.features import step_coordinates
-from usdfoot.spaces.library import FootstepSpaces, left_landings
+from usdfoot.spaces.landings import left_landings
+from usdfoot.spaces.library import FootstepSpaces
 from usdfoot.spaces.tetrahedra import SPEED_SCALE
 
 __all__ = ["CorrectedSteps", "correct_steps", "empty_blends"]
@@ -65,7 +65,7 @@ def correct_steps(
         dim=count,
         inputs=[
             setup.library,
-            spaces.device if entries is None else device_spaces(spaces, entered=True),
+            spaces.device if entries is None else spaces.device_from_poses,
             _options(setup, spaces, corrections),
             wp.array(numbers, dtype=wp.int32),
             wp.array(sides, dtype=wp.int32),
