@@ -82,8 +82,8 @@ def build_footstep_space(
 def solve_footsteps(space: FootstepSpace, queries: FloatArray) -> FootstepWeights:
     """Blend weights that land on the queries, or as near as the space allows ([B] 4.3, 5).
 
-    Inside the hull they are the barycentric coordinates in the query's triangle; outside, those of the orthogonal
-    projection onto the hull.
+    Inside the hull they are the barycentric coordinates in the query's triangle ([B] Eq. 1); outside, those of the
+    orthogonal projection onto the hull.
 
     Args:
         space: From `build_footstep_space`.
