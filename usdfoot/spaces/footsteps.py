@@ -8,7 +8,7 @@ import numpy as np
 
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.spaces.locate import TriangleGrid, build_grid, find_triangles
-from usdfoot.spaces.segments import project_on_segments
+from usdfoot.spaces.projection import project_on_segments
 from usdfoot.spaces.triangulation import boundary_edges, drop_slivers, merge_points, polyline, triangulate
 
 __all__ = ["FootstepSpace", "FootstepWeights", "build_footstep_space", "solve_footsteps"]
