@@ -15,7 +15,8 @@ from usdfoot.engine.corrections import correct_steps
 from usdfoot.engine.landings import blend_landings
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.queries import step_queries
-from usdfoot.spaces.library import end_landings, left_landings, solve_steps
+from usdfoot.spaces.landings import end_landings, left_landings
+from usdfoot.spaces.library import solve_steps
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +57,7 @@ def test_what_they_miss_is_measured_and_grows_less_with_each_correction(walker_l
     for corrections in range(6):
         found = correct_steps(setup, spaces, queries, corrections=corrections)
         assert_array_equal(np.diff(found.weights, axis=1) <= 0.0, True)
-        landed = blend_landings(setup.library, queries.swing_sides, found.examples, found.weights)
+        landed = blend_landings(setup.library, queries.swing_sides, examples=found.examples, weights=found.weights)
         assert_allclose(found.missed, queries.landings - landed, atol=1e-12)
         blended = np.einsum("nk,nkd->nd", found.weights, end_landings(walker_library.examples)[found.examples])
         assert_allclose(left_landings(landed - blended, queries.swing_sides), found.biases, atol=1e-9)
@@ -76,7 +77,9 @@ def test_a_walk_that_gets_next_to_nothing_of_a_run_lands_as_before(asked):
     blends = np.column_stack([pairs, np.full(len(pairs), run)])
     assert len(blends) > 3
     before, after = (
-        blend_landings(setup.library, np.zeros(len(blends), dtype=int), blends, np.tile(weights, (len(blends), 1)))
+        blend_landings(
+            setup.library, np.zeros(len(blends), dtype=int), examples=blends, weights=np.tile(weights, (len(blends), 1))
+        )
         for weights in ([0.6, 0.4, 0.0], [0.6 - 1e-6, 0.4, 1e-6])
     )
     assert_allclose(after, before, atol=1e-5)

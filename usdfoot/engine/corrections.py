@@ -14,9 +14,9 @@ from usdfoot.engine.poses import Setup
 from usdfoot.engine.queries import StepQueries
 from usdfoot.engine.retry_kernel import retry_each
 from usdfoot.maths.types import FloatArray, IntArray
-from usdfoot.spaces.device_spaces import device_spaces
 from usdfoot.spaces.features import step_coordinates
-from usdfoot.spaces.library import FootstepSpaces, left_landings
+from usdfoot.spaces.landings import left_landings
+from usdfoot.spaces.library import FootstepSpaces
 from usdfoot.spaces.tetrahedra import SPEED_SCALE
 
 __all__ = ["CorrectedSteps", "correct_steps", "empty_blends"]
@@ -63,7 +63,7 @@ def correct_steps(
     numbers = spaces.numbers(landings, swing_sides=sides, flights=queries.flights, styles=queries.styles)
     width = 4 if setup.options.space == "3d" else 3
     blends, corrected = empty_blends(count, width), wp.empty(count, dtype=CorrectedStep)
-    device = spaces.device if entries is None else device_spaces(spaces, entered=True)
+    device = spaces.device if entries is None else spaces.device_from_poses
     chosen = _options(setup, spaces, corrections)
     space, side = wp.array(numbers, dtype=wp.int32), wp.array(sides, dtype=wp.int32)
     places = wp.array(landings, dtype=wp.vec2d, copy=False)

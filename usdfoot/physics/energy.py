@@ -57,7 +57,7 @@ def spline_samples(samples: Samples, controls: FloatArray) -> tuple[FloatArray, 
 
 
 def leg_forces(
-    supports: FloatArray, standing: BoolArray, positions: FloatArray, accelerations: FloatArray, gravity: float
+    supports: FloatArray, standing: BoolArray, *, positions: FloatArray, accelerations: FloatArray, gravity: float
 ) -> Forces:
     """The part of a - g that legs which only push cannot give.
 
@@ -108,7 +108,13 @@ def sample_costs(samples: Samples, controls: FloatArray, *, gravity: float, comf
     Shape (M,).
     """
     positions, accelerations = spline_samples(samples, controls)
-    forces = leg_forces(samples.stance.supports, samples.stance.standing, positions, accelerations, gravity)
+    forces = leg_forces(
+        samples.stance.supports,
+        samples.stance.standing,
+        positions=positions,
+        accelerations=accelerations,
+        gravity=gravity,
+    )
     stretches = np.linalg.norm(positions[:, None] - samples.stance.anchors, axis=-1) - samples.stance.nominal_lengths
     return np.linalg.norm(forces.residuals, axis=1) + comfort * np.sum(samples.stance.leg_shares * stretches**2, axis=1)
 

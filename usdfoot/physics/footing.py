@@ -52,7 +52,7 @@ class Footing:
         """How much the steps at times [s] (F,) are those of a run, by the flights around the latest contact, (F,)."""
         contacts, footing, ranges = (array.numpy() for array in (self.contacts.rows, self.rows, self.contacts.agents))
         owners = np.repeat(np.arange(len(ranges)), ranges["end"] - ranges["first"])
-        rows = locate(owners, contacts["strike"], ranges["start"], agents, times)
+        rows = locate(owners, contacts["strike"], ranges["start"], agents=agents, times=times)
         shares: FloatArray = np.maximum(footing["lands"], footing["leaps"])[rows]
         return shares
 

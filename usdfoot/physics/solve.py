@@ -21,7 +21,7 @@ ITERATIONS = 60
 
 
 def optimise_unknowns(
-    samples: Samples, knots: Knots, start: FloatArray, options: PhysicsOptions, *, settles: bool = True
+    samples: Samples, knots: Knots, start: FloatArray, *, options: PhysicsOptions, settles: bool = True
 ) -> FloatArray:
     """Unknowns (K, 6) that minimise E; agents are independent of each other.
 

@@ -60,7 +60,7 @@ class ComSpline:
         Outside an agent's time it rests where it begins or ends.
         """
         knots = self.knots
-        rows = locate(knots.agents[knots.begins], knots.times[knots.begins], knots.starts, agents, times)
+        rows = locate(knots.agents[knots.begins], knots.times[knots.begins], knots.starts, agents=agents, times=times)
         first = knots.begins[rows]
         length = knots.times[first + 1] - knots.times[first]
         share = (times - knots.times[first]) / length

@@ -46,7 +46,7 @@ def empty_stance(count: int) -> Stance:
     )
 
 
-def find_stance(footing: Footing, agents: IntArray, times: FloatArray, bodies: FloatArray) -> Stance:
+def find_stance(footing: Footing, *, agents: IntArray, times: FloatArray, bodies: FloatArray) -> Stance:
     """Both legs of the agents (M,) at times (M,) [s] with their bodies turned by quaternions (M, 4)."""
     stance = empty_stance(len(times))
     wp.launch(

@@ -12,7 +12,7 @@ from usdfoot.errors import ClipError
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.examples import Examples
-from usdfoot.spaces.library import end_landings, left_landings
+from usdfoot.spaces.landings import end_landings, left_landings
 
 __all__ = ["Reach", "reach_of_biped", "reach_of_examples", "step_costs"]
 

@@ -213,7 +213,7 @@ def walk_stage(stage: Usd.Stage, *, most: int = DEFAULT_LIMITS.prims) -> Iterato
     """
     for number, prim in enumerate(Usd.PrimRange(stage.GetPseudoRoot(), Usd.TraverseInstanceProxies())):
         if number > most:
-            check_limit(stage.GetRootLayer().identifier, "prims", number, most)
+            check_limit(stage.GetRootLayer().identifier, "prims", number, limit=most)
         yield prim
 
 
