@@ -1,6 +1,7 @@
 """Root motion: whether a clip travels, and the travel given back to clips that run in place.
 
-In a clip that runs in place the stance foot slides backward: its velocity is minus the root's (design.md section 5).
+In a clip that runs in place the stance foot slides backward: its velocity is minus the root's ([B] 4.1, design.md
+section 5).
 """
 
 from __future__ import annotations
