@@ -9,9 +9,10 @@ from __future__ import annotations
 import numpy as np
 import warp as wp
 
-from usdfoot.engine.feet import ContactFeet, device_feet
+from usdfoot.engine.contact_feet import ContactFeet, device_feet
+from usdfoot.engine.foot_rows import FootArrays
 from usdfoot.engine.legs import LegRig, leg_kinematics
-from usdfoot.engine.plant import FootArrays, swinging_foot
+from usdfoot.engine.plant import swinging_foot
 from usdfoot.engine.poses import Layout, PoseSource
 from usdfoot.maths import planar
 from usdfoot.maths.splines import spline_shares
@@ -107,7 +108,7 @@ def swing_soles(
 
 
 def plan_detours(
-    layout: Layout, source: PoseSource, feet: ContactFeet, ground: Ground, *, rows: IntArray
+    layout: Layout, source: PoseSource, feet: ContactFeet, *, ground: Ground, rows: IntArray
 ) -> FloatArray:
     """What to add to the swings after contacts `rows` (N,) so that the sole clears the terrain and the standing leg.
 
@@ -140,7 +141,7 @@ def _soles(
     """Soles under ball and heel of the swings after contacts `rows` at `times` [s], world, shape (F, 3) each."""
     contacts, segments = layout.contacts, layout.segments
     agents = contacts.agents[rows]
-    frame_segments = locate(segments.agents, segments.begins, contacts.starts, agents, times)
+    frame_segments = locate(segments.agents, segments.begins, contacts.starts, agents=agents, times=times)
     poses = source.pose(frame_segments, times, joints=layout.rig.leg_joints)
     balls, heels = wp.empty(len(rows), dtype=wp.vec3f), wp.empty(len(rows), dtype=wp.vec3f)
     wp.launch(

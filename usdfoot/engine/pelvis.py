@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import warp as wp
 
+from usdfoot.engine.easing import ramp, soft_positive
 from usdfoot.engine.legs import Leg, LegRig
 
-__all__ = ["MOST_DROP", "longest_leg", "moved_leg", "pelvis_offset", "ramp", "soft_positive"]
+__all__ = ["MOST_DROP", "longest_leg", "moved_leg", "pelvis_offset"]
 
 MOST_DROP = wp.constant(0.35)
 """Most that the pelvis comes down for a leg, over the leg's length."""
@@ -14,19 +15,6 @@ MOST_SINK = wp.constant(1.3)
 """The pelvis comes down for a leg by at most so much of what the leg is too short by, the rest is across the ground."""
 PULLS = wp.constant(5)
 """Rounds in which the pelvis is moved towards both feet, beyond the first."""
-
-
-@wp.func
-def soft_positive(x: float, width: float) -> float:
-    """Smooth max(x, 0), above it by at most half the width."""
-    return 0.5 * (x + wp.sqrt(x * x + width * width))
-
-
-@wp.func
-def ramp(x: float, width: float) -> float:
-    """max(x, 0) with its corner rounded from -width to width; exactly zero before."""
-    y = wp.clamp(x + width, 0.0, 2.0 * width)
-    return y * y / (4.0 * width) + wp.max(x - width, 0.0)
 
 
 @wp.func

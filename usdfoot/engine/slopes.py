@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from usdfoot.engine.plant import SHORT_OF_UPRIGHT
 from usdfoot.engine.poses import Layout
+from usdfoot.engine.standing_foot import SHORT_OF_UPRIGHT
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.contact_table import EDGE_HEIGHT, ContactTable
