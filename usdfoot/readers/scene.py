@@ -26,13 +26,11 @@ from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.far_agents import SamplingReader
 from usdfoot.readers.frames import find_frames, frames_problems, spans_of
 from usdfoot.readers.listing import ListedScene, list_scene
-from usdfoot.readers.obstacles import read_obstacles
 from usdfoot.readers.overrides import read_overrides
 from usdfoot.readers.stage import StagePrims
 from usdfoot.readers.terrain import read_terrain
 from usdfoot.readers.tuning import UNTUNED
 from usdfoot.readers.visibility import read_visibilities
-from usdfoot.readers.walkers import plan_walkers, read_walkers
 from usdfoot.readers.walks import WalkReader
 
 __all__ = ["SceneReader", "read_scene"]
@@ -219,6 +217,11 @@ class SceneReader:
 
     def _plan_paths(self, stage: Usd.Stage, prims: StagePrims) -> dict[str, FootstepPlan | UsdfootError]:
         """Plans of all agents that follow a path, or why there is none, by agent name."""
+        if not any(source.path for source in self._chosen):
+            return {}
+        from usdfoot.readers.obstacles import read_obstacles  # with all that plans paths, for who follows one
+        from usdfoot.readers.walkers import plan_walkers, read_walkers
+
         walkers, errors = read_walkers(stage, prims, self.info.units, sources=self._chosen)
         obstacles = read_obstacles(stage, prims, self.info.units)[0] if walkers else ()
         return {**plan_walkers(walkers, self._terrain, obstacles=obstacles), **errors}
