@@ -115,7 +115,7 @@ def test_noise_is_tolerated() -> None:
 def test_rotated_and_shifted_clip_has_its_contacts_moved() -> None:
     walker = build_walker(Gait(turn=0.1))
     yaw, shift = 2.0, np.array([3.0, -7.0])
-    clip = moved(walker.clip, walker.library.skeleton, shift, np.array(yaw))
+    clip = moved(walker.clip, walker.library.skeleton, positions=shift, yaws=np.array(yaw))
     before, after = contacts_of_clip(walker), contacts_of_clip(walker, clip)
     for side in range(2):
         assert_allclose(after[side].strike_times, before[side].strike_times, atol=1e-9)

@@ -171,7 +171,7 @@ def test_flights_are_centred_but_walks_keep_their_times():
 def test_locate_finds_the_last_row_begun():
     agents, begins, origins = np.array([0, 0, 0, 1, 1]), np.array([0.0, 1.0, 2.0, 50.0, 51.0]), np.array([0.0, 50.0])
     queries = np.array([-1.0, 0.0, 0.99, 1.0, 9.0, 49.0, 50.5, 99.0])
-    found = locate(agents, begins, origins, np.array([0, 0, 0, 0, 0, 1, 1, 1]), queries)
+    found = locate(agents, begins, origins, agents=np.array([0, 0, 0, 0, 0, 1, 1, 1]), times=queries)
     assert_array_equal(found, [0, 0, 0, 1, 2, 3, 3, 4])
 
 

@@ -80,8 +80,8 @@ def test_a_written_agent_prim_puts_the_joints_where_the_canonical_skeleton_has_t
     local = unfold_from_joints(
         character.skeleton_to_agent,
         skeleton.parents,
-        skeleton.rest_translations[None],
-        skeleton.rest_rotations[None],
+        translations=skeleton.rest_translations[None],
+        rotations=skeleton.rest_rotations[None],
     )
     usd = UsdSkel.Animation.Define(stage, "/World/pose")
     usd.CreateJointsAttr(skeleton.joints)

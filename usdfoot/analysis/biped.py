@@ -130,7 +130,7 @@ def _legs(
     fixed = [{role: authored[f"{side} {role}"] for role in LEG_ROLES if f"{side} {role}" in authored} for side in SIDES]
     if all(len(leg) == len(LEG_ROLES) for leg in fixed):
         return fixed[0], fixed[1]
-    named = [leg_by_names(skeleton.joints, skeleton.parents, side, fixed[side]) for side in (0, 1)]
+    named = [leg_by_names(skeleton.joints, skeleton.parents, side, fixed=fixed[side]) for side in (0, 1)]
     left, right = named[0], named[1]
     if left is None or right is None:
         shaped = legs_by_shape(skeleton.parents, positions)
@@ -147,7 +147,7 @@ def _reaching_child(skeleton: Skeleton, ankle: int, positions: FloatArray) -> in
     below = np.flatnonzero(skeleton.parents == ankle).tolist()
     bones = [joint for joint in below if not is_helper(skeleton.joints[joint])]
     ends = [joint for joint in below if is_end(skeleton.joints[joint])]
-    return reaching_child(skeleton.parents, positions, ankle, bones or ends)
+    return reaching_child(skeleton.parents, positions, ankle, children=bones or ends)
 
 
 def _pelvis(skeleton: Skeleton, positions: FloatArray, hips: tuple[int, int]) -> int | None:

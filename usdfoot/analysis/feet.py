@@ -53,7 +53,7 @@ def flat_heels(turns: FloatArray, offsets: FloatArray, ball_heights: FloatArray)
 
 
 def heel_offsets(
-    ankles: FloatArray, balls: FloatArray, ankle_rotations: FloatArray, ball_heights: FloatArray, *, rate: float
+    ankles: FloatArray, balls: FloatArray, ankle_rotations: FloatArray, *, ball_heights: FloatArray, rate: float
 ) -> FloatArray:
     """Heel points of both soles in the frames of the ankle joints.
 
@@ -72,7 +72,7 @@ def heel_offsets(
         Offsets [m], shape (2, 3).
     """
     inverses = quaternion.inverse(ankle_rotations)
-    restless = unrest(ankles, balls, ankle_rotations, rate)
+    restless = unrest(ankles, balls, ankle_rotations, rate=rate)
     calm = restless <= np.quantile(restless, 0.15, axis=0)
     ups = quaternion.rotate(inverses, np.array([0.0, 1.0, 0.0]))
     up = np.stack([np.median(ups[calm[:, side], side], axis=0) for side in range(2)])
@@ -85,7 +85,7 @@ def heel_offsets(
     return (drop - ball_heights[:, None]) * up + heels_ahead(ahead, -drop, ball_heights[:, None]) * forward
 
 
-def unrest(ankles: FloatArray, balls: FloatArray, ankle_rotations: FloatArray, rate: float) -> FloatArray:
+def unrest(ankles: FloatArray, balls: FloatArray, ankle_rotations: FloatArray, *, rate: float) -> FloatArray:
     """How little each foot stands flat: by its height above the lowest nearby and its turning, shape (T, 2)."""
     heights = ankles[..., 1] + balls[..., 1]
     lowest = minimum_filter1d(heights, 2 * samples_within(0.4, 1.0 / rate) + 1, axis=0, mode="nearest")

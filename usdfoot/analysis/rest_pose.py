@@ -80,7 +80,7 @@ def mean_stand(skeleton: Skeleton, clips: Sequence[Clip], roles: Mapping[str, in
     legs = _legs(roles)
     joints = np.array([roles["pelvis"], *legs[:, 2], *legs[:, 3], *legs[:, 0]])
     everything = [clip.translations for clip in clips], [clip.rotations for clip in clips]
-    places, turns = joint_kinematics(skeleton, *everything, joints)
+    places, turns = joint_kinematics(skeleton, *everything, joints=joints)
     to_left = places[:, 5] - places[:, 6]
     headings = planar.yaw_of(np.stack([-to_left[:, 2], to_left[:, 0]], axis=-1))
     step = -(-len(headings) // ENOUGH)
@@ -154,7 +154,7 @@ def _calm_samples(clips: Sequence[Clip], places: FloatArray, turns: FloatArray) 
     parts, first = [], 0
     for clip in clips:
         own = slice(first, first + len(clip.rotations))
-        parts.append(unrest(places[own, 1:3], places[own, 3:5], quaternion.continuous(turns[own, 1:3]), clip.rate))
+        parts.append(unrest(places[own, 1:3], places[own, 3:5], quaternion.continuous(turns[own, 1:3]), rate=clip.rate))
         first = own.stop
     restless = np.concatenate(parts)
     return [np.flatnonzero(restless[:, side] <= np.quantile(restless[:, side], CALM)) for side in range(2)]
@@ -166,7 +166,7 @@ def _ball_height(skeleton: Skeleton, clips: Sequence[Clip], legs: IntArray) -> f
     size = float(np.linalg.norm(skeleton.rest_translations[legs[:, 3]], axis=1).mean())
     if clips:
         everything = [clip.translations for clip in clips], [clip.rotations for clip in clips]
-        places, turns = joint_kinematics(skeleton, *everything, joints)
+        places, turns = joint_kinematics(skeleton, *everything, joints=joints)
         calm = _calm_samples(clips, places, turns)
         height = float(np.mean([np.median(places[calm[side], 3 + side, 1]) for side in range(2)]))
         if 0.02 * size < height < 0.6 * size:

@@ -1,6 +1,7 @@
 """Root motion: whether a clip travels, and the travel given back to clips that run in place.
 
-In a clip that runs in place the stance foot slides backward: its velocity is minus the root's (design.md section 5).
+In a clip that runs in place the stance foot slides backward: its velocity is minus the root's ([B] 4.1, design.md
+section 5).
 """
 
 from __future__ import annotations
@@ -103,10 +104,14 @@ def _low_feet(motions: Sequence[FootMotion]) -> Iterator[_LowFeet]:
     rates = np.array([(len(motion.times) - 1) / (motion.times[-1] - motion.times[0]) for motion in motions])
     starts = np.array([motion.times[0] for motion in motions])
     splines = build_splines(
-        np.concatenate(samples), Runs.of_lengths(np.array([len(part) for part in samples])).first, starts, rates
+        np.concatenate(samples),
+        first=Runs.of_lengths(np.array([len(part) for part in samples])).first,
+        starts=starts,
+        rates=rates,
     )
     grids = [
-        fine_times(start, len(part), rate, 120.0) for start, part, rate in zip(starts, samples, rates, strict=True)
+        fine_times(start, len(part), rate, fine_rate=120.0)
+        for start, part, rate in zip(starts, samples, rates, strict=True)
     ]
     fine = Runs.of_lengths(np.array([len(grid) for grid in grids]))
     places, speeds = (
@@ -170,7 +175,7 @@ def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
 
 
 def restored_path(
-    clip: Clip, biped: Biped, motion: FootMotion, root_motion: RootMotion, *, origin_time: float
+    clip: Clip, biped: Biped, motion: FootMotion, *, root_motion: RootMotion, origin_time: float
 ) -> tuple[FloatArray, FloatArray]:
     """What moves a clip so that what stands on the ground stays: its travel given back, none at `origin_time`.
 
@@ -187,10 +192,12 @@ def restored_path(
     Returns:
         Shifts (x, z) [m] (T, 2) and turns [rad] (T,), as `moved` takes them.
     """
-    grid = fine_times(motion.times[0], len(motion.times), clip.rate, 240.0)
+    grid = fine_times(motion.times[0], len(motion.times), clip.rate, fine_rate=240.0)
     points = np.concatenate([motion.balls, motion.heels], axis=1)  # (T, 4, 3)
     run = np.array([0, len(points)])
-    splines = build_splines(points.reshape(len(points), 12), run, motion.times[:1], np.array([clip.rate]))
+    splines = build_splines(
+        points.reshape(len(points), 12), first=run, starts=motion.times[:1], rates=np.array([clip.rate])
+    )
     only = np.zeros(len(grid), dtype=np.intp)
     positions, velocities = (found(only, grid).reshape(-1, 4, 3) for found in (splines.at, splines.rates_at))
     ground, slips = positions[..., [0, 2]], velocities[..., [0, 2]]

@@ -97,6 +97,8 @@ class Workshop:
                 if motion.name in followings
             },
             kept=kept.entries,
+            anims=task.files.anims,
+            content_hash=task.content_hash,
         )
         written = {*kept.entries, *(motion.name for motion in motions)}
         if written:

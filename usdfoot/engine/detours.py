@@ -108,7 +108,7 @@ def swing_soles(
 
 
 def plan_detours(
-    layout: Layout, source: PoseSource, feet: ContactFeet, ground: Ground, *, rows: IntArray
+    layout: Layout, source: PoseSource, feet: ContactFeet, *, ground: Ground, rows: IntArray
 ) -> FloatArray:
     """What to add to the swings after contacts `rows` (N,) so that the sole clears the terrain and the standing leg.
 
@@ -141,7 +141,7 @@ def _soles(
     """Soles under ball and heel of the swings after contacts `rows` at `times` [s], world, shape (F, 3) each."""
     contacts, segments = layout.contacts, layout.segments
     agents = contacts.agents[rows]
-    frame_segments = locate(segments.agents, segments.begins, contacts.starts, agents, times)
+    frame_segments = locate(segments.agents, segments.begins, contacts.starts, agents=agents, times=times)
     poses = source.pose(frame_segments, times, joints=layout.rig.leg_joints)
     balls, heels = wp.empty(len(rows), dtype=wp.vec3f), wp.empty(len(rows), dtype=wp.vec3f)
     wp.launch(

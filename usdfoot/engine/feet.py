@@ -32,7 +32,9 @@ BENT = 0.98
 """Part of the longest leg that is left to one for which the pelvis comes down: its knee is bent by 20 degrees."""
 
 
-def roll_contacts(layout: Layout, feet: ContactFeet, rows: IntArray, raises: FloatArray, ground: Ground) -> ContactFeet:
+def roll_contacts(
+    layout: Layout, feet: ContactFeet, rows: IntArray, *, raises: FloatArray, ground: Ground
+) -> ContactFeet:
     """The feet with the prints of some contacts laid and how they roll from heel to ball.
 
     Args:
@@ -82,7 +84,7 @@ def settle_heels(feet: ContactFeet, rows: IntArray, raises: FloatArray) -> Conta
     return with_values(feet, rows, {"settles": (least + np.minimum(least, STANDING)) * x * x * (3.0 - 2.0 * x)})
 
 
-def raise_heels(layout: Layout, feet: ContactFeet, rows: IntArray, times: FloatArray, blended: Feet) -> ContactFeet:
+def raise_heels(layout: Layout, feet: ContactFeet, rows: IntArray, *, times: FloatArray, blended: Feet) -> ContactFeet:
     """The feet with how much more than blended some heels are raised when they leave.
 
     Args:
@@ -93,12 +95,12 @@ def raise_heels(layout: Layout, feet: ContactFeet, rows: IntArray, times: FloatA
         blended: Feet at these instants, one frame each.
     """
     endless = replace(blended, longest=np.full_like(blended.longest, ENDLESS))
-    needed, wanted = (hold_feet(layout, feet, rows, times, legs).rotations for legs in (blended, endless))
+    needed, wanted = (hold_feet(layout, feet, rows, times=times, blended=legs).rotations for legs in (blended, endless))
     turns = quaternion.to_rotation_vector(quaternion.compose(needed, quaternion.inverse(wanted)))
     return with_values(feet, rows, {"leave_raises": np.linalg.norm(turns, axis=1)})
 
 
-def lead_swings(layout: Layout, feet: ContactFeet, rows: IntArray, leaves: HeldFeet, lands: HeldFeet) -> ContactFeet:
+def lead_swings(layout: Layout, feet: ContactFeet, rows: IntArray, *, leaves: HeldFeet, lands: HeldFeet) -> ContactFeet:
     """The feet with offsets that lead some swings from the print they leave to the one they land on.
 
     Args:
@@ -120,7 +122,7 @@ def lead_swings(layout: Layout, feet: ContactFeet, rows: IntArray, leaves: HeldF
 
 
 def lower_pelvis(
-    layout: Layout, feet: ContactFeet, rows: IntArray, lands: HeldFeet, left: IntArray, leaves: HeldFeet
+    layout: Layout, feet: ContactFeet, *, rows: IntArray, lands: HeldFeet, left: IntArray, leaves: HeldFeet
 ) -> ContactFeet:
     """The feet with how far the pelvis has to come down for the legs to reach some prints at strikes and liftoffs.
 

@@ -68,7 +68,7 @@ class HeldFeet:
         return quaternion.align_signs(turned, np.array([0.0, 0.0, 0.0, 1.0]))
 
 
-def hold_feet(layout: Layout, feet: ContactFeet, rows: IntArray, times: FloatArray, blended: Feet) -> HeldFeet:
+def hold_feet(layout: Layout, feet: ContactFeet, rows: IntArray, *, times: FloatArray, blended: Feet) -> HeldFeet:
     """The feet of contacts `rows` (N,) at `times` [s] (N,), when they are on the ground.
 
     Args:

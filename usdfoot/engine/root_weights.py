@@ -65,7 +65,7 @@ class RootedSteps:
 
 
 def weigh_rooted(
-    setup: Setup, spaces: FootstepSpaces, goals: RootGoals, blend: StepBlend, *, reach: FloatArray
+    setup: Setup, spaces: FootstepSpaces, goals: RootGoals, *, blend: StepBlend, reach: FloatArray
 ) -> tuple[Setup, StepBlend, RootedSteps]:
     """Weights of the rooted steps.
 
@@ -89,7 +89,7 @@ def weigh_rooted(
     if not rooted.size:
         return setup, blend, results
     queries = replace(step_queries(setup, rooted), speeds=np.linalg.norm(goals.velocities[rooted], axis=1))
-    roots = root_steps(setup, spaces, goals, rooted, queries)
+    roots = root_steps(setup, spaces, goals, rows=rooted, queries=queries)
     steps = _device_steps(setup, spaces, goals, rooted, queries, roots, reach=reach)
     coordinates = step_coordinates(
         left_landings(queries.landings, queries.swing_sides),
@@ -121,12 +121,16 @@ def weigh_rooted(
     results.blend_errors[rooted] = np.linalg.norm(found["missed"], axis=1)
     results.given_up[rooted] = found["move"].any(axis=1)
     results.limited[rooted] = found["limited"]
-    twists = blend_twists(setup, queries, examples, weights)
-    return _planted(setup, positions.numpy()), with_steps(blend, rooted, examples, weights, twists), results
+    twists = blend_twists(setup, queries, examples=examples, weights=weights)
+    return (
+        _planted(setup, positions.numpy()),
+        with_steps(blend, rooted, examples=examples, weights=weights, twists=twists),
+        results,
+    )
 
 
 def root_steps(
-    setup: Setup, spaces: FootstepSpaces, goals: RootGoals, rows: IntArray, queries: StepQueries
+    setup: Setup, spaces: FootstepSpaces, goals: RootGoals, *, rows: IntArray, queries: StepQueries
 ) -> RootSteps:
     """Root examples of the segments `rows`."""
     return find_roots(
@@ -162,7 +166,7 @@ def _device_steps(
     segments, contacts, sides = setup.segments, setup.contacts, queries.swing_sides
     supports, left = segments.supports[rows], left_landings(queries.landings, sides)
     corrected = correct_steps(setup, spaces, queries, corrections=setup.options.corrections)
-    corrected = continue_styles(setup, spaces, rows, queries, corrected)
+    corrected = continue_styles(setup, spaces, rows, queries=queries, corrected=corrected)
     grounded = contacts.liftoffs[supports] >= contacts.strikes[supports + 1]
     table: Any = np.zeros(len(rows), dtype=RootedStep.numpy_dtype())  # type: ignore[attr-defined]
     table["support"], table["swing_side"] = supports, sides

@@ -65,7 +65,7 @@ def read_height_grid(path: Path, limits: Limits) -> HeightGrid:
 
 
 def _check_size(path: Path, shape: tuple[int, ...], limits: Limits) -> None:
-    check_limit(path, "triangles", 2.0 * shape[0] * shape[1], limits.triangles)
+    check_limit(path, "triangles", 2.0 * shape[0] * shape[1], limit=limits.triangles)
 
 
 def _words(line: str) -> list[str]:
@@ -108,7 +108,7 @@ def _read_array(path: Path, limits: Limits) -> FloatArray:
         else:
             with zipfile.ZipFile(path) as archive:
                 size = sum(part.file_size for part in archive.infolist())
-            check_limit(path, "triangles", size / 4, limits.triangles)
+            check_limit(path, "triangles", size / 4, limit=limits.triangles)
             with np.load(path, allow_pickle=False) as archive_arrays:
                 arrays = {name: archive_arrays[name] for name in archive_arrays.files}
     except UsdfootError:

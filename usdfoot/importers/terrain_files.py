@@ -115,7 +115,7 @@ def _read_mesh(path: Path, said: TerrainFormat) -> tuple[FloatArray, IntArray, t
     points, triangles = np.array(mesh.vertices, dtype=float), np.array(mesh.faces, dtype=int)
     if not len(triangles):
         raise TerrainError(path, "has no faces", "a terrain is a mesh with faces")
-    check_limit(path, "triangles", len(triangles), said.limits.triangles)
+    check_limit(path, "triangles", len(triangles), limit=said.limits.triangles)
     if not np.isfinite(points).all():
         raise TerrainError(path, "has points that are not finite", "repair the mesh")
     if said.up == "Z":

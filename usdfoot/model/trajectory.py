@@ -91,7 +91,7 @@ def sample_trajectory(trajectory: RootTrajectory, times: FloatArray) -> FloatArr
 
 
 def sample_trajectories(
-    trajectories: Sequence[RootTrajectory], numbers: IntArray, times: FloatArray, values: FloatArray
+    trajectories: Sequence[RootTrajectory], numbers: IntArray, times: FloatArray, *, values: FloatArray
 ) -> FloatArray:
     """Values at times of many trajectories, straight between samples and held outside them, for all at once.
 

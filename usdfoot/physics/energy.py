@@ -57,9 +57,9 @@ def spline_samples(samples: Samples, controls: FloatArray) -> tuple[FloatArray, 
 
 
 def leg_forces(
-    supports: FloatArray, standing: BoolArray, positions: FloatArray, accelerations: FloatArray, gravity: float
+    supports: FloatArray, standing: BoolArray, *, positions: FloatArray, accelerations: FloatArray, gravity: float
 ) -> Forces:
-    """The part of a - g that legs which only push cannot give.
+    """The part of a - g that legs which only push cannot give ([P] 2.4.1).
 
     What they can give is a cone: nothing in flight, the ray K from the support to the centre of mass in single stance,
     in double stance the plane sector between both rays. The residual leads from the nearest point of the cone: [P]'s
@@ -103,12 +103,18 @@ def leg_forces(
 
 
 def sample_costs(samples: Samples, controls: FloatArray, *, gravity: float, comfort: float) -> FloatArray:
-    """[P]'s integrand |residual| + k (l - l_nom)^2 [m/s^2], the comfort term as the mean of the standing legs.
+    """[P]'s integrand |residual| + k (l - l_nom)^2 [m/s^2] (2.4.2), the comfort term as the mean of the standing legs.
 
     Shape (M,).
     """
     positions, accelerations = spline_samples(samples, controls)
-    forces = leg_forces(samples.stance.supports, samples.stance.standing, positions, accelerations, gravity)
+    forces = leg_forces(
+        samples.stance.supports,
+        samples.stance.standing,
+        positions=positions,
+        accelerations=accelerations,
+        gravity=gravity,
+    )
     stretches = np.linalg.norm(positions[:, None] - samples.stance.anchors, axis=-1) - samples.stance.nominal_lengths
     return np.linalg.norm(forces.residuals, axis=1) + comfort * np.sum(samples.stance.leg_shares * stretches**2, axis=1)
 

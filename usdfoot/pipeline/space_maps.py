@@ -40,7 +40,7 @@ def map_landings(library: PreparedLibrary, space: SideSpace, side: int, *, sampl
     chosen = np.take_along_axis(space.examples[solved.examples[inside]], order, axis=1)
     weights = np.take_along_axis(solved.weights[inside], order, axis=1)
     sides = np.full(len(chosen), side)
-    landed = blend_landings(library.device, sides, chosen, weights)
+    landed = blend_landings(library.device, sides, examples=chosen, weights=weights)
     errors[inside] = np.linalg.norm(left_landings(landed, sides) - queries[inside], axis=1)
     return ErrorMap(x=x, z=z, errors=errors.reshape(len(z), len(x)))
 

@@ -29,12 +29,12 @@ def find_frames(spans: FloatArray, info: StageInfo, frames: tuple[int, int] | No
     if frames is not None:
         if frames[1] < frames[0]:
             raise SceneError("frames", f"{frames[0]}:{frames[1]} is empty", "give the first and the last time code")
-        check_limit("frames", "frames", frames[1] - frames[0] + 1, most)
+        check_limit("frames", "frames", frames[1] - frames[0] + 1, limit=most)
         return np.arange(frames[0], frames[1] + 1, dtype=float)
     if not len(spans):
         return np.zeros(1)
     start, end = spans.min(), spans.max()
-    check_limit(info.identifier, "frames", end - start + 1, most)
+    check_limit(info.identifier, "frames", end - start + 1, limit=most)
     return np.arange(np.floor(start + _ROUNDING), np.ceil(end - _ROUNDING) + 1.0)
 
 

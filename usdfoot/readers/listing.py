@@ -57,7 +57,7 @@ def list_scene(
     prims = collect_prims(stage, most=limits.prims)
     info = read_stage_info(stage)
     everyone, problems = list_agents(stage, prims)
-    check_limit(info.identifier, "agents", len(everyone), limits.agents)
+    check_limit(info.identifier, "agents", len(everyone), limit=limits.agents)
     check_skeletons(prims.skeletons, limits)
     return ListedScene(
         stage=stage,

@@ -19,8 +19,8 @@ __all__ = ["check_foreign", "tidy"]
 
 _CHUNK_FILE = re.compile(r"(agents|footsteps|anims)\.\d{4}\.usdc")
 _REPLACED = (File.CROWD, File.REPORT, File.AGENTS, File.FOOTSTEPS, File.ANIMS, File.EXPANDED)
-_UNFINISHED = re.compile(r"\.\d+\.(?P<name>.+)")
-"""Temporary names, as `writers/staging.py` gives them."""
+_UNFINISHED = re.compile(r"\.\d+(-[0-9a-f]{16})?\.(?P<name>.+)")
+"""Temporary names, as `writers/staging.py` gives them, and as it once did."""
 
 
 def check_foreign(folder: Path) -> None:
