@@ -93,7 +93,7 @@ def test_where_a_blend_misses_other_examples_around_the_footstep_are_tried(walke
     setup.library.settles = wp.array(astray, dtype=wp.vec2d)
     try:
         found = correct_steps(setup, walker_library.spaces, queries, corrections=8)
-        landed = blend_landings(setup.library, queries.swing_sides, found.examples, found.weights)
+        landed = blend_landings(setup.library, queries.swing_sides, examples=found.examples, weights=found.weights)
     finally:
         setup.library.settles = settles
     assert_allclose(found.missed, queries.landings - landed, atol=1e-12)
