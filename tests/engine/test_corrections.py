@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import warp as wp
 from numpy.testing import assert_allclose, assert_array_equal
 
 from tests.engine.plans import way
@@ -82,3 +83,19 @@ def test_a_walk_that_gets_next_to_nothing_of_a_run_lands_as_before(asked):
         for weights in ([0.6, 0.4, 0.0], [0.6 - 1e-6, 0.4, 1e-6])
     )
     assert_allclose(after, before, atol=1e-5)
+
+
+def test_where_a_blend_misses_other_examples_around_the_footstep_are_tried(walker_library, asked):
+    setup, queries = asked
+    settles, noise = setup.library.settles, np.random.default_rng(2)
+    astray = settles.numpy().copy()
+    astray[::6] += noise.uniform(-0.06, 0.06, astray[::6].shape)  # blends with these land where nobody expects
+    setup.library.settles = wp.array(astray, dtype=wp.vec2d)
+    try:
+        found = correct_steps(setup, walker_library.spaces, queries, corrections=8)
+        landed = blend_landings(setup.library, queries.swing_sides, examples=found.examples, weights=found.weights)
+    finally:
+        setup.library.settles = settles
+    assert_allclose(found.missed, queries.landings - landed, atol=1e-12)
+    missed = np.linalg.norm(found.missed, axis=1)[found.hull_distances == 0.0]
+    assert np.mean(missed > setup.options.choice_tolerance) < 0.04  # of the first examples chosen alone 0.056

@@ -19,7 +19,7 @@ from usdfoot.spaces.corner_kernel import SpaceArrays, adjoin_corners
 from usdfoot.spaces.features import DOUBT, FeatureScales, StepFeatures, example_features
 from usdfoot.spaces.landings import end_landings
 from usdfoot.spaces.library import StepWeights, build_spaces, solve_steps
-from usdfoot.spaces.mirror import mirror_partners
+from usdfoot.spaces.mirror_partners import mirror_partners
 
 FLIPPED = ("landings", "departures")
 NEGATED = ("landing_yaws", "support_yaws", "departure_yaws", "turns")

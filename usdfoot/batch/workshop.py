@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from usdfoot.batch.analysed import KeptExamples, build_once
 from usdfoot.batch.kept import keep_agents
@@ -26,8 +26,8 @@ from usdfoot.model.report import Problem
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.planning.flights import fly_like_clips
 from usdfoot.planning.followers import following_figures, plan_followers
+from usdfoot.readers.listing import ListedScene, list_scene
 from usdfoot.readers.scene import SceneReader
-from usdfoot.readers.stage import open_stage
 from usdfoot.writers.chunks import write_chunk
 
 if TYPE_CHECKING:
@@ -159,11 +159,10 @@ def _workshop(
 ) -> Workshop:
     """The workshop of a scene in the state that `inputs` stands for."""
     reader = SceneReader(
-        _stage(scene),
+        _listed(scene, inputs, limits),
         frames=frames,
         motion=options.motion,
         tuning=options.tuning,
-        reload=True,
         crowd=Path(folder),
         limits=limits,
         sampling=options.sampling,
@@ -172,13 +171,20 @@ def _workshop(
     return Workshop(reader, options, keep=Path(folder) if keeps else None)
 
 
-def open_early(scene: str) -> None:
-    """Opens a scene in a process that is going to make its chunks, while others still find out which."""
+def open_early(scene: str, inputs: str, limits: Limits) -> None:
+    """Lists a scene in a process that is going to make its chunks, while others still find out which.
+
+    Args:
+        scene: The scene's file.
+        inputs: What its files were before this was asked for; if they are the same when chunks are, this need not be
+            done again.
+        limits: How much of a scene is read.
+    """
     start_warp()
-    _stage(scene)
+    _listed(scene, inputs, limits)
 
 
 @lru_cache(maxsize=1)
-def _stage(scene: str) -> Any:
-    """The scene's stage, opened once."""
-    return open_stage(scene)
+def _listed(scene: str, inputs: str, limits: Limits) -> ListedScene:
+    """The scene in the state that `inputs` stands for, opened and listed once."""
+    return list_scene(scene, limits=limits, reload=True)

@@ -13,6 +13,7 @@ import numpy as np
 
 from usdfoot.analysis.examples import build_examples
 from usdfoot.analysis.standing import find_standing_pose
+from usdfoot.engine.blend_shapes import ExampleShapes, blend_shapes, sample_shapes
 from usdfoot.engine.given_roots import guide_headings
 from usdfoot.engine.kernels import LibraryArrays
 from usdfoot.engine.options import EngineOptions
@@ -25,7 +26,6 @@ from usdfoot.engine.root import lay_root
 from usdfoot.engine.root_goals import root_goals
 from usdfoot.engine.seams import measure_seams
 from usdfoot.engine.segments import cut_segments
-from usdfoot.engine.shapes import ExampleShapes, blend_shapes, sample_shapes
 from usdfoot.engine.stand import with_stand
 from usdfoot.engine.styles import contact_styles
 from usdfoot.engine.time_warps import extreme_warps, longest_step

@@ -59,7 +59,7 @@ def spline_samples(samples: Samples, controls: FloatArray) -> tuple[FloatArray, 
 def leg_forces(
     supports: FloatArray, standing: BoolArray, *, positions: FloatArray, accelerations: FloatArray, gravity: float
 ) -> Forces:
-    """The part of a - g that legs which only push cannot give.
+    """The part of a - g that legs which only push cannot give ([P] 2.4.1).
 
     What they can give is a cone: nothing in flight, the ray K from the support to the centre of mass in single stance,
     in double stance the plane sector between both rays. The residual leads from the nearest point of the cone: [P]'s
@@ -103,7 +103,7 @@ def leg_forces(
 
 
 def sample_costs(samples: Samples, controls: FloatArray, *, gravity: float, comfort: float) -> FloatArray:
-    """[P]'s integrand |residual| + k (l - l_nom)^2 [m/s^2], the comfort term as the mean of the standing legs.
+    """[P]'s integrand |residual| + k (l - l_nom)^2 [m/s^2] (2.4.2), the comfort term as the mean of the standing legs.
 
     Shape (M,).
     """

@@ -20,8 +20,8 @@ from usdfoot.physics.contact_kernel import (
     LegArrays,
     lay_footings,
 )
-from usdfoot.physics.device import empty_rows, shared, shared_record
 from usdfoot.physics.options import PhysicsOptions
+from usdfoot.physics.shared_arrays import empty_rows, shared, shared_record
 from usdfoot.physics.stance_kernel import find_body_yaws
 
 __all__ = ["Footing", "device_contacts", "device_legs", "lay_footing"]

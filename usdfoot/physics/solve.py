@@ -6,10 +6,10 @@ import numpy as np
 import warp as wp
 
 from usdfoot.maths.types import FloatArray
-from usdfoot.physics.device import shared, shared_record
 from usdfoot.physics.energy_kernel import ProblemArrays
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.samples import Samples
+from usdfoot.physics.shared_arrays import shared, shared_record
 from usdfoot.physics.solve_kernel import WorkArrays, solve_agents
 from usdfoot.physics.spline import Knots
 from usdfoot.physics.stance_kernel import StanceArrays

@@ -10,9 +10,9 @@ import warp as wp
 from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable
-from usdfoot.physics.device import shared, shared_record
 from usdfoot.physics.footing import Footing
 from usdfoot.physics.knot_kernel import KnotOptions, count_knots, write_knots
+from usdfoot.physics.shared_arrays import shared, shared_record
 
 __all__ = ["ComSpline", "Knots", "controls_of", "hermite_basis", "lay_knots"]
 

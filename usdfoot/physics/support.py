@@ -8,8 +8,8 @@ import numpy as np
 import warp as wp
 
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
-from usdfoot.physics.device import shared, shared_record
 from usdfoot.physics.footing import Footing
+from usdfoot.physics.shared_arrays import shared, shared_record
 from usdfoot.physics.stance_kernel import StanceArrays, find_instants
 
 __all__ = ["Stance", "find_stance"]

@@ -15,7 +15,7 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.planning.collisions import FootTable, feet_of, find_collisions
 from usdfoot.planning.faults import ERROR, WARNING, Fault, LintLimits, faults_at
-from usdfoot.planning.lint_places import find_bump_faults, find_ground_faults, find_low_ceilings
+from usdfoot.planning.lint_places import find_bump_faults, find_ground_faults, find_low_ceilings, find_walls
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.world import Obstacle
 from usdfoot.spaces.library import FootstepSpaces, solve_steps
@@ -80,6 +80,7 @@ def lint_alone(
         *_steps(names, feet, legs, sizes, limits),
         *find_ground_faults(names, feet, normals, ground, limits),
         *find_low_ceilings(names, feet, legs, ground, limits),
+        *find_walls(names, feet, legs, ground, limits),
         *find_bump_faults(names, feet, obstacles, limits),
     ]
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from pxr import Tf, Usd
 
-from usdfoot.bridge.reasons import usd_reason
+from usdfoot.bridge.usd_errors import usd_reason
 from usdfoot.errors import ClipError
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray

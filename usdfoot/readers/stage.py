@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from pxr import Sdf, Tf, Usd, UsdGeom, UsdSkel
 
-from usdfoot.bridge.reasons import usd_reason
 from usdfoot.bridge.scene import StageInfo
 from usdfoot.bridge.schema import applied_apis, declared_type
 from usdfoot.bridge.units import StageUnits
+from usdfoot.bridge.usd_errors import usd_reason
 from usdfoot.errors import SceneError
 from usdfoot.model.limits import DEFAULT_LIMITS, check_limit
 from usdfoot.model.report import Problem

@@ -15,7 +15,8 @@ __all__ = ["end_landings", "left_landings", "root_velocities"]
 def end_landings(examples: Examples) -> FloatArray:
     """Landings in the heading at the step's end, (x, z) [m], shape (E, 2).
 
-    A blended step is turned about the support ball until it ends in the planned heading. Seen from there a landing does
+    They are [B] 4.1's p_i, but from the support ball, not from the root, whose errors would go into every step. A
+    blended step is turned about the support ball until it ends in the planned heading. Seen from there a landing does
     not depend on how much its own clip turned, so the barycentric weights stay exact whatever the turn.
     """
     return planar.rotate(-examples.turns, examples.landings)

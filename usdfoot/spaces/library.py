@@ -23,12 +23,12 @@ from usdfoot.model.biped import LEFT, RIGHT, SIDES
 from usdfoot.model.examples import Examples
 from usdfoot.spaces.corner_kernel import SpaceArrays
 from usdfoot.spaces.device_spaces import device_spaces, device_velocities
+from usdfoot.spaces.end_poses import EndPoses, build_end_poses
 from usdfoot.spaces.features import DOUBT, FeatureScales, StepFeatures, example_features, step_coordinates
 from usdfoot.spaces.footsteps import solve_footsteps
 from usdfoot.spaces.landings import end_landings, left_landings, root_velocities
-from usdfoot.spaces.mirror import mirror_partners
+from usdfoot.spaces.mirror_partners import mirror_partners
 from usdfoot.spaces.neighbours import solve_neighbours
-from usdfoot.spaces.poses import EndPoses, build_end_poses
 from usdfoot.spaces.root_choice_kernel import VelocityArrays
 from usdfoot.spaces.side_space import SideSpace, blend_doubts, build_side_space
 

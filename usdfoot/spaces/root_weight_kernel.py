@@ -74,7 +74,7 @@ def mean_corner(corners: Corners, weights: wp.vec3d) -> wp.vec2d:
 
 @wp.func
 def weigh_corners(corners: Corners, point: wp.vec2d) -> wp.vec3d:
-    """Weights, not negative, sum 1, of the point of a triangle nearest to the query; it may be degenerate."""
+    """Weights ([B] Eq. 1), not negative, of the point of a triangle nearest to the query; it may be degenerate."""
     areas = areas_at(corners, point)
     total = areas[0] + areas[1] + areas[2]
     if wp.abs(total) >= SMALLEST_AREA and wp.min(areas * wp.sign(total)) >= ZERO:
