@@ -249,6 +249,8 @@ def test_files_of_tracks_through_the_command_line(tmp_path, capsys):
     command = ["plan", "trajectories", str(tmp_path / "tracks.txt"), "-o", str(tmp_path / "plans.usda"), "-q"]
     assert main(command) == 2
     assert "in which unit" in capsys.readouterr().err
+    assert main([*command, "--unit", "m", "--rate", "25", "--prims", "/World/*"]) == 2
+    assert "--prims: is for a USD scene. leave it out with" in capsys.readouterr().err
     assert main([*command, "--unit", "m", "--rate", "25"]) == 0
     stage = Usd.Stage.Open(str(tmp_path / "plans.usda"))
     names = [prim.GetName() for prim in stage.GetPrimAtPath("/Plans").GetChildren()]
