@@ -15,6 +15,7 @@ from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from usdfoot.errors import UsdfootError
+from usdfoot.model.limits import Limits
 
 __all__ = ["open_executor", "open_scene_early"]
 
@@ -157,8 +158,14 @@ def _watched(client: Any, scheduler: str, executor: _Cluster) -> Iterator[None]:
         over.set()
 
 
-def open_scene_early(executor: Executor, scene: str) -> list[Future[None]]:
+def open_scene_early(executor: Executor, scene: str, inputs: str, limits: Limits) -> list[Future[None]]:
     """Has all workers of this machine open a scene; who cannot says so when it is asked for a chunk.
+
+    Args:
+        executor: Whose workers.
+        scene: The scene's file.
+        inputs: State of its files, as chunks' tasks have it.
+        limits: How much of a scene is read.
 
     Returns:
         One a worker, done when it has opened the scene.
@@ -166,7 +173,7 @@ def open_scene_early(executor: Executor, scene: str) -> list[Future[None]]:
     from usdfoot.batch.workshop import open_early
 
     workers = getattr(executor, "workers", _cores())
-    return [executor.submit(open_early, scene) for _ in range(workers)]
+    return [executor.submit(open_early, scene, inputs, limits) for _ in range(workers)]
 
 
 def _cores() -> int:

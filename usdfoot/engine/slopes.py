@@ -21,6 +21,10 @@ MOST_INVERSION, MOST_EVERSION = np.radians(35.0), np.radians(15.0)
 """Feet stand no steeper sideways, with the inner or the outer edge up (Brockett and Chapman's and others' clinical
 norms, World J. Orthop. 2017, 8(1), Table 5) [rad]."""
 
+STEP_UP = 0.1
+"""Ground up to this far above a print is looked at [m]."""
+ON_GROUND = 0.05
+"""A print stands on ground that is less than this above or below it [m]."""
 HEEL_RAISES = 6
 """How often the heel's ground is looked up where the raised heel is."""
 
@@ -59,8 +63,8 @@ def ankle_sinks(rig: Rig, contacts: ContactTable, ground: Ground) -> FloatArray:
 
 def _slopes(contacts: ContactTable, ground: Ground) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
     """Across the prints as planned, up and ahead in the slopes under the balls, unit (C, 3), and which are walkable."""
-    under = ground.heights(contacts.positions[:, [0, 2]], contacts.positions[:, 1], step_up=0.1)
-    near = np.abs(under.heights - contacts.positions[:, 1]) < 0.05
+    under = ground.heights(contacts.positions[:, [0, 2]], contacts.positions[:, 1], step_up=STEP_UP)
+    near = np.abs(under.heights - contacts.positions[:, 1]) < ON_GROUND
     on_slope = ground.has_terrain & under.hit & near
     across = np.cross(contacts.normals, planned_forwards(contacts))
     up = np.where(on_slope[:, None], under.normals, contacts.normals)

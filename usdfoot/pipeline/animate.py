@@ -216,27 +216,25 @@ def _open_shot(
     stage: Any, folder: Path, call: CallRecord, *, options: MotionOptions, executor: Executor | None = None
 ) -> _Shot:
     """What is asked for of an open stage, read and cut into chunks; folder: of the crowd, a real path."""
-    from usdfoot.batch.tasks import agents_a_chunk, cut_chunks
+    from usdfoot.batch.tasks import agents_a_chunk, cut_chunks, inputs_of
+    from usdfoot.readers.listing import list_scene
     from usdfoot.readers.scene import SceneReader
     from usdfoot.writers.crowd import check_output, crowd_format
     from usdfoot.writers.placing import place_characters
 
+    listed = list_scene(stage, agents=call.agents, limits=call.limits)
     starting: list[Future[None]] = []
-
-    def open_early(count: int) -> None:
-        if executor and count > FEW_CHUNKS * call.chunk_size:
-            starting.extend(open_scene_early(executor, stage.GetRootLayer().realPath))
-
+    if executor and len(listed.chosen) > FEW_CHUNKS * call.chunk_size:
+        info = listed.info
+        starting = open_scene_early(executor, info.identifier, inputs_of(info, folder), call.limits)
     reader = SceneReader(
-        stage,
-        agents=call.agents,
+        listed,
         frames=call.frames,
         motion=options.motion,
         tuning=options.tuning,
         crowd=folder,
         limits=call.limits,
         sampling=options.sampling,
-        listed=open_early,
     )
     scene = reader.read()
     check_output(scene, folder)
@@ -286,7 +284,7 @@ def _make_chunks(
     executor = executor if len(pending) > (FEW_CHUNKS if beside else 1) else None
     starting = shot.starting
     if executor and beside:
-        starting = starting or open_scene_early(executor, shot.scene.stage.identifier)
+        starting = starting or open_scene_early(executor, tasks[0].scene, tasks[0].inputs, tasks[0].limits)
         workshop.analyse_clips(shot.scene.crowd)
     made = run_chunks(
         [tasks[index] for index in pending], workshop, executor=executor, starting=starting if beside else None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
@@ -14,25 +14,23 @@ from pxr import Usd
 from usdfoot.bridge.scene import Scene, StageInfo
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.model.agent import Agent, Crowd, Follower
-from usdfoot.model.limits import DEFAULT_LIMITS, Limits, check_limit
+from usdfoot.model.limits import DEFAULT_LIMITS, Limits
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.model.sampling import ALL_FRAMES, SamplingOptions
 from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.model.tuning import BodyTuning
-from usdfoot.readers.agents import AgentSource, list_agents, select_agents
+from usdfoot.readers.agents import AgentSource
 from usdfoot.readers.casting import Casting
 from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.far_agents import SamplingReader
 from usdfoot.readers.frames import find_frames, frames_problems, spans_of
-from usdfoot.readers.obstacles import read_obstacles
+from usdfoot.readers.listing import ListedScene, list_scene
 from usdfoot.readers.overrides import read_overrides
-from usdfoot.readers.skeleton import check_skeletons
-from usdfoot.readers.stage import StagePrims, collect_prims, composition_problems, open_stage, read_stage_info
+from usdfoot.readers.stage import StagePrims
 from usdfoot.readers.terrain import read_terrain
 from usdfoot.readers.tuning import UNTUNED
 from usdfoot.readers.visibility import read_visibilities
-from usdfoot.readers.walkers import plan_walkers, read_walkers
 from usdfoot.readers.walks import WalkReader
 
 __all__ = ["SceneReader", "read_scene"]
@@ -74,16 +72,15 @@ class SceneReader:
     """A stage opened once, whose agents can be read a few at a time; the rest is read only once.
 
     Args:
-        scene: File or open stage; never changed.
-        agents: Glob on the names or prim paths of the agents that can be read, or several.
+        scene: File or open stage, never changed, or what is listed of one.
+        agents: Glob on the names or prim paths of the agents that can be read, or several; of what is listed, those
+            that were chosen then.
         frames: First and last time code of the output; None = from the first strike to the last liftoff of all agents.
         motion: Of all agents; None = what each says. Agents that physics moves need no clips.
         tuning: Of all agents, over what each says.
-        reload: Read the files again where this process has read them before.
         crowd: Folder of the crowd, whose overrides.usda mutes agents and changes plans.
         limits: How much of a scene is read.
         sampling: Who is sampled at which frames.
-        listed: Told how many agents there are, before their plans are read.
         foreseen: Whether all plans are read at once, for what is wrong with any and for the frames if none are given;
             else each is read with its agent.
 
@@ -93,35 +90,25 @@ class SceneReader:
 
     def __init__(
         self,
-        scene: str | os.PathLike[str] | Usd.Stage,
+        scene: str | os.PathLike[str] | Usd.Stage | ListedScene,
         *,
         agents: str | Sequence[str] = "*",
         frames: tuple[int, int] | None = None,
         motion: str | None = None,
         tuning: BodyTuning = UNTUNED,
-        reload: bool = False,
         crowd: Path | None = None,
         limits: Limits = DEFAULT_LIMITS,
         sampling: SamplingOptions = ALL_FRAMES,
-        listed: Callable[[int], None] = lambda agents: None,
         foreseen: bool = True,
     ) -> None:
-        stage = open_stage(scene)
-        if reload:
-            stage.Reload()
-        prims = collect_prims(stage, most=limits.prims)
-        self.info = read_stage_info(stage)
-        self._everyone, problems = list_agents(stage, prims)
-        self._agent_problems = (*problems, *composition_problems(stage))
-        check_limit(self.info.identifier, "agents", len(self._everyone), limit=limits.agents)
-        check_skeletons(prims.skeletons, limits)
+        listed = scene if isinstance(scene, ListedScene) else list_scene(scene, agents=agents, limits=limits)
+        stage, prims, self.info = listed.stage, listed.prims, listed.info
+        self._listed = listed
         self._overrides = read_overrides(crowd, self.info.units)
-        chosen = select_agents(self._everyone, agents)
-        self.names = tuple(source.name for source in chosen)
-        listed(len(chosen))
+        self.names = tuple(source.name for source in listed.chosen)
         self._chosen = tuple(
             replace(source, override=self._overrides.agent(source.name))
-            for source in chosen
+            for source in listed.chosen
             if not self._overrides.is_muted(source.name)
         )
         self._cast: dict[str, Agent | Follower | None] = {}
@@ -129,7 +116,7 @@ class SceneReader:
         self._walks = WalkReader(
             stage,
             self.info.units,
-            everyone=self._everyone,
+            everyone=listed.everyone,
             overrides=self._overrides,
             planned=self._plan_paths(stage, prims),
         )
@@ -137,7 +124,7 @@ class SceneReader:
         codes = find_frames(spans, self.info, frames, limits.frames)
         self._frame_problems = frames_problems(spans, codes)
         foreign = (
-            *(source.plan for source in self._everyone),
+            *(source.plan for source in listed.everyone),
             *(stage.GetPrimAtPath(path) for path in self._terrain.meshes),
         )
         self._casting = Casting(
@@ -175,14 +162,15 @@ class SceneReader:
         cast = [performer for performer in everyone if isinstance(performer, Agent)]
         followers = [performer for performer in everyone if isinstance(performer, Follower)]
         problems = (
-            *self._agent_problems,
+            *self._listed.problems,
+            *self._overrides.unread(),
             *self._walks.problems,
             *self._frame_problems,
             *casting.problems,
             *casting.unfit_clips(),
             *self._terrain_problems,
         )
-        _require_agents(self.info, self._everyone, len(cast) + len(followers), problems)
+        _require_agents(self.info, self._listed.everyone, len(cast) + len(followers), problems)
         crowd = Crowd(
             agents=tuple(cast),
             libraries=tuple(casting.libraries),
@@ -230,6 +218,11 @@ class SceneReader:
 
     def _plan_paths(self, stage: Usd.Stage, prims: StagePrims) -> dict[str, FootstepPlan | UsdfootError]:
         """Plans of all agents that follow a path, or why there is none, by agent name."""
+        if not any(source.path for source in self._chosen):
+            return {}
+        from usdfoot.readers.obstacles import read_obstacles  # with all that plans paths, for who follows one
+        from usdfoot.readers.walkers import plan_walkers, read_walkers
+
         walkers, errors = read_walkers(stage, prims, self.info.units, sources=self._chosen)
         obstacles = read_obstacles(stage, prims, self.info.units)[0] if walkers else ()
         return {**plan_walkers(walkers, self._terrain, obstacles=obstacles), **errors}
