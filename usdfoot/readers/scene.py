@@ -163,6 +163,7 @@ class SceneReader:
         followers = [performer for performer in everyone if isinstance(performer, Follower)]
         problems = (
             *self._listed.problems,
+            *self._overrides.unread(),
             *self._walks.problems,
             *self._frame_problems,
             *casting.problems,
