@@ -8,7 +8,8 @@ from tests.scenes import OFFSETS, Units, add_character, new_stage
 from usdfoot.cli.main import main
 from usdfoot.pipeline.plan_goals import GoalOptions, plan_scene_crowd, plan_scene_stones, plan_scene_wander
 from usdfoot.pipeline.plan_scenario import convert_scenario
-from usdfoot.planning.collisions import feet_of, find_collisions
+from usdfoot.planning.collisions import find_collisions
+from usdfoot.planning.foot_table import feet_of
 from usdfoot.planning.proportions import Proportions
 from usdfoot.readers.characters import read_character
 from usdfoot.readers.plans import read_plan

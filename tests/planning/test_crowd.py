@@ -8,8 +8,9 @@ from tests.planning.terrains import slab, terrain_of
 from usdfoot.errors import PlanError
 from usdfoot.model.ground import Ground
 from usdfoot.planning import crowd as crowd_module
-from usdfoot.planning.collisions import feet_of, find_collisions
+from usdfoot.planning.collisions import find_collisions
 from usdfoot.planning.crowd import CrowdOptions, plan_crowd
+from usdfoot.planning.foot_table import feet_of
 from usdfoot.planning.lint import lint_plans
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.world import Obstacle, World, box_outline, clearances

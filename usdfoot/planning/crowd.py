@@ -16,11 +16,12 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
-from usdfoot.planning.collisions import FootTable, feet_of, find_collisions
+from usdfoot.planning.collisions import find_collisions
 from usdfoot.planning.edges import keep_off_edges
 from usdfoot.planning.elbow_room import keep_apart
 from usdfoot.planning.facing import face_tracks
 from usdfoot.planning.feet_apart import is_sideways, set_feet_apart, uncross
+from usdfoot.planning.foot_table import FootTable, feet_of
 from usdfoot.planning.root_curves import build_root_curves
 from usdfoot.planning.scenario import Scenario, Seeker
 from usdfoot.planning.trajectories import NARROW, lay_plans, step_along_curves
