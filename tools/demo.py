@@ -54,7 +54,7 @@ def show(scene: Path, folder: Path) -> bool:
         progress("draw", 0, 0)
         picture = draw_contact_sheet(write_shot(report.crowd_file, scene), folder / f"{scene.stem}.png")
     print_problems(report.skipped, quiet=False)
-    console.print(step_table(report.results))
+    console.print(step_table(report.results, report.totals))
     console.print(target_table(validation.total))
     for file in (report.crowd_file, picture):
         console.print(f"wrote {file.relative_to(REPOSITORY)}")

@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from tests.builders import Gait, Walker, build_walker
+from usdfoot.analysis.contact_options import ContactOptions
 from usdfoot.analysis.motion import clip_leg_lengths, foot_motions, moved
 from usdfoot.analysis.world import detect_contacts, world_clip
 from usdfoot.errors import ClipError
@@ -90,6 +91,16 @@ def test_flat_is_never_late() -> None:
             assert (rolls <= np.minimum(0.12, 0.25 * durations) + 1e-9).all()
 
 
+@pytest.mark.parametrize("noise", [0.0, 0.002])
+def test_contacts_are_not_refined_to_less_than_the_shortest(noise: float) -> None:
+    """Taps of 40 ms: where both ends move inwards, hardly anything may be left between them."""
+    taps = Gait(step_time=0.2, step_length=0.0, duty=0.1, heel_strike=False, clearance=0.2)
+    found = contacts_of_clip(build_walker(taps, rate=30.0, noise=noise))
+    for side in range(2):
+        assert len(found[side].strike_times) == 4
+        assert np.min(found[side].liftoff_times - found[side].strike_times) >= ContactOptions().shortest_contact
+
+
 @pytest.mark.parametrize("size", [0.3, 2.0])
 def test_size_of_the_body_does_not_matter(size: float) -> None:
     walker = build_walker(size=size)
@@ -104,7 +115,7 @@ def test_noise_is_tolerated() -> None:
 def test_rotated_and_shifted_clip_has_its_contacts_moved() -> None:
     walker = build_walker(Gait(turn=0.1))
     yaw, shift = 2.0, np.array([3.0, -7.0])
-    clip = moved(walker.clip, walker.library.skeleton, shift, np.array(yaw))
+    clip = moved(walker.clip, walker.library.skeleton, positions=shift, yaws=np.array(yaw))
     before, after = contacts_of_clip(walker), contacts_of_clip(walker, clip)
     for side in range(2):
         assert_allclose(after[side].strike_times, before[side].strike_times, atol=1e-9)

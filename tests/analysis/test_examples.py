@@ -164,7 +164,7 @@ def test_mirrored_examples_are_exact_mirrors(twisted: bool) -> None:
 
 def test_moved_clip_gives_the_same_examples() -> None:
     walker = build_walker(Gait(turn=0.1))
-    clip = moved(walker.clip, walker.library.skeleton, np.array([5.0, -3.0]), np.array(2.5))
+    clip = moved(walker.clip, walker.library.skeleton, positions=np.array([5.0, -3.0]), yaws=np.array(2.5))
     before, _ = build_examples(walker.library, mirror=False)
     after, _ = build_examples(replace(walker.library, clips=(clip,)), mirror=False)
     assert_same_examples(before, after, atol=1e-6, but=("rotations",))

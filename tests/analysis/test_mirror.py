@@ -100,6 +100,19 @@ def test_joints_are_reflected_where_axes_are_not_square_to_the_last_digit() -> N
     assert_allclose(positions_of(image, drawn)[:, legs], reflected[:, legs], atol=1e-6)
 
 
+def test_axes_stay_square_where_no_turn_brings_a_joint_onto_its_image() -> None:
+    """The rest pose is a frame of a walk; one thigh is 5 % longer than the other, and bowed by 50 mrad."""
+    walker = build_walker(Gait())
+    skeleton, biped = walker.library.skeleton, walker.library.biped
+    offsets, knee = skeleton.rest_translations.copy(), biped.knees[1]
+    bow = quaternion.from_axis_angle(np.array([0.6, 0.0, 0.8]), np.array(0.05))
+    offsets[knee] = 1.05 * quaternion.rotate(bow, offsets[knee])
+    rest = walker.clip.rotations[7].copy()
+    expected = mirror_map(replace(skeleton, rest_rotations=rest), biped).relations
+    found = mirror_map(replace(skeleton, rest_rotations=rest, rest_translations=offsets), biped).relations
+    assert_allclose(np.abs(np.sum(found * expected, axis=-1)), 1.0, atol=1e-9)
+
+
 def test_contacts_of_the_mirrored_clip_are_the_mirrored_contacts() -> None:
     walker = build_walker(Gait(turn=0.2), twisted=True)
     skeleton, biped = walker.library.skeleton, walker.library.biped

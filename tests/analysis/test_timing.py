@@ -36,6 +36,8 @@ def test_steps_fly_from_froude_number_one_half_on():
     assert (np.diff(timing.flies.astype(int)) >= 0).all()
     given = time_steps(lengths, TimingRule(flight_distance=1.2))
     np.testing.assert_array_equal(given.flies, lengths > 1.2)
+    speeds = (lengths / given.step_times)[~given.flies]
+    assert speeds.max() ** 2 / (rule.gravity * rule.leg_length) == pytest.approx(0.5)  # however long the step
 
 
 @pytest.mark.parametrize("scale", [0.25, 3.0])
@@ -83,6 +85,13 @@ def test_a_leap_among_walking_steps_is_slower_than_a_running_step():
     assert 1.3 / leap == pytest.approx(TimingRule().leap_gain * walking)
     flight = times.strike_times[3] - times.liftoff_times[2]  # half of what it takes longer is flown
     assert flight == pytest.approx(-time_steps(np.array([1.3]), TimingRule()).overlaps[0] + 0.5 * (leap - run[0]))
+
+
+def test_a_leap_after_a_shuffle_waits_on_the_ground_instead_of_in_the_air():
+    times = time_footsteps(row_of_prints(np.array([0.25, 0.25, 1.1, 0.25, 0.25])))
+    flight = times.strike_times[3] - times.liftoff_times[2]
+    rule = TimingRule()
+    assert rule.gravity * flight**2 / 8.0 == pytest.approx(rule.highest_hop * rule.leg_length)
 
 
 @pytest.mark.parametrize("standing", [False, True])

@@ -8,6 +8,8 @@ import time
 
 import pytest
 
+from usdfoot.batch.executors import open_executor
+
 SCRIPT = """
 import os, signal, time
 from usdfoot.batch.executors import open_executor
@@ -51,3 +53,12 @@ def test_ctrl_c_ends_the_command_with_the_work_that_is_begun(at_all):
             os.killpg(command.pid, signal.SIGKILL)
             pytest.fail(f"worker {worker} goes on for {time.monotonic() - begin:.0f} s")
     assert command.returncode == -signal.SIGINT
+
+
+def test_what_nobody_waits_for_any_more_ends_with_the_block(capfd):
+    """As workers do that open a scene of which nothing is left to animate."""
+    begin = time.monotonic()
+    with open_executor(workers=2) as executor:
+        assert executor.submit(os.getpid).result() != os.getpid()
+        executor.submit(time.sleep, 60)
+    assert time.monotonic() - begin < 40.0 and capfd.readouterr().err == ""

@@ -13,7 +13,7 @@ from tests.batch.conftest import digests
 from usdfoot.batch.executors import open_executor
 from usdfoot.batch.job import job_template
 from usdfoot.cli.main import main
-from usdfoot.errors import SceneError
+from usdfoot.errors import OutputError, SceneError
 from usdfoot.pipeline.animate import animate, animate_chunk
 
 
@@ -57,6 +57,23 @@ def test_a_dask_cluster_makes_the_same_bytes_also_when_a_worker_is_killed(crowd,
         with open_executor(scheduler=address) as executor:
             animate(crowd_scene, tmp_path / "killed", chunk_size=1, executor=executor, progress=kill_one)
         assert workers[0].wait(10.0) and digests(tmp_path / "killed") == digests(tmp_path / "out")
+
+
+def test_a_cluster_without_workers_is_given_up_and_the_next_run_goes_on(crowd, crowd_scene, tmp_path, monkeypatch):
+    pytest.importorskip("distributed", reason="the extra dask is not installed")
+    monkeypatch.setattr("usdfoot.batch.executors.WITHOUT_WORKERS", 0.5)
+    monkeypatch.setattr("usdfoot.batch.executors.ABANDONED", 3.0)
+
+    def kill_all(part, done, total):
+        if (part, done) == ("animate", 1):
+            [worker.kill() for worker in workers]
+
+    with cluster(tmp_path) as (address, workers):
+        lost = pytest.raises(OutputError, match=r"chunks were not made: .*has had no workers for 3 s.*run again")
+        with lost, open_executor(scheduler=address) as executor:
+            animate(crowd_scene, tmp_path / "out", chunk_size=1, executor=executor, progress=kill_all)
+    again = animate(crowd_scene, tmp_path / "out", chunk_size=1)
+    assert again.kept and digests(tmp_path / "out") == digests(crowd.crowd_file.parent)
 
 
 def test_a_scheduler_that_does_not_answer_is_named(crowd_scene, tmp_path, capsys, monkeypatch):

@@ -102,3 +102,19 @@ def test_what_bytes_do_not_tell_is_read(crowd, crowd_scene, folder):
     assert find_earlier(crowd_scene, crowd.crowd_file.parent, options=MotionOptions(), call=CALL).unchanged is None
     stage.Reload()
     assert find_earlier(crowd_scene, crowd.crowd_file.parent, options=MotionOptions(), call=CALL).unchanged is not None
+
+
+def test_a_report_that_somebody_wrote_into_is_written_anew(crowd_scene, folder):
+    whole, report = digests(folder), folder / File.REPORT
+    lines = report.read_text().splitlines()
+    report.write_text("\n".join([lines[0], lines[1], *lines[3:]]) + "\n")  # without its first agent
+    assert animate(crowd_scene, folder, chunk_size=1).kept == AGENTS
+    assert digests(folder) == whole
+
+
+def test_chunks_of_which_the_report_tells_are_not_opened(crowd_scene, folder, monkeypatch):
+    mute(folder, "Agent_0")
+    opened = []
+    monkeypatch.setattr("usdfoot.readers.chunks._opened", lambda path, **_: opened.append(path.name))
+    assert animate(crowd_scene, folder, chunk_size=1).kept == AGENTS - 1
+    assert not opened

@@ -64,11 +64,11 @@ def test_folding_moves_every_joint_by_the_similarity(generator, count):
     translations = generator.normal(size=(7, 6, 3))
     rotations = quaternion.normalised(generator.normal(size=(7, 6, 4)))
     before, _ = forward_kinematics(PARENTS, translations, rotations)
-    folded = fold_into_joints(similarity, PARENTS, translations, rotations)
+    folded = fold_into_joints(similarity, PARENTS, translations=translations, rotations=rotations)
     after, _ = forward_kinematics(PARENTS, *folded)
     turned = quaternion.rotate(similarity.rotation[:, None], before)
     assert_allclose(after, similarity.scale * turned + similarity.translation[:, None], atol=1e-12)
-    back = unfold_from_joints(similarity, PARENTS, *folded)
+    back = unfold_from_joints(similarity, PARENTS, translations=folded[0], rotations=folded[1])
     assert_allclose(back[0], translations, atol=1e-12)
     assert_allclose(quaternion.align_signs(back[1], rotations), rotations, atol=1e-12)
 

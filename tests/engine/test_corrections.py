@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import warp as wp
 from numpy.testing import assert_allclose, assert_array_equal
 
 from tests.engine.plans import way
@@ -14,7 +15,8 @@ from usdfoot.engine.corrections import correct_steps
 from usdfoot.engine.landings import blend_landings
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.queries import step_queries
-from usdfoot.spaces.library import end_landings, left_landings, solve_steps
+from usdfoot.spaces.landings import end_landings, left_landings
+from usdfoot.spaces.library import solve_steps
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +57,7 @@ def test_what_they_miss_is_measured_and_grows_less_with_each_correction(walker_l
     for corrections in range(6):
         found = correct_steps(setup, spaces, queries, corrections=corrections)
         assert_array_equal(np.diff(found.weights, axis=1) <= 0.0, True)
-        landed = blend_landings(setup.library, queries.swing_sides, found.examples, found.weights)
+        landed = blend_landings(setup.library, queries.swing_sides, examples=found.examples, weights=found.weights)
         assert_allclose(found.missed, queries.landings - landed, atol=1e-12)
         blended = np.einsum("nk,nkd->nd", found.weights, end_landings(walker_library.examples)[found.examples])
         assert_allclose(left_landings(landed - blended, queries.swing_sides), found.biases, atol=1e-9)
@@ -75,7 +77,25 @@ def test_a_walk_that_gets_next_to_nothing_of_a_run_lands_as_before(asked):
     blends = np.column_stack([pairs, np.full(len(pairs), run)])
     assert len(blends) > 3
     before, after = (
-        blend_landings(setup.library, np.zeros(len(blends), dtype=int), blends, np.tile(weights, (len(blends), 1)))
+        blend_landings(
+            setup.library, np.zeros(len(blends), dtype=int), examples=blends, weights=np.tile(weights, (len(blends), 1))
+        )
         for weights in ([0.6, 0.4, 0.0], [0.6 - 1e-6, 0.4, 1e-6])
     )
     assert_allclose(after, before, atol=1e-5)
+
+
+def test_where_a_blend_misses_other_examples_around_the_footstep_are_tried(walker_library, asked):
+    setup, queries = asked
+    settles, noise = setup.library.settles, np.random.default_rng(2)
+    astray = settles.numpy().copy()
+    astray[::6] += noise.uniform(-0.06, 0.06, astray[::6].shape)  # blends with these land where nobody expects
+    setup.library.settles = wp.array(astray, dtype=wp.vec2d)
+    try:
+        found = correct_steps(setup, walker_library.spaces, queries, corrections=8)
+        landed = blend_landings(setup.library, queries.swing_sides, examples=found.examples, weights=found.weights)
+    finally:
+        setup.library.settles = settles
+    assert_allclose(found.missed, queries.landings - landed, atol=1e-12)
+    missed = np.linalg.norm(found.missed, axis=1)[found.hull_distances == 0.0]
+    assert np.mean(missed > setup.options.choice_tolerance) < 0.04  # of the first examples chosen alone 0.056

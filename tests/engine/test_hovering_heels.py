@@ -11,7 +11,8 @@ from numpy.testing import assert_allclose
 
 from tests.engine.plans import way
 from tests.engine.walkers import between, in_world
-from usdfoot.engine.feet import settle_heels, unplanted_feet
+from usdfoot.engine.contact_feet import unplanted_feet
+from usdfoot.engine.feet import settle_heels
 from usdfoot.engine.legs import LegRig
 from usdfoot.maths import quaternion
 

@@ -35,7 +35,7 @@ def frames(made):
     begins, ends = setup.segments.begins[rows], setup.segments.ends[rows]
     times = begins + shares * (ends - begins)
     arrays = place_segments(setup, device_segments(setup, made.blend))
-    poses = pose_frames(setup, arrays, rows, times, joints=joints)
+    poses = pose_frames(setup, arrays, rows=rows, times=times, joints=joints)
     samples = slow_phases(setup.segments, rows, times) * (setup.examples.rotations.shape[1] - 1)
     return rows, times, samples, poses
 

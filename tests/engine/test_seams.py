@@ -34,7 +34,7 @@ def poses_beside(library, plan, seam: str):
     times = setup.segments.begins[seams][:, None] + PROBE * np.array([-2.0, -1.0, 0.0, 0.0, 1.0, 2.0])
     arrays = device_segments(setup, blend)
     arrays = place_segments(setup, arrays, measure_seams(setup, arrays) if seam != "none" else None)
-    poses = pose_frames(setup, arrays, rows.ravel(), times.ravel(), joints=joints)
+    poses = pose_frames(setup, arrays, rows=rows.ravel(), times=times.ravel(), joints=joints)
     rotations = poses.rotations.numpy().reshape(len(seams), 6, len(joints), 4).astype(float)
     pelvis = setup.library.pelvis
     rotations[:, :, pelvis] = poses.pelvis_rotations.numpy().reshape(len(seams), 6, 4)

@@ -12,7 +12,7 @@ from tests.engine.plans import crowd, moved, way
 from tests.engine.walkers import WALKS, library_of
 from tests.strategies import footstep_plans
 from usdfoot.engine.animate import animate_crowd, prepare_library
-from usdfoot.engine.clock_kernel import ClockArrays, phase_at
+from usdfoot.engine.clock_kernel import PUSH_TIME, ClockArrays, fall_arc, phase_at
 from usdfoot.engine.flight import centre_flights
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.segments import cut_segments
@@ -102,6 +102,38 @@ def test_phases_rise_from_strike_to_strike(plan):
     assert_allclose(phases[whole, 0], 0.0, atol=1e-9)
 
 
+@wp.kernel(enable_backward=False)
+def arcs_at(
+    flight: wp.vec3d,
+    times: wp.array(dtype=wp.float64),
+    earliest: wp.float64,
+    latest: wp.float64,
+    arcs: wp.array(dtype=wp.float64),
+) -> None:
+    frame = wp.tid()
+    arcs[frame] = fall_arc(flight, times[frame], earliest, latest)
+
+
+@pytest.mark.parametrize("room", [0.1, 1.0])
+def test_a_drawn_out_flight_falls_freely_between_two_crouches(room):
+    """The pelvis falls by what gravity lacks, and crouches before and after by 4/27 of push-off speed times time."""
+    liftoff, duration, missing = 1.0, 0.4, 3.0
+    times = np.linspace(0.0, 3.0, 30001)
+    found = wp.empty(len(times), dtype=wp.float64)
+    inputs = [wp.vec3d(liftoff, duration, missing), wp.array(times, dtype=wp.float64)]
+    wp.launch(arcs_at, dim=len(times), inputs=[*inputs, liftoff - room, liftoff + duration + room], outputs=[found])
+    arcs, rates = found.numpy(), np.gradient(found.numpy(), times)
+    flies = (times >= liftoff) & (times <= liftoff + duration)
+    after = times[flies] - liftoff
+    assert_allclose(arcs[flies], 0.5 * missing * after * (duration - after), atol=1e-12)
+    push = min(0.5 * room, float(PUSH_TIME))
+    for pushes in (times < liftoff, times > liftoff + duration):
+        assert_allclose(arcs[pushes].min(), -4.0 / 27.0 * 0.5 * missing * duration * push, rtol=1e-5)
+    still = (times < liftoff - push) | (times > liftoff + duration + push)
+    assert_array_equal(arcs[still], 0.0)
+    assert np.abs(np.diff(rates)).max() < 1e-2  # no kink where flight, crouch and rest meet
+
+
 def test_agents_keep_their_own_contacts():
     together = [way(5), moved(way(4, first=1), shift=(3.0, 0.0, 0.0)), way(6, stand_first=0.8, stand_last=0.9)]
     contacts = lay_contacts(together)
@@ -139,7 +171,7 @@ def test_flights_are_centred_but_walks_keep_their_times():
 def test_locate_finds_the_last_row_begun():
     agents, begins, origins = np.array([0, 0, 0, 1, 1]), np.array([0.0, 1.0, 2.0, 50.0, 51.0]), np.array([0.0, 50.0])
     queries = np.array([-1.0, 0.0, 0.99, 1.0, 9.0, 49.0, 50.5, 99.0])
-    found = locate(agents, begins, origins, np.array([0, 0, 0, 0, 0, 1, 1, 1]), queries)
+    found = locate(agents, begins, origins, agents=np.array([0, 0, 0, 0, 0, 1, 1, 1]), times=queries)
     assert_array_equal(found, [0, 0, 0, 1, 2, 3, 3, 4])
 
 

@@ -69,6 +69,43 @@ def test_times_in_seconds_need_no_rate(tmp_path):
     assert_allclose(found.positions[:, 0], 0.03048 * np.arange(5))
 
 
+@pytest.mark.parametrize(
+    ("header", "scale", "options"),
+    [
+        ('"track_id", "time [s]", "x [m]", "y [m]"', 1.0, {}),
+        ("# id | t / ms | x / m | y / m", 1000.0, {}),
+        ("id,timestamp,x,y", 1000.0, {"unit": "m", "rate": 1000.0}),
+    ],
+)
+def test_headers_may_space_and_quote_their_units_and_have_times_in_other_ones(tmp_path, header, scale, options):
+    rows = [f'"3",{scale * 0.5 * i:g},{0.4 * i:g},"1"' for i in range(6)]
+    (tmp_path / "a.csv").write_text("\n".join([header, *rows]))
+    (found,), _ = import_pedestrians(tmp_path / "a.csv", **options)
+    assert_allclose(found.times, 0.5 * np.arange(6))
+    assert_allclose(found.positions[:, 0], 0.4 * np.arange(6))
+
+
+def test_times_of_unknown_unit_are_taken_for_seconds_with_a_warning(tmp_path, caplog):
+    (tmp_path / "a.csv").write_text("id,t,x,y\n" + "".join(f"1,{i},{i},0\n" for i in range(3)))
+    (found,), _ = import_pedestrians(tmp_path / "a.csv", unit="m")
+    assert_allclose(found.times, np.arange(3))
+    assert "times are taken for seconds" in caplog.text
+
+
+def test_commas_beside_semicolons_are_decimal_ones(tmp_path):
+    (tmp_path / "a.csv").write_text("id;frame;x;y\n" + "".join(f"1;{i};{i},25;-2,5\n" for i in range(3)))
+    (found,), _ = import_pedestrians(tmp_path / "a.csv", unit="m", rate=1.0)
+    assert_allclose(found.positions, [[i + 0.25, 0.0, 2.5] for i in range(3)])
+
+
+def test_people_with_long_numbers_stay_apart(tmp_path):
+    people = [9071300, 9071301, 12345678901, -7]
+    lines = [f"{frame} {person} {0.1 * frame + k} 0" for k, person in enumerate(people) for frame in range(3)]
+    (tmp_path / "a.txt").write_text("\n".join(lines))
+    found, _ = import_pedestrians(tmp_path / "a.txt", unit="m", rate=10.0, layout="eth")
+    assert [trajectory.name for trajectory in found] == [f"a.txt {person}" for person in sorted(people)]
+
+
 def test_jupedsims_database(tmp_path):
     connection = sqlite3.connect(tmp_path / "out.sqlite")
     connection.execute("CREATE TABLE trajectory_data (frame, id, pos_x, pos_y, ori_x, ori_y)")
@@ -110,6 +147,8 @@ def test_ucys_splines(tmp_path):
         ("0 1 0 0\n10 1 1 0\n", {"rate": 0.0, "layout": "eth"}, "how many frames a second"),
         ("0 1 0 0\n10 1 1 0\n", {"unit": "px", "layout": "eth"}, "'px' is no known unit"),
         ("# id frame x/cm y/cm\n1 0 0 0\n1 10 1 0\n", {"unit": "m"}, "in cm, not m"),
+        ("id,frame,x,y\n1,1,0,0,0\n", {}, r"t\.txt:2: has 5 numbers, the header names 4 columns"),
+        ("0 1 0 0\n1 1 9 0\n2 1 18 0\n", {"layout": "eth"}, "everybody in it jumps, the first by 9 m in 0.04 s"),
         ("# framerate: 16\n# id frame x y\n1 0 0 0\n1 10 1 0\n", {"rate": 25.0}, "16 frames a second, not 25"),
     ],
 )

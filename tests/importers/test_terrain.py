@@ -73,6 +73,16 @@ def test_colours_holes_and_scales(tmp_path):
     assert_allclose(np.unique(terrain.points[:, 1]), [0.4, 0.6, 1.2, 1.4, 2.0, 5.1])
 
 
+def test_rows_may_be_farther_apart_than_columns_and_degrees_are_told_in_metres(tmp_path):
+    file = tmp_path / "a.npz"
+    np.savez(file, elevation=HEIGHTS.astype(np.int16), dx=1 / 1200, dy=1 / 1200, ymin=60.1, ymax=59.9)
+    with pytest.raises(TerrainError, match=r"give --cell, .* if its dx and dy are degrees.* --cell 46.3.* 92.6"):
+        import_terrain_file(file, terrain_format=said(cell=0.0))
+    terrain, _ = import_terrain_file(file, terrain_format=said(unit="m", cell=46.0, row_cell=92.0))
+    rows, columns = HEIGHTS.shape
+    assert_allclose(np.ptp(terrain.points[:, [0, 2]], axis=0), [46.0 * (columns - 1), 92.0 * (rows - 1)])
+
+
 @pytest.mark.parametrize("suffix", [".obj", ".ply", ".stl"])
 @pytest.mark.parametrize("up", ["Y", "Z"])
 def test_a_mesh_looks_up(tmp_path, suffix, up):

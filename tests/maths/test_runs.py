@@ -47,8 +47,8 @@ def test_figures_of_intervals_are_those_of_their_samples(case: tuple[Runs, np.nd
     parts = [np.arange(start, end + 1) for start, end in zip(starts, ends, strict=True)]
     assert_array_equal(indices, np.concatenate([[], *parts]))
     missing = np.full(len(starts), -7)
-    first = first_where(hits[indices], indices, owners, missing)
-    last = last_where(hits[indices], indices, owners, missing)
+    first = first_where(hits[indices], indices, owners, missing=missing)
+    last = last_where(hits[indices], indices, owners, missing=missing)
     for number, part in enumerate(parts):
         inside = part[hits[part]]
         assert (first[number], last[number]) == ((inside[0], inside[-1]) if len(inside) else (-7, -7))

@@ -15,7 +15,7 @@ def some_splines() -> Splines:
     generator = np.random.default_rng(1)
     values = generator.standard_normal((LENGTHS.sum(), 3))
     starts, rates = generator.uniform(-2.0, 2.0, len(LENGTHS)), generator.uniform(24.0, 120.0, len(LENGTHS))
-    return build_splines(values, Runs.of_lengths(LENGTHS).first, starts, rates)
+    return build_splines(values, first=Runs.of_lengths(LENGTHS).first, starts=starts, rates=rates)
 
 
 @pytest.mark.parametrize("run", range(len(LENGTHS)))

@@ -25,7 +25,7 @@ def test_the_end_comes_to_where_it_should(generator):
     wanted = generator.normal(size=upper.shape)
     spans = least + (0.05 + 0.9 * generator.random(len(upper))) * (lengths - least)
     wanted *= (spans / np.linalg.norm(wanted, axis=-1))[:, None]
-    knee, end = ends(upper, lower, bend_two_bones(upper, lower, hinge, wanted))
+    knee, end = ends(upper, lower, bend_two_bones(upper, lower, hinge, reach=wanted))
     assert_allclose(end, wanted, atol=1e-9)
     assert_allclose(np.linalg.norm(knee, axis=-1), np.linalg.norm(upper, axis=-1))
 
@@ -33,7 +33,7 @@ def test_the_end_comes_to_where_it_should(generator):
 def test_a_limb_that_is_there_keeps_its_pose(generator):
     upper, lower, hinge = limbs(generator)
     lower[:50] = upper[:50] + 1e-3 * generator.normal(size=(50, 3))  # about straight
-    for turn in bend_two_bones(upper, lower, np.roll(hinge, 1, axis=0), upper + lower):
+    for turn in bend_two_bones(upper, lower, np.roll(hinge, 1, axis=0), reach=upper + lower):
         assert_allclose(np.abs(turn[:, 3]), 1.0, atol=1e-12)
 
 
@@ -41,12 +41,14 @@ def test_a_limb_that_is_there_keeps_its_pose(generator):
 def test_straight_limbs_bend_about_the_hinge(bend):
     upper, hinge = np.array([[0.0, -0.4, 0.0]]), np.array([[1.0, 0.0, 0.0]])
     lower = 0.4 * np.array([[0.0, -np.cos(bend), -np.sin(bend)]])
-    knee, end = ends(upper, lower, bend_two_bones(upper, lower, hinge, np.array([[0.0, -0.6, 0.0]])))
+    knee, end = ends(upper, lower, bend_two_bones(upper, lower, hinge, reach=np.array([[0.0, -0.6, 0.0]])))
     assert_allclose(end, [[0.0, -0.6, 0.0]], atol=1e-9)
     assert knee[0, 2] > 0.2  # forward, as a knee does
 
 
 def test_what_is_out_of_reach_is_approached_straight():
     upper, lower = np.array([[0.0, -0.4, 0.1]]), np.array([[0.0, -0.4, -0.1]])
-    _, end = ends(upper, lower, bend_two_bones(upper, lower, np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, -3.0, 0.0]])))
+    _, end = ends(
+        upper, lower, bend_two_bones(upper, lower, np.array([[1.0, 0.0, 0.0]]), reach=np.array([[0.0, -3.0, 0.0]]))
+    )
     assert_allclose(end, [[0.0, -2.0 * np.hypot(0.4, 0.1), 0.0]], atol=1e-7)

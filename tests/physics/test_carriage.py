@@ -42,7 +42,7 @@ def carried_track(com: ComMotion, values: np.ndarray) -> PelvisTrack:
     agents = np.zeros(len(times), dtype=int)
     rhythm = com.rhythm(agents, times, heading_of(com.evaluate(agents, times).orientations))
     offsets = carried_offsets(np.tile(values, (len(times), 1)), rhythm)
-    return PelvisTrack(times=times, positions=hung_pelvises(com, agents, times, offsets))
+    return PelvisTrack(times=times, positions=hung_pelvises(com, agents=agents, times=times, offsets=offsets))
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.2])

@@ -54,7 +54,7 @@ def test_residual_is_the_distance_to_the_cone_of_the_standing_legs():
     accelerations = random.normal(0.0, 4.0, (count, 3))
     accelerations[: count // 8, 1] -= 15.0
     standing = random.random((count, 2)) < 0.8
-    forces = leg_forces(supports, standing, positions, accelerations, GRAVITY)
+    forces = leg_forces(supports, standing, positions=positions, accelerations=accelerations, gravity=GRAVITY)
     pushing = forces.pushes > 0.0
     assert 0.05 < pushing.mean() < 0.95
     assert len(forces.planes) > 20
@@ -68,7 +68,13 @@ def residual_rows(samples, knots, options, unknowns):
     """Square roots of E's terms with the norm's weights held, as one vector, and those weights."""
     controls = controls_of(unknowns, knots.begins)
     positions, accelerations = spline_samples(samples, controls)
-    forces = leg_forces(samples.stance.supports, samples.stance.standing, positions, accelerations, options.gravity)
+    forces = leg_forces(
+        samples.stance.supports,
+        samples.stance.standing,
+        positions=positions,
+        accelerations=accelerations,
+        gravity=options.gravity,
+    )
     intervals = np.repeat(samples.intervals, samples.times.shape[1])
     stretches = np.linalg.norm(positions[:, None] - samples.stance.anchors, axis=-1) - samples.stance.nominal_lengths
     strains = np.sqrt(2.0 * options.comfort * intervals[:, None] * samples.stance.leg_shares) * stretches

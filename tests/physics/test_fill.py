@@ -19,7 +19,7 @@ from usdfoot.physics.fill import fill_library
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.planning.reach import reach_of_biped
 from usdfoot.spaces.holes import HoleOptions
-from usdfoot.spaces.library import end_landings, left_landings
+from usdfoot.spaces.landings import end_landings, left_landings
 
 RUNS = tuple(Gait(step_length=length, step_time=0.36, duty=0.33, step_width=0.12) for length in (0.9, 1.0, 1.1))
 

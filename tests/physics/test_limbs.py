@@ -64,7 +64,7 @@ def test_spread_arms_hang_down(stages):
         rest_translations=skeleton.rest_translations,
         rest_rotations=rotations,
     )
-    upper = build_upper_body(spread, biped, measure_biped(spread, biped), BodyStyle())
+    upper = build_upper_body(spread, biped, measure_biped(spread, biped), style=BodyStyle())
     places, _ = forward_kinematics(spread.parents, spread.rest_translations, upper.local)
     before, _ = forward_kinematics(spread.parents, spread.rest_translations, rotations)
     for arm in body.arms:
@@ -76,7 +76,7 @@ def test_spread_arms_hang_down(stages):
 def test_the_head_stays_level_and_joints_of_the_tail_lag_in_turn(stages):
     library, body = character(stages, "dinosaur_leaps")
     upper = build_upper_body(
-        library.skeleton, library.biped, measure_biped(library.skeleton, library.biped), BodyStyle()
+        library.skeleton, library.biped, measure_biped(library.skeleton, library.biped), style=BodyStyle()
     )
     trunk = [*body.trunk, *body.neck]
     style = BodyStyle()

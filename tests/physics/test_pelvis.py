@@ -21,7 +21,10 @@ def test_pelvises_of_people_sway_to_the_standing_leg_and_others_hang_still():
     times = np.linspace(strikes[0], strikes[-1], 400)
     agents = np.zeros(len(times), dtype=int)
     com = optimise_com([plan], person)
-    swayed, hung = (hung_pelvises(motion, agents, times, np.zeros(3)) for motion in (com, replace(com, biped=human())))
+    swayed, hung = (
+        hung_pelvises(motion, agents=agents, times=times, offsets=np.zeros(3))
+        for motion in (com, replace(com, biped=human()))
+    )
     assert_allclose(hung, com.evaluate(agents, times).positions + human().pelvis, atol=1e-9)
     across = swayed - hung
     assert_allclose(across[:, 1:], 0.0, atol=1e-9)

@@ -76,10 +76,10 @@ def test_steps_have_a_segment_and_flights_one_more():
 def test_default_is_never_above_greedy_and_the_same_from_any_start(problem, size):
     samples, knots, start, options = problem
     begun = scattered(problem, 11, size)
-    unknowns = optimise_unknowns(samples, knots, begun, options)
-    np.testing.assert_array_equal(unknowns, optimise_unknowns(samples, knots, start, options))
+    unknowns = optimise_unknowns(samples, knots, begun, options=options)
+    np.testing.assert_array_equal(unknowns, optimise_unknowns(samples, knots, start, options=options))
     if size < 1.0:  # the paper's search takes long from farther off
-        greedy = energies(problem, search_unknowns(samples, knots, begun, options))
+        greedy = energies(problem, search_unknowns(samples, knots, begun, options=options))
         assert (greedy < 0.5 * energies(problem, begun)).all()
         for name, mine, theirs in zip(PLANS, energies(problem, unknowns), greedy, strict=True):
             assert mine <= theirs, name
@@ -87,9 +87,9 @@ def test_default_is_never_above_greedy_and_the_same_from_any_start(problem, size
 
 def test_no_other_start_leads_much_lower(problem):
     samples, knots, start, options = problem
-    found = energies(problem, optimise_unknowns(samples, knots, start, options))
+    found = energies(problem, optimise_unknowns(samples, knots, start, options=options))
     starts = [start, *(scattered(problem, seed, 0.3) for seed in range(4))]
-    others = [optimise_unknowns(samples, knots, begun, options, settles=False) for begun in starts]
+    others = [optimise_unknowns(samples, knots, begun, options=options, settles=False) for begun in starts]
     lowest = np.min([energies(problem, unknowns) for unknowns in others], axis=0)
     assert (found <= 1.03 * lowest).all()
 
@@ -101,7 +101,7 @@ def test_greedy_stops_where_no_single_change_helps():
     knots = lay_knots(contacts, footing)
     samples = lay_samples(footing, knots, window=options.heading_window)
     problem = samples, knots, start_unknowns(contacts, knots, human()), options
-    found = search_unknowns(*problem)
+    found = search_unknowns(*problem[:3], options=options)
     best = energies(problem, found)[0]
     spans = np.array([np.mean(knots.durations[max(k - 1, 0) : k + 1]) for k in range(len(knots.times))])
     for knot in range(len(knots.times)):

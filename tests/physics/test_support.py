@@ -33,7 +33,9 @@ def own_knots(contacts, footing):
 def stance_over(footing, begin, end):
     """The left leg over a time in 201 instants, of a body that faces ahead."""
     times = np.linspace(begin, end, 201)
-    return find_stance(footing, np.zeros(201, dtype=int), times, np.tile([0.0, 0.0, 0.0, 1.0], (201, 1)))
+    return find_stance(
+        footing, agents=np.zeros(201, dtype=int), times=times, bodies=np.tile([0.0, 0.0, 0.0, 1.0], (201, 1))
+    )
 
 
 def test_a_walk_has_its_knots_when_half_of_the_weight_is_on_either_foot():
@@ -41,7 +43,10 @@ def test_a_walk_has_its_knots_when_half_of_the_weight_is_on_either_foot():
     knots, rows = own_knots(contacts, footing)
     assert (knots > contacts.strikes[rows] + 0.02).all()
     stance = find_stance(
-        footing, np.zeros(len(knots), dtype=int), knots, np.tile([0.0, 0.0, 0.0, 1.0], (len(knots), 1))
+        footing,
+        agents=np.zeros(len(knots), dtype=int),
+        times=knots,
+        bodies=np.tile([0.0, 0.0, 0.0, 1.0], (len(knots), 1)),
     )
     np.testing.assert_allclose(stance.leg_shares[:, 0], stance.leg_shares[:, 1], atol=1e-9)
 
@@ -66,7 +71,9 @@ def test_a_walking_foot_presses_from_heel_to_toe_on_the_ball_once_its_heel_is_of
     steps = np.diff(along)
     assert (steps > 0.0).all()
     assert steps.max() < 1.5 * (biped.toe - biped.heel) / len(steps)
-    at_heel_off = find_stance(footing, np.zeros(1, int), np.array([begin + 0.606 * (end - begin)]), np.eye(4)[3:])
+    at_heel_off = find_stance(
+        footing, agents=np.zeros(1, int), times=np.array([begin + 0.606 * (end - begin)]), bodies=np.eye(4)[3:]
+    )
     np.testing.assert_allclose(at_heel_off.supports[0, 0, 2], contacts.positions[CONTACT, 2], atol=1e-9)
 
 

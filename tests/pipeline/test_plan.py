@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdUtils
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, UsdUtils
 
 from tests.few_clips import copy_stages
 from tests.scenes import Units, add_agent, add_character, new_stage
@@ -91,11 +91,16 @@ def test_bad_curves_are_named_and_the_others_planned(tmp_path, capsys):
     stage = Usd.Stage.Open(str(scene))
     add_curve(stage, "/World/Point", Units(), np.tile(CURVE[:1], (4, 1)))
     add_curve(stage, "/World/Odd", Units(), CURVE[:3])
+    several = add_curve(stage, "/World/Several", Units(), np.concatenate([CURVE, np.ones((4, 3)), CURVE + 9.0]))
+    UsdGeom.BasisCurves(several).GetCurveVertexCountsAttr().Set([4, 4, 4])
     stage.GetRootLayer().Save()
     assert main(["plan", "path", str(scene), "-o", str(tmp_path / "plans.usda"), "-q"]) == 1
     said = capsys.readouterr().err
     assert "/World/Point: is a path of zero length" in said
     assert "/World/Odd: has 3 points" in said
+    assert "/World/Several, curve 1: is a path of zero length" in said
+    made = Usd.Stage.Open(str(tmp_path / "plans.usda"))
+    assert [plan.GetName() for plan in made.GetPrimAtPath("/Plans").GetChildren()] == ["Walker", "Several", "Several_1"]
 
 
 def test_nothing_to_plan_and_nowhere_to_write(tmp_path):
@@ -190,6 +195,52 @@ def test_agents_points_and_xforms_that_move_get_plans(tmp_path):
     walker.GetRootLayer().Save()
     (plan,) = plan_scene_trajectories(tmp_path / "xform.usda", tmp_path / "b.usdc").plans.values()
     assert_allclose(plan.positions, report.plans["Crowd_7"].positions, atol=1e-5)
+
+
+def test_one_point_that_cannot_be_walked_does_not_stop_the_others(tmp_path):
+    """Id 3 jumps, 4 is no number once, -5 is well, 6 is deactivated, 7 is invisible at first; samples are far apart."""
+    stage = new_stage(tmp_path / "points.usda")
+    crowd = UsdGeom.PointInstancer.Define(stage, "/World/Crowd")
+    crowd.CreateIdsAttr([3, 4, -5, 6, 7])
+    for code in (0.0, 96.0, 120.0, 480.0, 516.0):
+        places = np.array([[2.0 * k, 0.0, 0.6 * code / 24.0] for k in range(5)])
+        places[0, 0] += 60.0 * (code > 100.0)
+        places[1] *= np.nan if code == 480.0 else 1.0
+        crowd.GetPositionsAttr().Set([Gf.Vec3f(*place) for place in places], code)
+        crowd.GetProtoIndicesAttr().Set([0] * 5, code)
+        crowd.GetInvisibleIdsAttr().Set([7] if code < 96.0 else [], code)
+    crowd.DeactivateId(6)
+    stage.GetRootLayer().Save()
+    report = plan_scene_trajectories(tmp_path / "points.usda", tmp_path / "plans.usdc")
+    assert sorted(report.plans) == ["Crowd_3", "Crowd_3_1", "Crowd_7", "Crowd__5"]
+    assert report.plans["Crowd_7"].strike_times[0] == pytest.approx(4.0)
+    assert [problem.severity for problem in report.problems] == ["warning", "error"]
+    assert "/World/Crowd id 3: jumps" in report.problems[0].message
+    assert "/World/Crowd id 4: position of sample 3 is not a finite" in report.problems[1].message
+
+
+def test_skelroots_and_what_moves_in_instances_get_plans_and_points_without_ids_are_named(tmp_path):
+    asset = new_stage(tmp_path / "asset.usda")
+    root = UsdSkel.Root.Define(asset, "/World/Walker")
+    operation = root.AddTranslateOp()
+    for code in np.arange(0.0, 240.0, 12.0):
+        operation.Set(Gf.Vec3d(0.0, 0.0, 1.2 * code / 24.0), code)
+    asset.GetRootLayer().Save()
+    stage = new_stage(tmp_path / "scene.usda")
+    for number in range(2):
+        prim = UsdGeom.Xform.Define(stage, f"/World/Copy{number}").GetPrim()
+        prim.GetReferences().AddReference("asset.usda", "/World", Sdf.LayerOffset(24.0 * number))
+        prim.SetInstanceable(True)
+    stage.GetRootLayer().Save()
+    plans = plan_scene_trajectories(tmp_path / "scene.usda", tmp_path / "plans.usdc").plans
+    assert [plan.strike_times[0] for plan in plans.values()] == pytest.approx([0.0, 1.0])
+    nameless = new_stage(tmp_path / "points.usda")
+    points = UsdGeom.Points.Define(nameless, "/World/Crowd").GetPointsAttr()
+    for code in (0.0, 24.0):
+        points.Set([Gf.Vec3f(0.0, 0.0, code)], code)
+    nameless.GetRootLayer().Save()
+    with pytest.raises(SceneError, match="/World/Crowd: has no ids"):
+        plan_scene_trajectories(tmp_path / "points.usda", tmp_path / "plans.usdc")
 
 
 def test_files_of_tracks_through_the_command_line(tmp_path, capsys):

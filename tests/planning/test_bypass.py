@@ -1,5 +1,7 @@
 """Paths that go round obstacles and ground nobody can walk on."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
@@ -40,6 +42,25 @@ def test_a_path_over_a_steep_roof_goes_round_it_if_asked_and_lints_clean():
     corners = np.array([(0.2, -5.0), (1.0, -1.5), (1.0, 1.5), (0.2, 5.0)])
     shortest = np.linalg.norm(np.diff(corners, axis=0), axis=1).sum()
     assert shortest < led.length < shortest + 2.0, "it leaves the line only where it must"
+
+
+def test_the_way_round_keeps_off_the_rims_and_rounds_its_corners_outside():
+    led = go_round(STRAIGHT, ground(width=6.0), body=Proportions()).points[:, [0, 2]]
+    past = np.maximum(np.abs(led) - (1.0, 1.5), 0.0)
+    assert np.linalg.norm(past[np.abs(led[:, 1]) < 2.0], axis=1).min() > 0.3
+
+
+@pytest.mark.parametrize("speed", [0.6, 1.3])
+def test_no_foot_swings_through_the_corner_of_a_block_that_the_way_leads_round(speed):
+    """A corridor of half a metre between the block and the end of the world."""
+    ends, heights = (-0.52, -0.2, 0.1, 0.44), (0.6, 0.42, 0.22)
+    block = [slab((-0.52, 0.64), pair, (top, top)) for pair, top in zip(pairwise(ends), heights, strict=True)]
+    small = Ground(terrain_of([slab((-1.0, 1.0), (-1.0, 1.0), (0.0, 0.0)), *block]))
+    over = WalkingPath(name="/Path", points=np.array([(0.04, 0.0, -0.88), (0.04, 0.0, 0.9)]), speed=speed)
+    plan = plan_path(over, small, options=PathOptions(around=True))
+    assert lint_plans([plan], small, bodies=[Proportions()]) == []
+    swings = np.linspace(plan.positions[:-2], plan.positions[2:], 20)[..., [0, 2]].reshape(-1, 2)
+    assert small.heights(swings, np.full(len(swings), 9.0)).heights.max() < 0.5
 
 
 def test_a_path_on_good_ground_is_as_drawn():

@@ -108,6 +108,20 @@ def test_steep_ground_walls_and_water_are_found():
     assert [(fault.footstep, fault.kind) for fault in faults(plan, terrain=beside)] == [(4, "obstructed")], "its corner"
 
 
+def test_feet_that_swing_over_walls_are_found():
+    plan = way(8)
+    z = 0.5 * float(plan.positions[2, 2] + plan.positions[4, 2])
+    for height, found in ((0.4, []), (0.7, [4, 5])):
+        wall = slab((-9.0, 9.0), (z - 0.08, z + 0.08), (height, height))
+        over = faults(plan, terrain=terrain_of([slab((-20.0, 20.0), (-20.0, 20.0), (0.0, 0.0)), wall]))
+        swings = [fault for fault in over if "swings over" in fault.message]
+        assert {fault.footstep for fault in swings} >= set(found[:1])
+        assert {fault.kind for fault in swings} == ({"obstructed"} if found else set())
+        assert all(fault.message.startswith(f"swings over ground {height:.2f} m above") for fault in swings)
+    roof = slab((-9.0, 9.0), (z - 0.08, z + 0.08), (2.2, 2.2))
+    assert not faults(plan, terrain=terrain_of([slab((-20.0, 20.0), (-20.0, 20.0), (0.0, 0.0)), roof]))
+
+
 def test_flights_nobody_can_make_and_swings_nobody_has_time_for():
     run = way(9, length=0.9, step_time=0.4, duty=0.4)
     long = replace(run, positions=run.positions * [1, 1, 5] - [0, 0, 18])

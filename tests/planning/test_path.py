@@ -10,7 +10,7 @@ from usdfoot.errors import PlanError
 from usdfoot.maths import planar, quaternion
 from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
-from usdfoot.planning.footholds import find_footholds, firm_ends, tread_steps
+from usdfoot.planning.footholds import find_footholds, find_walls, firm_ends, foot_places, tread_steps
 from usdfoot.planning.gait import derive_gait
 from usdfoot.planning.lint import lint_plans
 from usdfoot.planning.path import PathOptions, plan_path, plan_paths
@@ -182,7 +182,9 @@ def test_treads_are_the_cheapest_way_over_samples_and_feet():
     ways = lay_ways([straight(2.4), bent], [gait, gait], ground)
     footholds = find_footholds(ways, [gait, gait], [body, body], ground)
     ends = firm_ends(ways, footholds, [gait, gait])
-    taken = tread_steps(ways, footholds, [gait, gait], [body, body], ends=ends, support=1)
+    taken = tread_steps(
+        ways, footholds, [gait, gait], [body, body], walls=np.full((len(ways.arcs), 2), np.inf), ends=ends, support=1
+    )
     for way in (0, 1):
         own = slice(int(ways.first[way]), int(ways.first[way + 1]))
         arcs, wanted = ways.arcs[own], gait.step_length * ways.shares[own]
@@ -208,6 +210,25 @@ def test_treads_are_the_cheapest_way_over_samples_and_feet():
                     best[sample, side] = min(reached)
         _, steps = min(best[int(goal), side] for side in (0, 1) if (int(goal), side) in best)
         assert_allclose(taken[ways.rows[taken] == way] - ways.first[way], steps)
+
+
+def test_treads_are_chosen_so_that_no_foot_swings_through_the_corner_of_a_wall():
+    corner = slab((0.18, 3.0), (-3.0, -0.18), (0.7, 0.7))
+    ground = Ground(terrain_of([slab((-3.0, 3.0), (-3.0, 3.0), (0.0, 0.0)), corner]))
+    gait, body = derive_gait(), Proportions()
+    points = np.array([(0.0, 0.0, -0.9), (0.0, 0.0, -0.15), (0.03, 0.0, -0.03), (0.15, 0.0, 0.0), (0.9, 0.0, 0.0)])
+    ways = lay_ways([WalkingPath(name="/Round", points=points)], [gait], ground)
+    footholds, through = find_footholds(ways, [gait], [body], ground), []
+    ends = firm_ends(ways, footholds, [gait])
+    for walls in (np.full((len(ways.arcs), 2), np.inf), find_walls(ways, ground)):
+        treads = tread_steps(ways, footholds, [gait], [body], walls=walls, ends=ends, support=1)
+        treads = np.concatenate([ends[[0, 0], 0], treads])
+        sides = np.arange(len(treads)) % 2
+        widths, outward = footholds.widths[treads, sides], np.zeros(len(treads))
+        places, _ = foot_places(ways.points[treads], ways.headings[treads], sides, widths, outward)
+        swings = np.linspace(places[:-2], places[2:], 30).reshape(-1, 2)
+        through.append((ground.heights(swings, np.ones(len(swings))).heights > 0.1).sum())
+    assert through[0] > 0 and through[1] == 0
 
 
 @pytest.mark.parametrize("speed", [0.9, 1.4, 2.2])

@@ -1,6 +1,7 @@
 """Ways over stepping stones: the best there is, or how far one leads ([P] Figure 13)."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from numpy.testing import assert_allclose
 from tests.planning.terrains import slab, terrain_of
 from usdfoot.errors import PlanError
 from usdfoot.maths import planar
+from usdfoot.planning.lint import lint_steps
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.reach import Reach, step_costs
 from usdfoot.planning.stone_tops import stones_on
@@ -94,6 +96,18 @@ def test_a_plan_stands_at_both_ends_and_steps_only_on_stones():
         plan_stones(stones, stance_at(np.zeros(3), 0.0, REACH), goal, REACH, speed=speed) for speed in (0.4, 0.8)
     )
     assert_allclose(slow.strike_times, 2.0 * quick.strike_times)
+
+
+@pytest.mark.parametrize("leaps", [False, True])
+def test_between_stones_in_pairs_it_strides_and_only_leaps_if_it_may(leaps):
+    """Pairs of stones side by side, 0.84 m from pair to pair, walked by short legs, to whom that is a long step."""
+    body = Proportions(leg_length=0.7)
+    stones = stones_at([(side, 0.84 * pair) for pair in (1, 2, 3) for side in (0.1, -0.1)])
+    start, goal = (stance_at(np.array([0.0, 0.0, z]), 0.0, REACH) for z in (0.0, 0.84 * 4))
+    plan = plan_stones(stones, start, goal, replace(REACH, leaps=leaps), body=body)
+    flights = plan.strike_times[1:] - plan.liftoff_times[:-1]
+    assert (flights.max() > 0.0) == leaps
+    assert not lint_steps(plan, body)
 
 
 def test_where_there_is_no_way_the_error_says_how_far_one_leads():

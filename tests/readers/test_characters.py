@@ -42,7 +42,6 @@ def test_the_rest_pose_stands_in_canonical_space(units):
     assert_allclose(character.agent_rotation, (0, 0, 0, 1))
     assert character.agent_scale == 1.0
     assert character.skeleton_path == "Skeleton"
-    assert character.has_skel_root
     (bound,) = character.bounds
     assert_allclose(bound.padding, units.points(np.full(3, BALL_HEIGHT)).max(), rtol=1e-5)
     assert_array_equal(bound.sources, np.arange(len(JOINTS)))
@@ -80,8 +79,8 @@ def test_a_written_agent_prim_puts_the_joints_where_the_canonical_skeleton_has_t
     local = unfold_from_joints(
         character.skeleton_to_agent,
         skeleton.parents,
-        skeleton.rest_translations[None],
-        skeleton.rest_rotations[None],
+        translations=skeleton.rest_translations[None],
+        rotations=skeleton.rest_rotations[None],
     )
     usd = UsdSkel.Animation.Define(stage, "/World/pose")
     usd.CreateJointsAttr(skeleton.joints)

@@ -6,9 +6,12 @@ from numpy.testing import assert_allclose, assert_array_equal
 from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
 from tests.scenes import Units, add_plan, new_stage, straight_steps
+from usdfoot.batch.hashing import content_hash
 from usdfoot.bridge.tokens import Plan as Token
 from usdfoot.errors import PlanError
-from usdfoot.readers.plans import is_plan, path_orientations, read_plan
+from usdfoot.readers.plan_prints import path_orientations
+from usdfoot.readers.plan_sources import ask_plan
+from usdfoot.readers.plans import is_plan, plans_of, read_plan
 from usdfoot.readers.stage import read_stage_info
 
 EVERY_UNITS = [Units(m, u, r) for m, u, r in ((1.0, "Y", 24), (0.01, "Z", 30), (0.0254, "Y", 60), (1, "Z", 120))]
@@ -344,3 +347,37 @@ def test_a_plan_that_moves_is_read_at_the_start_with_a_warning(path):
     assert_allclose(plan.positions[:, 0], straight_steps()[1][:, 0] + 1.0, atol=1e-6)
     assert [problem.severity for problem in problems] == ["warning"]
     assert "/World/Plan: its transform is animated, its prints are read at the stage's start" in problems[0].message
+
+
+def test_many_plans_are_read_as_each_would_be_alone():
+    stage, units = new_stage(None, Units(0.01, "Z", 30)), Units(0.01, "Z", 30)
+    for name, yaws in (("Straight", None), ("Turning", YAWS), ("Moved", YAWS), ("Turned", YAWS), ("Mirrored", YAWS)):
+        add_plan(stage, f"/World/{name}", units, yaws=yaws)
+    for name, matrix in (
+        ("Moved", Gf.Matrix4d(1).SetTranslate((3.0, 1.0, -2.0))),
+        ("Turned", Gf.Matrix4d(1).SetRotate(Gf.Rotation((0.0, 0.0, 1.0), 40.0))),
+        ("Mirrored", Gf.Matrix4d(1).SetScale(Gf.Vec3d(-1.0, 1.0, 1.0))),
+    ):
+        UsdGeom.Xformable(stage.GetPrimAtPath(f"/World/{name}")).AddTransformOp().Set(matrix)
+    undirected = add_plan(stage, "/World/Undirected", units)
+    undirected.GetOrientationsAttr().Clear()
+    on_edge = add_plan(stage, "/World/OnEdge", units, yaws=YAWS)
+    on_edge.GetOrientationsAttr().Set([Gf.Quath(0.0, 1.0, 0.0, 0.0)] * 6)
+    unplaced = add_plan(stage, "/World/Unplaced", units)
+    unplaced.GetPositionsAttr().Clear()
+    uneven = add_plan(stage, "/World/Uneven", units)
+    uneven.GetProtoIndicesAttr().Set([0, 1, 0])
+    prims = [prim for prim in stage.GetPrimAtPath("/World").GetChildren() if is_plan(prim)]
+    assert len(prims) == 9
+    stage_units = read_stage_info(stage).units
+    together = plans_of([ask_plan(prim) for prim in prims], stage_units)
+    assert sum(isinstance(found, PlanError) for found in together) == 4
+    for prim, found in zip(prims, together, strict=True):
+        if isinstance(found, PlanError):
+            with pytest.raises(PlanError) as alone:
+                read_plan(prim, stage_units)
+            assert str(alone.value) == str(found)
+        else:
+            plan, problems = read_plan(prim, stage_units)
+            assert content_hash(plan) == content_hash(found[0])
+            assert problems == found[1]

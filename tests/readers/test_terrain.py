@@ -167,6 +167,36 @@ def test_instances_are_separate_meshes(tmp_path):
     assert_allclose(terrain.points[4:, 0].mean(), 3.0)
 
 
+@pytest.mark.parametrize("is_instance", [False, True])
+def test_instances_are_the_terrain_that_copies_are(tmp_path, is_instance):
+    """Read as one mesh in several places: each with its own transform and word on whether it can be walked on."""
+    source = new_stage()
+    add_ground(source, "/World/Part/Stone", Units(), size=0.5)
+    source.GetRootLayer().Export(str(tmp_path / "stone.usda"))
+    stage = new_stage()
+    turned = np.array(Gf.Matrix4d().SetRotate(Gf.Rotation(Gf.Vec3d(0, 1, 0), 30.0)))
+    placed = {"A": turned, "B": np.diag([-1.0, 1.0, 1.0, 1.0]), "C": np.eye(4), "D": np.diag([np.nan, 1.0, 1.0, 1.0])}
+    for row, (name, matrix) in enumerate(placed.items()):
+        prim = UsdGeom.Xform.Define(stage, f"/World/{name}")
+        prim.GetPrim().GetReferences().AddReference(str(tmp_path / "stone.usda"), "/World")
+        prim.GetPrim().SetInstanceable(is_instance)
+        matrix = matrix.copy()
+        matrix[3, 0] = 3.0 * row
+        prim.AddTransformOp().Set(Gf.Matrix4d(matrix))
+    marked = stage.GetPrimAtPath("/World/C")
+    marked.CreateAttribute(Token.WALKABLE, Sdf.ValueTypeNames.Bool, False).Set(False)
+    terrain, problems = read(stage)
+    found = {}
+    for index, path in enumerate(terrain.meshes):
+        own = terrain.triangles[terrain.mesh_indices == index]
+        found[path] = terrain.points[own].mean(axis=(0, 1))[0], bool(terrain.walkable[index])
+        assert (np.cross(*np.diff(terrain.points[own], axis=1).swapaxes(0, 1))[:, 1] > 0.0).all()
+    assert list(found) == [f"/World/{name}/Part/Stone" for name in "ABC"]
+    assert_allclose([place for place, _ in found.values()], [0.0, 3.0, 6.0], atol=1e-6)
+    assert [is_walkable for _, is_walkable in found.values()] == [True, True, False]
+    assert [problem.where for problem in problems] == ["/World/D/Part/Stone"]
+
+
 @pytest.mark.parametrize(
     ("points", "faces", "message"),
     [

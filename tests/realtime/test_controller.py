@@ -15,9 +15,11 @@ from usdfoot.engine.animate import animate_agents, prepare_library
 from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import UsdfootError
 from usdfoot.maths import quaternion
+from usdfoot.model.skeleton import forward_kinematics
 from usdfoot.planning.proportions import proportions_of
 from usdfoot.realtime import controller as controllers
 from usdfoot.realtime.controller import Controller
+from usdfoot.realtime.footsteps import Footsteps
 
 NOWHERE = np.zeros((1, 3))
 AHEAD = np.zeros(1)
@@ -238,3 +240,123 @@ def test_time_goes_on(library):
         controller.pose(0.9)
     with pytest.raises(UsdfootError, match="finite"):
         Controller(library, positions=np.full((1, 3), np.nan), yaws=np.zeros(1))
+
+
+def test_agents_come_and_go_and_nobody_else_is_touched(library):
+    plan = from_stand(stand(library), 9, width=0.2, turn=0.05)
+    times = times_of(plan, until=plan.strike_times[-2])
+    alone, _ = walk(stand(library, plan), [plan], times, ahead=7)
+    controller, poses = stand(library, plan), []
+    controller.plan(np.zeros(7, dtype=int), footsteps(plan, range(2, 9)))
+    for frame, time in enumerate(times):
+        if frame == 20:
+            crowd_ = np.stack([[3.0 + agent, 0.0, 1.0] for agent in range(40)])
+            assert list(controller.add(crowd_, np.zeros(40))) == list(range(1, 41))
+            controller.steer(np.arange(1, 41), np.tile([0.0, 1.0], (40, 1)), np.zeros(40))
+        if frame == 50:
+            assert controller.remove(np.arange(2, 41)) == ()
+        poses.append(controller.pose(float(time)))
+    early, late = poses[19], poses[-1]
+    assert len(early.there) == 1 and late.there.sum() == 2 and list(controller.there) == [0, 1]
+    assert_allclose(late.rotations[2:], np.tile(library.source.skeleton.rest_rotations, (39, 1, 1)), atol=1e-6)
+    for one, all_ in zip(alone, poses, strict=True):
+        assert_allclose(all_.rotations[0], one.rotations[0], atol=2e-6)
+        assert_allclose(all_.translations[0], one.translations[0], atol=2e-6)
+        assert_allclose(all_.root_positions[0], one.root_positions[0], atol=1e-9)
+
+
+def test_who_comes_later_walks_as_who_was_there_from_the_start(library):
+    plan = from_stand(stand(library), 8, width=0.2, turn=0.05)
+    times = times_of(plan, until=plan.strike_times[-2])
+    alone, _ = walk(stand(library, plan), [plan], times, ahead=2)
+    controller = Controller(library, positions=np.zeros((0, 3)), yaws=np.zeros(0), start=plan.start - 5.0)
+    assert controller.pose(plan.start - 4.0).rotations.shape == (0, len(library.source.skeleton.joints), 4)
+    others = controller.add(np.array([[9.0, 0.0, 0.0], [12.0, 0.0, 0.0]]), np.zeros(2))
+    controller.steer(others, np.array([[0.0, 1.2], [0.0, 1.4]]), np.zeros(2))
+    for time in np.arange(plan.start - 4.0, plan.start, 1.0 / RATE):
+        controller.pose(float(time))
+    controller.pose(plan.start)
+    controller.remove(others[:1])
+    assert list(controller.add(NOWHERE, AHEAD)) == [0]  # the number that became free
+    together, _ = walk(controller, [plan], times, ahead=2)
+    for one, all_ in zip(alone, together, strict=True):
+        assert_allclose(all_.rotations[0], one.rotations[0], atol=1e-5)
+        assert_allclose(all_.root_positions[0], one.root_positions[0], atol=1e-6)
+
+
+def test_who_is_gone_is_told_nothing(library):
+    controller = stand(library, agents=2)
+    assert controller.remove(np.array([0, 5]))[0].message == "agent 5: is not there; 1 are, from 1 to 1"
+    plan = from_stand(controller, 4)
+    [gone] = controller.plan(np.array([0]), footsteps(plan, [2]))
+    assert "agent 0: is not there" in gone.message
+    [gone] = controller.steer(np.array([0]), np.ones((1, 2)), np.zeros(1))
+    assert "agent 0: is not there" in gone.message
+    assert not controller.pose(1.0).there[0]
+    controller.remove(np.array([1]))
+    assert not controller.pose(2.0).there.any()
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda c, s: c.plan(np.array([0, 0]), s), "agents: has 2 numbers for 1 footsteps. give one for each"),
+        (lambda c, s: c.plan(np.array([True]), s), r"agents: has shape \(1,\) and type bool. give the agents' numbers"),
+        (lambda c, s: c.plan(0, s), r"agents: has shape \(\)"),
+        (
+            lambda c, s: c.steer([0], np.zeros(2), [0.0]),
+            r"velocities: has shape \(2,\). give numbers of shape \(1, 2\)",
+        ),
+        (lambda c, s: c.steer([0], np.zeros((1, 2)), []), r"yaws: has shape \(0,\)"),
+        (lambda c, s: c.pose("now"), r"time: is no array of numbers"),
+        (lambda c, s: c.pose(np.zeros(2)), r"time: has shape \(2,\)"),
+        (lambda c, s: c.add(np.zeros(3), np.zeros(1)), r"positions: has shape \(3,\). give numbers of shape \(1, 3\)"),
+        (lambda c, s: c.add(np.full((1, 3), np.inf), np.zeros(1)), "positions: has values that are not finite"),
+        (lambda c, s: replace(s, yaws=np.zeros(2)), r"arrays differ in length \(.*yaws \(2,\)"),
+        (lambda c, s: replace(s, yaws=0.0), r"arrays differ in length \(.*yaws \(\)"),
+        (lambda c, s: replace(s, positions=[["a", 0.0, 0.0]]), "positions: is no array of numbers"),
+    ],
+)
+def test_arguments_of_another_shape_are_named_and_nothing_happens(library, call, message):
+    controller = stand(library)
+    before = controller.pose(0.5)
+    steps = Footsteps(sides=[0], positions=[[0.1, 0.0, 0.5]], yaws=[0.0], strike_times=[1.5], liftoff_times=[2.0])
+    with pytest.raises(UsdfootError, match=message):
+        call(controller, steps)
+    assert len(controller) == 1 and controller.footing.strike_times[0] == 0.0
+    assert_allclose(controller.pose(1.0).rotations, before.rotations, atol=1e-6)
+
+
+def test_joints_beside_the_body_go_along_with_it(library):
+    """As Unreal's ik_foot_l does with foot_l."""
+    skeleton, biped = library.source.skeleton, library.source.biped
+    places, turns = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
+    ankle, count = biped.ankles[0], len(skeleton.joints)
+    with_ik = replace(
+        skeleton,
+        joints=(*skeleton.joints, "ik_root", "ik_root/ik_foot_l"),
+        parents=np.append(skeleton.parents, [-1, count]),
+        rest_translations=np.vstack([skeleton.rest_translations, np.zeros(3), places[ankle]]),
+        rest_rotations=np.vstack([skeleton.rest_rotations, [0.0, 0.0, 0.0, 1.0], turns[ankle]]),
+    )
+    clips = tuple(
+        replace(
+            clip,
+            translations=with_rest(clip.translations, with_ik.rest_translations[count:]),
+            rotations=with_rest(clip.rotations, with_ik.rest_rotations[count:]),
+        )
+        for clip in library.source.clips
+    )
+    wide = prepare_library(replace(library.source, skeleton=with_ik, clips=clips), EngineOptions())
+    controller = stand(wide)
+    controller.steer(np.zeros(1, dtype=int), np.array([[0.0, 1.2]]), AHEAD)
+    poses = [controller.pose(float(time)) for time in np.arange(0.0, 2.0, 1.0 / RATE)]
+    seen = see(wide, poses)
+    assert np.abs(seen.joints[:, -1] - seen.joints[:, ankle]).max() < 1e-5
+    assert np.abs(np.sum(seen.rotations[:, -1] * seen.rotations[:, ankle], axis=-1)).min() > 1.0 - 1e-6
+    assert np.ptp(seen.joints[:, ankle, 1]) > 0.05
+
+
+def with_rest(values, rest):
+    """Samples (F, J, ...) with more joints, which rest."""
+    return np.concatenate([values, np.tile(rest, (len(values), 1, 1))], axis=1)

@@ -50,7 +50,7 @@ def test_expected_errors_are_those_of_clips_left_out(library, examples, spaces):
     """Against a plain loop over clips, examples and samples."""
     space = spaces.spaces["default", False, 0]
     landings = spaces.landings[space.examples]
-    found = expected_errors(library.skeleton, library.biped.pelvis, examples, space, landings)
+    found = expected_errors(library.skeleton, library.biped.pelvis, examples, space=space, landings=landings)
     clips = examples.clip_indices[space.examples]
     members = space.footsteps.members[::8]
     slow = np.zeros(len(clips))
@@ -89,14 +89,14 @@ def test_clips_that_are_there_twice_are_expected_to_be_met(library):
     clips = [clip for clip in library.clips if clip.name.rsplit("/", 1)[-1] in names]
     twice = replace(library, clips=tuple([*clips, *(replace(clip, name=f"{clip.name}_again") for clip in clips)]))
     examples, _ = build_examples(twice)
-    covered = cover_spaces(twice.skeleton, twice.biped, examples, build_spaces(examples, pelvis=0))
+    covered = cover_spaces(twice.skeleton, twice.biped, examples, spaces=build_spaces(examples, pelvis=0))
     for space in covered:
         assert np.nanmax(space.errors) < 0.01 and np.median(space.errors) < 1e-6
 
 
 def test_both_feet_mirror_each_other(library, examples, spaces):
     left, right = (
-        space for space in cover_spaces(library.skeleton, library.biped, examples, spaces) if not space.flight
+        space for space in cover_spaces(library.skeleton, library.biped, examples, spaces=spaces) if not space.flight
     )
     assert (left.side, right.side) == (0, 1)
     assert_allclose(right.landings, left.landings * [-1.0, 1.0])
@@ -132,5 +132,5 @@ def test_one_clip_alone_leaves_single_landings_out(library):
     (clip,) = (clip for clip in library.clips if clip.name.endswith("walk_070"))
     one = replace(library, clips=(clip,))
     examples, _ = build_examples(one)
-    for space in cover_spaces(one.skeleton, one.biped, examples, build_spaces(examples, pelvis=0)):
+    for space in cover_spaces(one.skeleton, one.biped, examples, spaces=build_spaces(examples, pelvis=0)):
         assert np.isfinite(space.errors).all() == (len(space.landings) > 1)

@@ -17,8 +17,9 @@ from usdfoot.errors import ClipError
 from usdfoot.model.examples import Examples
 from usdfoot.spaces.corner_kernel import SpaceArrays, adjoin_corners
 from usdfoot.spaces.features import DOUBT, FeatureScales, StepFeatures, example_features
-from usdfoot.spaces.library import StepWeights, build_spaces, end_landings, solve_steps
-from usdfoot.spaces.mirror import mirror_partners
+from usdfoot.spaces.landings import end_landings
+from usdfoot.spaces.library import StepWeights, build_spaces, solve_steps
+from usdfoot.spaces.mirror_partners import mirror_partners
 
 FLIPPED = ("landings", "departures")
 NEGATED = ("landing_yaws", "support_yaws", "departure_yaws", "turns")

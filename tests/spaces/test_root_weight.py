@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.optimize import minimize
 
-from usdfoot.spaces.root_weight import (
+from tests.spaces.root_mixes import (
     RootWeighted,
     find_largest_root_weight,
     replace_corners,

@@ -13,7 +13,8 @@ from tests.spaces.test_library import mirror_image, random_examples
 from tests.strategies import seeds
 from usdfoot.model.examples import Examples
 from usdfoot.spaces.features import example_features
-from usdfoot.spaces.library import FootstepSpaces, build_spaces, end_landings, left_landings
+from usdfoot.spaces.landings import end_landings, left_landings
+from usdfoot.spaces.library import FootstepSpaces, build_spaces
 from usdfoot.spaces.root_velocity import solve_root_velocities
 from usdfoot.spaces.roots import find_roots
 

@@ -34,7 +34,7 @@ def stands(stage):
 
 def test_a_moved_footstep_is_stood_on_and_kept(shot, opened):
     source, before = digests(shot / "scene"), places(opened)
-    toggle_overlay(opened, Selection(), NOW, "Footsteps")
+    toggle_overlay(opened, Selection(), NOW, kind="Footsteps")
     move_selected(opened, footstep(8), NOW, ahead=0.05, left=0.03, turn=0.1)
     moved = places(opened)
     assert np.linalg.norm(moved[8] - before[8]) == pytest.approx(np.hypot(0.05, 0.03), abs=1e-4)

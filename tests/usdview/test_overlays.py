@@ -21,13 +21,13 @@ def clean(stage):
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_overlay_is_shown_hidden_and_shown_again(stage, kind):
     before = {layer.identifier: layer.ExportToString() for layer in stage.GetLayerStack(includeSessionLayers=False)}
-    assert toggle_overlay(stage, ONE, NOW, kind) == ()
+    assert toggle_overlay(stage, ONE, NOW, kind=kind) == ()
     assert shown_kinds(stage) == (kind,)
     drawn = [prim for prim in Usd.PrimRange(stage.GetPrimAtPath(f"/__usdfoot/{kind}")) if prim.IsA(UsdGeom.Gprim)]
     assert drawn
-    toggle_overlay(stage, ONE, NOW, kind)
+    toggle_overlay(stage, ONE, NOW, kind=kind)
     assert shown_kinds(stage) == ()
-    toggle_overlay(stage, Selection(), NOW, kind)
+    toggle_overlay(stage, Selection(), NOW, kind=kind)
     assert shown_kinds(stage) == (kind,)
     assert {
         layer.identifier: layer.ExportToString() for layer in stage.GetLayerStack(includeSessionLayers=False)
@@ -35,24 +35,24 @@ def test_every_overlay_is_shown_hidden_and_shown_again(stage, kind):
 
 
 def test_what_is_selected_is_drawn_or_else_everybody(stage):
-    toggle_overlay(stage, ONE, NOW, "Com")
+    toggle_overlay(stage, ONE, NOW, kind="Com")
     agents = stage.GetPrimAtPath("/__usdfoot/Com").GetAttribute("usdfoot:overlay:agents")
     assert list(agents.Get()) == ["Agent_1"]
-    toggle_overlay(stage, ONE, NOW, "Com")
-    toggle_overlay(stage, Selection(), NOW, "Com")
+    toggle_overlay(stage, ONE, NOW, kind="Com")
+    toggle_overlay(stage, Selection(), NOW, kind="Com")
     assert len(agents.Get()) == 3 == len(UsdGeom.BasisCurves(agents.GetPrim()).GetCurveVertexCountsAttr().Get())
 
 
 def test_removed_overlays_leave_nothing(stage):
-    toggle_overlay(stage, ONE, NOW, "Errors")
+    toggle_overlay(stage, ONE, NOW, kind="Errors")
     remove_overlays(stage)
     assert not stage.GetPrimAtPath("/__usdfoot")
     assert stage.GetSessionLayer().empty
 
 
 def test_saved_overlays_open_over_the_crowd(stage, made, tmp_path):
-    toggle_overlay(stage, ONE, NOW, "Errors")
-    toggle_overlay(stage, ONE, NOW, "Timing")
+    toggle_overlay(stage, ONE, NOW, kind="Errors")
+    toggle_overlay(stage, ONE, NOW, kind="Timing")
     file = save_overlay(stage, tmp_path / "inspect.usda")
     crowd = Sdf.Layer.FindOrOpen(str(made / "crowd" / "crowd.usd"))
     again = Usd.Stage.Open(crowd, Sdf.Layer.FindOrOpen(str(file)))
@@ -66,8 +66,8 @@ def test_saved_overlays_open_over_the_crowd(stage, made, tmp_path):
 
 def test_what_cannot_be_done_is_said(stage, tmp_path):
     with pytest.raises(SceneError, match=r"no overlay.*Footsteps"):
-        toggle_overlay(stage, ONE, NOW, "Shoes")
+        toggle_overlay(stage, ONE, NOW, kind="Shoes")
     with pytest.raises(SceneError, match="shows no overlay"):
         save_overlay(stage, tmp_path / "inspect.usda")
     with pytest.raises(SceneError, match="has no agents"):
-        toggle_overlay(Usd.Stage.CreateInMemory(), Selection(), NOW, "Errors")
+        toggle_overlay(Usd.Stage.CreateInMemory(), Selection(), NOW, kind="Errors")

@@ -44,7 +44,7 @@ def test_instances_of_a_plan_are_footsteps(stage):
 
 
 def test_instances_of_an_overlay_are_footsteps_of_their_agents(stage):
-    draw(stage, ("Agent_0", "Agent_2"), ("Footsteps", "Com"))
+    draw(stage, ("Agent_0", "Agent_2"), kinds=("Footsteps", "Com"))
     path = Sdf.Path("/__usdfoot/Footsteps")
     owners, names = (
         stage.GetPrimAtPath(path).GetAttribute(f"usdfoot:overlay:{key}").Get() for key in ("owners", "agents")

@@ -26,7 +26,7 @@ def root_weights(stage, agent):
 def test_selected_agents_are_shown_with_another_root_weight_and_as_they_were(shot, opened):
     before = digests(shot)
     was = {name: rotations(opened, name) for name in ("Agent_0", "Agent_1")}
-    toggle_overlay(opened, Selection(), NOW, "Errors")
+    toggle_overlay(opened, Selection(), NOW, kind="Errors")
     take = animate_again(opened, ONE, NOW, root_weight=0.6)
     assert sorted(take.report.results) == ["Agent_1"]
     assert root_weights(opened, "Agent_1").max() == pytest.approx(0.6) and root_weights(opened, "Agent_0").max() == 0.0

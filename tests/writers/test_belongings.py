@@ -6,7 +6,7 @@ from tests.writers.test_crowd import write
 from usdfoot.errors import OutputError
 from usdfoot.writers.belongings import check_foreign
 
-KEPT = ("notes.txt", ".123.profile", "anims.0001.usda")
+KEPT = ("notes.txt", ".123.profile", ".123-abc.crowd.usd", "anims.0001.usda")
 
 
 def contents(folder):
@@ -39,7 +39,14 @@ def test_a_crowd_of_which_little_is_whole_is_one(tmp_path, whole):
 def test_what_killed_runs_left_is_removed_and_nothing_else(tmp_path):
     crowd, _, _ = write(tmp_path)
     before = contents(crowd.parent)
-    left = (*(f".123.{name}" for name in before), "anims.0007.usdc", ".9.agents.0003.usdc", "characters/.9.Hero.usdc")
+    mark = "123-0123456789abcdef"
+    left = (
+        *(f".{mark}.{name}" for name in before),
+        "anims.0007.usdc",
+        f".{mark}.agents.0003.usdc",
+        ".9.agents.0003.usdc",  # as they once were named
+        f"characters/.{mark}.Hero.usdc",
+    )
     (crowd.parent / "characters").mkdir()
     for name in (*left, *KEPT):
         (crowd.parent / name).write_text("")

@@ -54,6 +54,15 @@ def test_a_layer_for_which_there_is_no_room_is_refused_with_the_reason(tmp_path)
     assert not list((tmp_path / "out").iterdir())
 
 
+def test_two_machines_whose_processes_have_one_number_do_not_write_into_one_file(tmp_path):
+    """As threads of one process do not, which a user's own executor may have."""
+    with staged_files(tmp_path) as one, staged_files(tmp_path) as other:
+        one.add_text("a.txt", "one")
+        other.add_text("a.txt", "other")
+        assert sorted(path.read_text() for path in tmp_path.iterdir()) == ["one", "other"]
+    assert contents(tmp_path) == {"a.txt": b"one"}
+
+
 def test_the_root_layer_is_renamed_last(tmp_path, monkeypatch):
     renamed = []
     replace = os.replace

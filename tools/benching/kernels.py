@@ -10,7 +10,7 @@ import warp as wp
 from benching.rigs import walking_crowd, with_joints
 from benching.stopwatch import best_time, function_times
 from usdfoot.engine.animate import PreparedLibrary, PreparedSteps, prepare_library, prepare_steps
-from usdfoot.engine.feet import device_feet
+from usdfoot.engine.contact_feet import device_feet
 from usdfoot.engine.frames import Frames, lay_frames
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.plant import plant_feet

@@ -12,8 +12,9 @@ from usdfoot.engine.options import EngineOptions
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.spaces.features import example_features
-from usdfoot.spaces.library import SideSpace, end_landings, left_landings
+from usdfoot.spaces.landings import end_landings, left_landings
 from usdfoot.spaces.roots import find_roots
+from usdfoot.spaces.side_space import SideSpace
 from usdfoot.spaces.tetrahedra import solve_tetrahedra
 
 __all__ = ["space_figures"]

@@ -23,7 +23,8 @@ from usdfoot.model.motion import Motion
 from usdfoot.model.terrain import Terrain
 from usdfoot.physics.animate import animate_hybrids
 from usdfoot.physics.motion_options import MotionOptions
-from usdfoot.spaces.library import build_spaces, end_landings
+from usdfoot.spaces.landings import end_landings
+from usdfoot.spaces.library import build_spaces
 
 __all__ = ["ReplayErrors", "nearest_clips", "replay_takes", "with_clips", "with_examples"]
 

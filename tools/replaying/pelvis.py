@@ -93,11 +93,11 @@ def pelvis_errors(
     times, real = track.times[inside], track.positions[inside]
     agents = np.full(len(times), agent)
     yaws = motion.footing.body_yaws(agents, times, window=motion.options.heading_window)
-    made = hung_pelvises(motion, agents, times, np.zeros(3))
+    made = hung_pelvises(motion, agents=agents, times=times, offsets=np.zeros(3))
     if carriage is not None:
         values = lay_carriage(motion, carriage).at(agents, times)
         offsets = carried_offsets(values, motion.rhythm(agents, times, yaws))
-        made = hung_pelvises(motion, agents, times, offsets)
+        made = hung_pelvises(motion, agents=agents, times=times, offsets=offsets)
     apart = _in_heading(made - real, yaws)
     step = float(np.median(np.diff(strikes)))
     return PelvisErrors(

@@ -39,7 +39,7 @@ def arm_by_names(joints: Sequence[str], parents: IntArray, side: int) -> dict[st
         Upper arm, lower arm and, if found, hand; None if one of the first two is not found.
     """
     for roles in (ARM_ROLES, ARM_ROLES[:2]):
-        chains = chain_by_names(joints, parents, side, _WORDS, roles, fixed={})
+        chains = chain_by_names(joints, parents, side, words=_WORDS, roles=roles, fixed={})
         if chains:
             return min(chains, key=lambda chain: chain[0])[1]
     return None

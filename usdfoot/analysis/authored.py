@@ -21,8 +21,8 @@ def with_authored_events(
     contacts: Contacts,
     clip: Clip,
     motion: FootMotion,
-    period: float | None,
     *,
+    period: float | None,
     ball_heights: FloatArray,
     options: ContactOptions,
 ) -> Contacts:

@@ -49,7 +49,7 @@ def axis_turns(own: Skeleton, other: Skeleton, order: IntArray) -> FloatArray:
 
 
 def with_axes(
-    parents: IntArray, turns: FloatArray, translations: FloatArray, rotations: FloatArray
+    parents: IntArray, turns: FloatArray, *, translations: FloatArray, rotations: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Joint-local samples (..., K, 3) and (..., K, 4) in axes turned by (K, 4); every joint stays where it is."""
     above = np.where((parents >= 0)[:, None], quaternion.inverse(turns[parents]), [0.0, 0.0, 0.0, 1.0])

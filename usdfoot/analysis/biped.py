@@ -26,6 +26,9 @@ BALL_HEIGHT = 0.33
 """Height of the ball joint above the sole as a fraction of the distance from ankle to ball, where nothing tells more;
 that of the mocap skeletons of CMU (0.32) and Bandai Namco (0.36)."""
 
+BALL_HEIGHTS = (0.02, 0.6)
+"""Between these fractions of that distance a ball joint above the origin's plane may be that of a foot that stands."""
+
 TRUNK_HEIGHT = 0.2
 """Joints higher above the hips than this part of the hips' height are of the trunk or hang on it."""
 
@@ -119,7 +122,7 @@ def default_ball_heights(leg: FloatArray) -> FloatArray:
     """
     feet = np.linalg.norm(leg[:, 3] - leg[:, 2], axis=-1)
     heights = leg[:, 3, 1]
-    stands = np.all((heights > 0.02 * feet) & (heights < 0.6 * feet) & (leg[:, 2, 1] > heights))
+    stands = np.all((heights > BALL_HEIGHTS[0] * feet) & (heights < BALL_HEIGHTS[1] * feet) & (leg[:, 2, 1] > heights))
     level = abs(heights[0] - heights[1]) < 0.1 * feet.mean()
     return np.full(2, heights.mean() if stands and level else BALL_HEIGHT * feet.mean())
 
@@ -130,7 +133,7 @@ def _legs(
     fixed = [{role: authored[f"{side} {role}"] for role in LEG_ROLES if f"{side} {role}" in authored} for side in SIDES]
     if all(len(leg) == len(LEG_ROLES) for leg in fixed):
         return fixed[0], fixed[1]
-    named = [leg_by_names(skeleton.joints, skeleton.parents, side, fixed[side]) for side in (0, 1)]
+    named = [leg_by_names(skeleton.joints, skeleton.parents, side, fixed=fixed[side]) for side in (0, 1)]
     left, right = named[0], named[1]
     if left is None or right is None:
         shaped = legs_by_shape(skeleton.parents, positions)
@@ -147,7 +150,7 @@ def _reaching_child(skeleton: Skeleton, ankle: int, positions: FloatArray) -> in
     below = np.flatnonzero(skeleton.parents == ankle).tolist()
     bones = [joint for joint in below if not is_helper(skeleton.joints[joint])]
     ends = [joint for joint in below if is_end(skeleton.joints[joint])]
-    return reaching_child(skeleton.parents, positions, ankle, bones or ends)
+    return reaching_child(skeleton.parents, positions, ankle, children=bones or ends)
 
 
 def _pelvis(skeleton: Skeleton, positions: FloatArray, hips: tuple[int, int]) -> int | None:

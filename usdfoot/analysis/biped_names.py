@@ -33,7 +33,7 @@ _PELVIS = frozenset({"pelvis", "hip", "hips"})
 
 
 def leg_by_names(
-    joints: Sequence[str], parents: IntArray, side: int, fixed: Mapping[str, int]
+    joints: Sequence[str], parents: IntArray, side: int, *, fixed: Mapping[str, int]
 ) -> dict[str, int] | None:
     """Joint index by role of one leg, the chain whose names are least in doubt.
 
@@ -47,8 +47,8 @@ def leg_by_names(
         Hip, knee, ankle and, if found, ball; None if one of the first three is not found.
     """
     best: tuple[float, dict[str, int]] | None = None
-    for doubt, chain in chain_by_names(joints, parents, side, _WORDS, LEG_ROLES[:3], fixed=fixed):
-        ball = likeliest_below(joints, parents, side, _WORDS, "ball", fixed=fixed, ancestor=chain["ankle"])
+    for doubt, chain in chain_by_names(joints, parents, side, words=_WORDS, roles=LEG_ROLES[:3], fixed=fixed):
+        ball = likeliest_below(joints, parents, side, words=_WORDS, role="ball", fixed=fixed, ancestor=chain["ankle"])
         # A known ball that is not below the ankle is left to the caller's check.
         total = doubt + (ball[0] if ball else 1.0)
         if best is None or total < best[0]:

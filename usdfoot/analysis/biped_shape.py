@@ -52,7 +52,7 @@ def _chain(parents: IntArray, joint: int) -> list[int]:
 
 
 def reaching_child(
-    parents: IntArray, positions: FloatArray, joint: int, children: Sequence[int] | None = None
+    parents: IntArray, positions: FloatArray, joint: int, *, children: Sequence[int] | None = None
 ) -> int | None:
     """The child at or below which a joint lies farthest from the joint itself; None if all lie on it, or without any.
 

@@ -100,13 +100,13 @@ def on_character(library: ClipLibrary, worlds: Sequence[WorldClip]) -> Character
     rates = np.array([world.clip.rate for world in worlds])
     return CharacterMotion(
         library=library,
-        rotations=build_splines(rotations.reshape(len(rotations), -1), first, starts, rates),
-        pelvis=build_splines(path, first, starts, rates),
+        rotations=build_splines(rotations.reshape(len(rotations), -1), first=first, starts=starts, rates=rates),
+        pelvis=build_splines(path, first=first, starts=starts, rates=rates),
     )
 
 
 def foot_stands(
-    motion: CharacterMotion, clips: IntArray, flats: FloatArray, liftoffs: FloatArray, sides: IntArray
+    motion: CharacterMotion, clips: IntArray, *, flats: FloatArray, liftoffs: FloatArray, sides: IntArray
 ) -> Stands:
     """Where the character's feet stand in contacts of the clips (K,) with these sides (K,).
 

@@ -48,7 +48,7 @@ def contacts_of(
         heel_heights=signals.positions[2:, :, 1].ravel(),
         heels_still=still[2:].ravel(),
     )
-    starts, ends = feet.runs.intervals(still_balls(signals, still, scales, options).ravel())
+    starts, ends = feet.runs.intervals(still_balls(signals, still, scales, options=options).ravel())
     strikes, downs, liftoffs = _events(feet, starts, ends, scales, options)
     quarters = (ends - starts) // 4
     first, last = starts + quarters, ends - quarters
@@ -137,16 +137,17 @@ def _events(
     heights = feet.ball_positions[:, 1]
     highest = medians_of(heights, starts, ends) + scale * options.lift
     indices, own = expand(starts, ends)
-    landed = first_where(heights[indices] <= highest[own], indices, own, starts)  # slow it may be, but not down yet
+    # The ball may be slow before it is down.
+    landed = first_where(heights[indices] <= highest[own], indices, own, missing=starts)
     limits = np.maximum(previous, heads)
-    balls_down = still_starts(feet.balls, landed, ends, limits)
+    balls_down = still_starts(feet.balls, landed, ends, limits=limits)
     liftoffs = np.minimum(
-        still_ends(feet.balls, landed, ends, following), _raised(feet, landed, ends, following, highest)
+        still_ends(feet.balls, landed, ends, limits=following), _raised(feet, landed, ends, following, highest)
     )
     first = _heels_down(feet, landed, ends, previous + 1, scale * options.heel_lift)
     heels_down = balls_down.copy()
     early = np.flatnonzero(first < landed)
-    heels_down[early] = still_starts(feet.heels, first[early], ends[early], limits[early])
+    heels_down[early] = still_starts(feet.heels, first[early], ends[early], limits=limits[early])
     brief = liftoffs - balls_down < options.shortest_contact
     balls_down, liftoffs = np.where(brief, times[starts], balls_down), np.where(brief, times[ends], liftoffs)
     cut = (starts == heads) | ((first == heads) & (heels_down < balls_down))
@@ -158,7 +159,7 @@ def _events(
 def _raised(feet: _Feet, starts: IntArray, ends: IntArray, limits: IntArray, highest: FloatArray) -> FloatArray:
     """First times in the second half of contacts or after them at which the ball is up [s], infinite if never, (K,)."""
     indices, own = expand((starts + ends) // 2, limits)
-    found = first_where(feet.ball_positions[indices, 1] >= highest[own], indices, own, limits + 1)
+    found = first_where(feet.ball_positions[indices, 1] >= highest[own], indices, own, missing=limits + 1)
     return np.where(found <= limits, feet.times[np.minimum(found, limits)], np.inf)
 
 
@@ -170,7 +171,7 @@ def _heels_down(feet: _Feet, starts: IntArray, ends: IntArray, limits: IntArray,
     highest = lowest + lifts
     indices, own = expand(limits, starts)
     up = ~(feet.heels_still[indices] & (feet.heel_heights[indices] < highest[own]))
-    return np.minimum(last_where(up, indices, own, limits - 1) + 1, starts)
+    return np.minimum(last_where(up, indices, own, missing=limits - 1) + 1, starts)
 
 
 def flat_times(

@@ -69,7 +69,7 @@ def _seam_poses(clips: Sequence[Clip], skeleton: Skeleton, biped: Biped) -> Floa
         if int(skeleton.parents[joint]) in joints:
             joints.append(joint)
     translations, rotations = [clip.translations[ENDS] for clip in clips], [clip.rotations[ENDS] for clip in clips]
-    positions, turned = joint_kinematics(skeleton, translations, rotations, np.array(joints))
+    positions, turned = joint_kinematics(skeleton, translations, rotations, joints=np.array(joints))
     pelvis = turned[:, 0].reshape(len(clips), -1, 4)
     yaws = _turns(pelvis[:, :1], pelvis).ravel()
     poses = positions - positions[:, :1] * np.array([1.0, 0.0, 1.0])
@@ -88,14 +88,14 @@ def _rms(vectors: FloatArray) -> float:
     return float(np.sqrt(np.mean(np.sum(vectors**2, axis=-1))))
 
 
-def repeated(clips: Sequence[Clip], skeleton: Skeleton, biped: Biped, periods: Sequence[float | None]) -> list[Clip]:
+def repeated(clips: Sequence[Clip], skeleton: Skeleton, biped: Biped, *, periods: Sequence[float | None]) -> list[Clip]:
     """Clips with three cycles of each loop, those without a period [s] as they are.
 
     One cycle comes before and one after a loop's own, each continuing where the last one arrived. Samples fall on the
     clip's own sample times, before and after them at the same rate.
     """
     ends = [clip.translations[ENDS] for clip in clips], [clip.rotations[ENDS] for clip in clips]
-    positions, rotations = joint_kinematics(skeleton, *ends, np.array([biped.pelvis]))
+    positions, rotations = joint_kinematics(skeleton, *ends, joints=np.array([biped.pelvis]))
     return [
         clip if period is None else _three_cycles(clip, skeleton, period, *_advance(clip, period, *pelvis))
         for clip, period, *pelvis in zip(
@@ -109,7 +109,11 @@ def _three_cycles(clip: Clip, skeleton: Skeleton, period: float, turn: FloatArra
     samples = period * clip.rate
     count = len(clip.rotations) - (1 if samples < len(clip.rotations) - 0.7 else 0)
     cycle = replace(clip, translations=clip.translations[:count], rotations=clip.rotations[:count])
-    parts = [moved(cycle, skeleton, planar.rotate(-turn, -shift), -turn), cycle, moved(cycle, skeleton, shift, turn)]
+    parts = [
+        moved(cycle, skeleton, positions=planar.rotate(-turn, -shift), yaws=-turn),
+        cycle,
+        moved(cycle, skeleton, positions=shift, yaws=turn),
+    ]
     translations = np.concatenate([part.translations for part in parts])
     rotations = quaternion.continuous(np.concatenate([part.rotations for part in parts]))
     before = round(samples)

@@ -122,7 +122,7 @@ def _stands_of(motion: CharacterMotion, table: StepTable) -> dict[str, Stands]:
     rows = np.concatenate([table.contacts_of(role) for role in ROLES])
     contacts, where, places = np.unique(rows, axis=0, return_index=True, return_inverse=True)
     flats, liftoffs = (times.T.ravel()[where] for times in (table.flats, table.liftoffs))
-    found = foot_stands(motion, contacts[:, 0], flats, liftoffs, contacts[:, 1])
+    found = foot_stands(motion, contacts[:, 0], flats=flats, liftoffs=liftoffs, sides=contacts[:, 1])
     return {
         role: Stands(positions=found.positions[own], yaws=found.yaws[own], slides=found.slides[own])
         for role, own in zip(ROLES, places.reshape(len(ROLES), -1), strict=True)
@@ -143,7 +143,9 @@ def _sampled(
     headings = planar.circular_mean(np.stack([yaws["support"], yaws["departure"]], axis=1))
     next_headings = planar.circular_mean(np.stack([yaws["support"], yaws["landing"]], axis=1))
 
-    times = table.starts[:, None] + times_of_phases(durations, swing_liftoffs, support_liftoffs, samples)
+    times = table.starts[:, None] + times_of_phases(
+        durations, swing_liftoffs=swing_liftoffs, support_liftoffs=support_liftoffs, samples=samples
+    )
     rotations, pelvis_world = motion.pose(np.repeat(table.runs, samples), times.ravel())
     balls = motion.feet(rotations[:, motion.legs], pelvis_world)[1].reshape(count, samples, 2, 3)
     rows = np.arange(count)
@@ -185,7 +187,7 @@ def _sampled(
 
 
 def times_of_phases(
-    durations: FloatArray, swing_liftoffs: FloatArray, support_liftoffs: FloatArray, samples: int
+    durations: FloatArray, swing_liftoffs: FloatArray, support_liftoffs: FloatArray, *, samples: int
 ) -> FloatArray:
     """Time after the support strike of evenly spaced phases, straight between the events [s], shape (E, S)."""
     knot_times, knot_phases = event_knots(durations, swing_liftoffs, support_liftoffs)

@@ -12,7 +12,7 @@ ROUNDING = 1e-6
 """Part of a sample that does not count: rates and times come from time codes with rounding errors."""
 
 
-def fine_times(start_time: float, frames: int, rate: float, fine_rate: float) -> FloatArray:
+def fine_times(start_time: float, frames: int, rate: float, *, fine_rate: float) -> FloatArray:
     """Times that divide every sample interval evenly, at least `fine_rate` a second [s], shape (N,)."""
     parts = max(1, int(np.ceil(fine_rate / rate - ROUNDING)))
     return start_time + np.arange((frames - 1) * parts + 1) / (rate * parts)

@@ -71,9 +71,9 @@ def chain_by_names(
     joints: Sequence[str],
     parents: IntArray,
     side: int,
+    *,
     words: RoleWords,
     roles: Sequence[str],
-    *,
     fixed: Mapping[str, int],
 ) -> list[tuple[float, dict[str, int]]]:
     """All descending combinations of joints whose names may mean the roles, with the doubt of each.
@@ -105,9 +105,9 @@ def likeliest_below(
     joints: Sequence[str],
     parents: IntArray,
     side: int,
+    *,
     words: RoleWords,
     role: str,
-    *,
     fixed: Mapping[str, int],
     ancestor: int,
 ) -> tuple[float, int] | None:

@@ -81,11 +81,11 @@ def _leg_lengths(
 
 def partial_kinematics(skeleton: Skeleton, clip: Clip, joints: IntArray) -> tuple[FloatArray, FloatArray]:
     """World positions (T, K, 3) and rotations (T, K, 4) of K joints of a clip, from its own translations."""
-    return joint_kinematics(skeleton, [clip.translations], [clip.rotations], joints)
+    return joint_kinematics(skeleton, [clip.translations], [clip.rotations], joints=joints)
 
 
 def joint_kinematics(
-    skeleton: Skeleton, translations: Sequence[FloatArray], rotations: Sequence[FloatArray], joints: IntArray
+    skeleton: Skeleton, translations: Sequence[FloatArray], rotations: Sequence[FloatArray], *, joints: IntArray
 ) -> tuple[FloatArray, FloatArray]:
     """World positions (N, K, 3) and rotations (N, K, 4) of K joints in all poses of several clips, end to end.
 
@@ -114,7 +114,7 @@ def foot_motions(
     """World trajectories of pelvis, ankles, balls and heels of C clips whose legs have these lengths [m], (C,)."""
     joints = np.array([biped.pelvis, *biped.ankles, *biped.balls])
     translations, rotations = [clip.translations for clip in clips], [clip.rotations for clip in clips]
-    positions, turned = joint_kinematics(skeleton, translations, rotations, joints)
+    positions, turned = joint_kinematics(skeleton, translations, rotations, joints=joints)
     first = np.concatenate([[0], np.cumsum([len(clip.rotations) for clip in clips])])
     heights = leg_lengths[:, None] / rest_leg_length(skeleton, biped) * biped.ball_heights  # (C, 2)
     motions = []
@@ -138,7 +138,7 @@ def foot_motions(
 def with_heels(motion: FootMotion, ball_heights: FloatArray) -> FootMotion:
     """The motion with heels found anew, for ball joints so high above the sole [m], (2,)."""
     rate = (len(motion.times) - 1) / (motion.times[-1] - motion.times[0])
-    offsets = heel_offsets(motion.ankles, motion.balls, motion.ankle_rotations, ball_heights, rate=rate)
+    offsets = heel_offsets(motion.ankles, motion.balls, motion.ankle_rotations, ball_heights=ball_heights, rate=rate)
     return replace(motion, heels=motion.ankles + quaternion.rotate(motion.ankle_rotations, offsets))
 
 
@@ -161,7 +161,7 @@ def moved_motion(motion: FootMotion, positions: FloatArray, yaws: FloatArray) ->
     )
 
 
-def moved(clip: Clip, skeleton: Skeleton, positions: FloatArray, yaws: FloatArray) -> Clip:
+def moved(clip: Clip, skeleton: Skeleton, *, positions: FloatArray, yaws: FloatArray) -> Clip:
     """The clip with every pose turned about the world's +Y and then shifted on the ground.
 
     Args:

@@ -55,7 +55,7 @@ class Speeds:
         )
 
 
-def still_ends(signal: Speeds, starts: IntArray, ends: IntArray, limits: IntArray) -> FloatArray:
+def still_ends(signal: Speeds, starts: IntArray, ends: IntArray, *, limits: IntArray) -> FloatArray:
     """Times at which points that are still from index start to end begin to move [s], shape (K,).
 
     Args:
@@ -68,14 +68,15 @@ def still_ends(signal: Speeds, starts: IntArray, ends: IntArray, limits: IntArra
     thresholds = signal.thresholds[ends]
     indices, owners = expand(begins, limits)
     slow = (signal.speeds[indices] < thresholds[owners]) & (indices <= ends[owners])
-    fast = last_where(slow, indices, owners, begins - 1) + 1  # the coarse interval ends in the samples from here on
+    # The coarse interval ends in the samples from here on.
+    fast = last_where(slow, indices, owners, missing=begins - 1) + 1
     found = np.flatnonzero((fast > begins) & (fast <= limits))
     times = signal.times[np.minimum(fast, limits)]
     times[found] = _onsets(signal, begins[found], fast[found], limits[found], thresholds[found])
     return times
 
 
-def still_starts(signal: Speeds, starts: IntArray, ends: IntArray, limits: IntArray) -> FloatArray:
+def still_starts(signal: Speeds, starts: IntArray, ends: IntArray, *, limits: IntArray) -> FloatArray:
     """Times at which points that are still from index start to end came to rest [s], shape (K,).
 
     Args:
@@ -85,7 +86,7 @@ def still_starts(signal: Speeds, starts: IntArray, ends: IntArray, limits: IntAr
         limits: First index to look at, at most the start, shape (K,).
     """
     last = len(signal.times) - 1
-    return -still_ends(signal.backward(), last - ends, last - starts, last - limits)
+    return -still_ends(signal.backward(), last - ends, last - starts, limits=last - limits)
 
 
 def _onsets(signal: Speeds, begins: IntArray, fast: IntArray, limits: IntArray, thresholds: FloatArray) -> FloatArray:
@@ -114,7 +115,7 @@ def _crossings(signal: Speeds, begins: IntArray, fast: IntArray, levels: FloatAr
     """Last times before the samples `fast` at which the speed rises through levels [s]; at the begin if never."""
     indices, owners = expand(begins, fast - 1)
     below = signal.speeds[indices] < levels[owners]
-    last = last_where(below, indices, owners, begins - 1)
+    last = last_where(below, indices, owners, missing=begins - 1)
     known = last >= begins
     last = np.maximum(last, begins)
     rises = np.maximum(signal.speeds[last + 1] - signal.speeds[last], 1e-12)

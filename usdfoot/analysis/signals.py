@@ -50,7 +50,7 @@ def point_signals(motions: Sequence[FootMotion], scales: FloatArray, options: Co
     """
     rates = np.array([(len(motion.times) - 1) / (motion.times[-1] - motion.times[0]) for motion in motions])
     grids = [
-        fine_times(motion.times[0], len(motion.times), rate, options.fine_rate)
+        fine_times(motion.times[0], len(motion.times), rate, fine_rate=options.fine_rate)
         for motion, rate in zip(motions, rates, strict=True)
     ]
     clips, times = Runs.of_lengths(np.array([len(grid) for grid in grids])), np.concatenate(grids)
@@ -60,7 +60,7 @@ def point_signals(motions: Sequence[FootMotion], scales: FloatArray, options: Co
 
     def splines(smoothing: float) -> Splines:
         smooth = [_smoothed(part, smoothing * rate) for part, rate in zip(points, rates, strict=True)]
-        return build_splines(np.concatenate(smooth).reshape(first[-1], -1), first, starts, rates)
+        return build_splines(np.concatenate(smooth).reshape(first[-1], -1), first=first, starts=starts, rates=rates)
 
     def by_point(vectors: FloatArray) -> FloatArray:
         return np.ascontiguousarray(vectors.reshape(len(times), -1, 3).swapaxes(0, 1))

@@ -77,7 +77,7 @@ def clip_rotations(clip: Clip, skeleton: Skeleton, biped: Biped, *, rate: float)
         joint = int(skeleton.parents[joint])
     samples = quaternion.continuous(rotations).reshape(len(rotations), -1)
     runs, first = np.zeros(count, dtype=np.intp), np.array([0, len(samples)])
-    splines = build_splines(samples, first, clip.times[:1], np.array([clip.rate]))
+    splines = build_splines(samples, first=first, starts=clip.times[:1], rates=np.array([clip.rate]))
     times = np.minimum(start + np.arange(count) / rate, clip.times[-1])
     return quaternion.normalised(splines.at(runs, times).reshape(count, -1, 4))
 

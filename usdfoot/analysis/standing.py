@@ -104,7 +104,7 @@ def _body_points(library: ClipLibrary) -> Iterator[tuple[FloatArray, FloatArray]
     joints = np.array([biped.pelvis, *biped.ankles, *biped.balls])
     if clips:
         ends = np.cumsum([len(clip.rotations) for clip in clips])[:-1]
-        found = joint_kinematics(library.skeleton, *parts, joints)
+        found = joint_kinematics(library.skeleton, *parts, joints=joints)
         yield from zip(*(np.split(values, ends) for values in found), strict=True)
 
 

@@ -1,4 +1,7 @@
-"""Steps: strike of the support foot to strike of the swing foot (design.md section 5)."""
+"""Steps: strike of the support foot to strike of the swing foot ([B] 4.1, design.md section 5).
+
+From liftoff to strike, as [B]'s text has it, both double supports would be left out and steps be a fifth too short.
+"""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ def _without_gaps(
     return flags | flags_of(gap_starts[close], gap_ends[close], len(flags))
 
 
-def still_balls(signals: PointSignals, still: BoolArray, scales: FloatArray, options: ContactOptions) -> BoolArray:
+def still_balls(signals: PointSignals, still: BoolArray, scales: FloatArray, *, options: ContactOptions) -> BoolArray:
     """Where both balls stand on the ground, shape (2, N): still, and neither on their way nor held up.
 
     Args:

@@ -15,6 +15,8 @@ HUMAN_LEG = 0.86
 """Leg from hip to ankle of the people that times and weights were measured on [m]; bodies of other sizes move alike."""
 EARTH_GRAVITY = 9.81
 """[m/s^2]."""
+RUN_FROUDE = 0.5
+"""Froude number, speed squared over gravity and leg length, at which people begin to run (Kram et al. 1997)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,6 +40,8 @@ class TimingRule:
     """Fastest that a step with flight carries the body [m/s]; longer leaps take longer."""
     leap_gain: float = 1.6
     """How much faster than the steps beside it such a step is at most, since a body cannot speed up at once."""
+    highest_hop: float = 0.3
+    """How high a body goes to take longer over such a step, over the leg length."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,8 +73,8 @@ def time_steps(distances: FloatArray, rule: TimingRule) -> StepTiming:
     """Step time and double support, or flight, of steps by their distance ([P] Figure 12).
 
     People keep the ratio of step length to cadence, so a walking step of L metres takes 0.36 / L seconds: longer steps
-    are quicker. The share of a stride that a foot stands falls with speed, from 0.67 in a slow walk to 0.55 in the
-    fastest (Grieve and Gear 1966), and in runs from 0.42 on (Minetti and Alexander 1997).
+    are quicker, up to Froude number 0.5. The share of a stride that a foot stands falls with speed, from 0.67 in a slow
+    walk to 0.55 in the fastest (Grieve and Gear 1966), and in runs from 0.42 on (Minetti and Alexander 1997).
 
     Args:
         distances: From print to print [m], shape (S,).
@@ -82,15 +86,18 @@ def time_steps(distances: FloatArray, rule: TimingRule) -> StepTiming:
     froude_speed = np.sqrt(EARTH_GRAVITY * HUMAN_LEG)
     walking = np.minimum(60.0 * rule.walk_ratio / np.maximum(lengths, 1e-9), rule.longest_step)
     running = np.maximum(rule.run_step, lengths / rule.leap_speed)
-    threshold = rule.flight_distance / size or np.sqrt(60.0 * rule.walk_ratio * np.sqrt(0.5) * froude_speed)
-    flies = lengths > threshold
-    times = np.where(flies, running, walking)
+    fastest_walk = np.sqrt(RUN_FROUDE) * froude_speed
+    flies = lengths > (rule.flight_distance / size or np.sqrt(60.0 * rule.walk_ratio * fastest_walk))
+    times = np.where(flies, running, np.maximum(walking, lengths / fastest_walk))
     overlaps = times * _overlap_shares(lengths / times / froude_speed, flies)
     return StepTiming(step_times=clock * times, overlaps=clock * overlaps)
 
 
 def _overlap_shares(speeds: FloatArray, flies: BoolArray) -> FloatArray:
-    """Double support over step time at speeds over sqrt(gravity leg length), negative where steps fly, shape (S,)."""
+    """Double support over step time at speeds over sqrt(gravity leg length), negative where steps fly, shape (S,).
+
+    Straight lines through the shares of stance that `time_steps` names.
+    """
     stance = np.where(flies, np.clip(0.54 - 0.14 * speeds, 0.2, 0.45), np.clip(0.715 - 0.23 * speeds, 0.53, 0.7))
     return 2.0 * stance - 1.0
 
@@ -99,18 +106,20 @@ def _at_speed(distances: FloatArray, steps: StepTiming, speed: float, rule: Timi
     """The steps with all times stretched alike, so that their mean speed is as given [m/s]."""
     times = steps.step_times * (distances.sum() / speed / steps.step_times.sum())
     speeds = distances / times / np.sqrt(rule.gravity * rule.leg_length)
-    flies = distances > rule.flight_distance if rule.flight_distance else speeds**2 > 0.5
+    flies = distances > rule.flight_distance if rule.flight_distance else speeds**2 > RUN_FROUDE
     return StepTiming(step_times=times, overlaps=times * _overlap_shares(speeds, flies))
 
 
 def _with_run_ups(distances: FloatArray, steps: StepTiming, rule: TimingRule) -> StepTiming:
     """Timing of successive steps, those with flight no faster than the steps beside them allow.
 
-    What they take longer they spend half on the ground and half in the air.
+    What they take longer they spend half on the ground and half in the air, where they go no higher than a hop.
     """
     fastest = rule.leap_gain * _beside(distances / steps.step_times)
     longer = np.where(steps.flies, np.maximum(distances / fastest - steps.step_times, 0.0), 0.0)
-    return StepTiming(step_times=steps.step_times + longer, overlaps=steps.overlaps - 0.5 * longer)
+    hop = 2.0 * np.sqrt(2.0 * rule.highest_hop * rule.leg_length / rule.gravity)
+    overlaps = np.maximum(steps.overlaps - 0.5 * longer, np.minimum(steps.overlaps, -hop))
+    return StepTiming(step_times=steps.step_times + longer, overlaps=overlaps)
 
 
 def _beside(speeds: FloatArray) -> FloatArray:

@@ -89,23 +89,25 @@ def world_clips(
     options = options or ContactOptions()
     leg_lengths = clip_leg_lengths(clips, skeleton, biped)
     periods = detect_periods(clips, skeleton, biped)
-    travelling = repeated(clips, skeleton, biped, periods)
+    travelling = repeated(clips, skeleton, biped, periods=periods)
     motions = foot_motions(travelling, skeleton, biped, leg_lengths=leg_lengths)
     heights = leg_lengths[:, None] / rest_leg_length(skeleton, biped) * biped.ball_heights  # (C, 2)
     root_motions = detect_root_motions(motions, [clip.root_motion for clip in clips], biped)
     for index, root_motion in enumerate(root_motions):
         if root_motion.in_place:
             clip, motion = travelling[index], motions[index]
-            shift = restored_path(clip, biped, motion, root_motion, origin_time=clips[index].start_time)
-            motion = moved_motion(motion, *shift)
-            travelling[index] = moved(clip, skeleton, *shift)
+            positions, yaws = restored_path(
+                clip, biped, motion, root_motion=root_motion, origin_time=clips[index].start_time
+            )
+            motion = moved_motion(motion, positions, yaws)
+            travelling[index] = moved(clip, skeleton, positions=positions, yaws=yaws)
             motions[index] = with_heels(motion, heights[index]) if root_motion.yaw_rate else motion
     detected = contacts_of(motions, ball_heights=heights, leg_lengths=leg_lengths, options=options)
     worlds: list[WorldClip | ClipError] = []
     for index, (clip, motion, period) in enumerate(zip(clips, motions, periods, strict=True)):
         try:
             contacts = with_authored_events(
-                detected[index], clip, motion, period, ball_heights=heights[index], options=options
+                detected[index], clip, motion, period=period, ball_heights=heights[index], options=options
             )
         except ClipError as error:
             worlds.append(error)

@@ -7,12 +7,15 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError, Executor, Future, InvalidStateError, ProcessPoolExecutor
+from contextlib import contextmanager, suppress
+from functools import partial
+from multiprocessing.connection import Connection, wait
 from typing import Any
 
 from usdfoot.errors import UsdfootError
+from usdfoot.model.limits import Limits
 
 __all__ = ["open_executor", "open_scene_early"]
 
@@ -22,6 +25,8 @@ SCHEDULER_TIMEOUT = 30.0
 """How long a scheduler may take to answer [s]."""
 WITHOUT_WORKERS = 15.0
 """How often a cluster is asked whether it has workers [s]."""
+ABANDONED = 600.0
+"""A cluster that has had no workers for so long is given up [s]."""
 
 
 @contextmanager
@@ -30,7 +35,7 @@ def open_executor(
 ) -> Iterator[Executor | None]:
     """An executor for as long as the block runs; None if one process is enough.
 
-    Processes are started when there is work for them.
+    Processes are started when there is work for them. What nobody waited for ends with the block.
 
     Args:
         workers: Number of processes; None = one a core.
@@ -50,13 +55,13 @@ def open_executor(
         return
     # A fork would copy USD's and Warp's threads half alive.
     context = multiprocessing.get_context("spawn")
-    executor = _Processes(count - beside, mp_context=context, initializer=_follow_parent)
-    is_done = False
+    end, ends = context.Pipe(duplex=False)
+    executor = _Processes(count - beside, mp_context=context, initializer=_follow_parent, initargs=(end,))
     try:
         yield executor
-        is_done = True
+        ends.close()  # by an error or Ctrl-C instead, what is begun is made: the next run keeps it
     finally:
-        executor.shutdown(cancel_futures=not is_done)  # as by Ctrl-C: what waits is not begun
+        executor.shutdown(cancel_futures=True)
 
 
 class _Processes(ProcessPoolExecutor):
@@ -67,8 +72,8 @@ class _Processes(ProcessPoolExecutor):
         self.workers = workers
 
 
-def _follow_parent() -> None:
-    """Has a worker end at once by Ctrl-C, and when the process that started it is gone.
+def _follow_parent(end: Connection) -> None:
+    """Has a worker end at once by Ctrl-C, by the `end` of a pipe, and when the process that started it is gone.
 
     One that is killed cannot tell its workers to.
     """
@@ -76,9 +81,8 @@ def _follow_parent() -> None:
     parent = multiprocessing.parent_process()
 
     def watch() -> None:
-        if parent is not None:
-            parent.join()
-            os._exit(1)
+        wait([end, *([parent.sentinel] if parent else [])])
+        os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
 
@@ -95,22 +99,57 @@ def _dask(scheduler: str) -> Iterator[Executor]:
         raise UsdfootError(
             scheduler, f"no Dask scheduler answers ({error})", "give its address, like tcp://host:8786"
         ) from error
-    with client, _told_of_idleness(client, scheduler):
-        yield client.get_executor(pure=False)
+    executor = _Cluster(client.get_executor(pure=False))
+    with client, _watched(client, scheduler, executor):
+        yield executor
+
+
+class _Cluster(Executor):
+    """The workers of a cluster, who can be given up: Dask waits for some for ever, in silence."""
+
+    def __init__(self, workers: Executor) -> None:
+        self._workers = workers
+        self._asked: dict[Future[Any], Future[Any]] = {}
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """As any executor does."""
+        answer: Future[Any] = Future()
+        self._asked[answer] = self._workers.submit(fn, *args, **kwargs)
+        self._asked[answer].add_done_callback(partial(_pass_on, answer))
+        return answer
+
+    def give_up(self, error: Exception) -> None:
+        """Has all that was asked for and not answered fail."""
+        for answer, asked in [*self._asked.items()]:
+            with suppress(InvalidStateError):  # answered
+                answer.set_exception(error)
+                asked.cancel()
+
+
+def _pass_on(answer: Future[Any], asked: Future[Any]) -> None:
+    """Gives a future what became of another."""
+    with suppress(InvalidStateError):  # given up meanwhile
+        if asked.cancelled():
+            answer.set_exception(CancelledError())
+        elif error := asked.exception():
+            answer.set_exception(error)
+        else:
+            answer.set_result(asked.result())
 
 
 @contextmanager
-def _told_of_idleness(client: Any, scheduler: str) -> Iterator[None]:
-    """While the block runs, says so when a cluster has had no workers for a while: Dask waits for some, in silence."""
+def _watched(client: Any, scheduler: str, executor: _Cluster) -> Iterator[None]:
+    """While the block runs, says so when a cluster has had no workers for a while, and later gives it up."""
     over = threading.Event()
 
     def watch() -> None:
-        told = idle = False
+        times = 0  # in a row that there were none
         while not over.wait(WITHOUT_WORKERS):
-            was_idle, idle = idle, not client.scheduler_info()["workers"]
-            if idle and was_idle and not told:
-                _logger.warning("%s has no workers; waiting for some", scheduler)
-            told = idle and was_idle
+            times = 0 if client.scheduler_info()["workers"] else times + 1
+            if times == 2:
+                _logger.warning("%s has no workers; waiting %.0f s for some", scheduler, ABANDONED)
+            if times * WITHOUT_WORKERS >= ABANDONED:
+                executor.give_up(UsdfootError(scheduler, f"has had no workers for {ABANDONED:.0f} s", "start some"))
 
     threading.Thread(target=watch, daemon=True).start()
     try:
@@ -119,8 +158,14 @@ def _told_of_idleness(client: Any, scheduler: str) -> Iterator[None]:
         over.set()
 
 
-def open_scene_early(executor: Executor, scene: str) -> list[Future[None]]:
+def open_scene_early(executor: Executor, scene: str, inputs: str, limits: Limits) -> list[Future[None]]:
     """Has all workers of this machine open a scene; who cannot says so when it is asked for a chunk.
+
+    Args:
+        executor: Whose workers.
+        scene: The scene's file.
+        inputs: State of its files, as chunks' tasks have it.
+        limits: How much of a scene is read.
 
     Returns:
         One a worker, done when it has opened the scene.
@@ -128,7 +173,7 @@ def open_scene_early(executor: Executor, scene: str) -> list[Future[None]]:
     from usdfoot.batch.workshop import open_early
 
     workers = getattr(executor, "workers", _cores())
-    return [executor.submit(open_early, scene) for _ in range(workers)]
+    return [executor.submit(open_early, scene, inputs, limits) for _ in range(workers)]
 
 
 def _cores() -> int:

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from usdfoot.batch.records import AgentEntry, parse_record
+from usdfoot.batch.entries import AgentEntry
+from usdfoot.batch.records import parse_record
 from usdfoot.batch.tasks import ChunkTask
 from usdfoot.bridge.chunks import ChunkLayers
 from usdfoot.model.report import Problem

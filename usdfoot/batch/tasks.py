@@ -9,14 +9,14 @@ from pathlib import Path
 
 from usdfoot import __version__
 from usdfoot.batch.hashing import content_hash
-from usdfoot.bridge.scene import Scene
+from usdfoot.bridge.scene import Scene, StageInfo
 from usdfoot.bridge.tokens import ChunkFiles, File, chunk_files
 from usdfoot.bridge.versions import library_versions
 from usdfoot.model.agent import Agent, Follower
 from usdfoot.model.limits import Limits
 from usdfoot.physics.motion_options import MotionOptions
 
-__all__ = ["ChunkTask", "agents_a_chunk", "cut_chunks", "with_earlier"]
+__all__ = ["ChunkTask", "agents_a_chunk", "cut_chunks", "inputs_of", "with_earlier"]
 
 LARGE_CROWD = 4
 """From so many chunks on a crowd keeps its clips' analysis: of a smaller one that would be much of what it is."""
@@ -85,7 +85,7 @@ def cut_chunks(
     """
     readable = {agent.name: agent for agent in scene.crowd.everyone}
     hashes = _Hashes(scene, references, options)
-    inputs = _inputs((*scene.stage.layers, str(folder / File.OVERRIDES)))
+    inputs = inputs_of(scene.stage, folder)
     parts = [
         [readable[name] for name in names[start : start + size] if name in readable]
         for start in range(0, len(names), size)
@@ -117,6 +117,13 @@ def with_earlier(task: ChunkTask, made: Mapping[tuple[str, str], ChunkFiles]) ->
     return replace(task, earlier=tuple(made.get(key) for key in zip(task.agents, task.hashes, strict=True)))
 
 
+def inputs_of(stage: StageInfo, folder: Path) -> str:
+    """Hash of the sizes and times of a scene's files, and of what artists changed; those in memory have none."""
+    layers = (*stage.layers, str(folder / File.OVERRIDES))
+    found = [os.stat(layer) if os.path.isfile(layer) else None for layer in layers]
+    return content_hash(list(layers), [(status.st_size, status.st_mtime_ns) if status else None for status in found])
+
+
 class _Hashes:
     """Content hashes of agents; what they share is hashed once."""
 
@@ -144,9 +151,3 @@ class _Hashes:
         placed = self._frames.get(agent.name), self._visibility.get(agent.name)
         shared = self._common, self._libraries[agent.library], self._characters[agent.character]
         return content_hash(agent, placed, frames, *shared)
-
-
-def _inputs(layers: Sequence[str]) -> str:
-    """Hash of the state of files; those in memory have none."""
-    found = [os.stat(layer) if os.path.isfile(layer) else None for layer in layers]
-    return content_hash(list(layers), [(status.st_size, status.st_mtime_ns) if status else None for status in found])

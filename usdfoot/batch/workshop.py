@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Collection
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from usdfoot.batch.analysed import KeptExamples, build_once
 from usdfoot.batch.kept import keep_agents
@@ -26,14 +27,17 @@ from usdfoot.model.report import Problem
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.planning.flights import fly_like_clips
 from usdfoot.planning.followers import following_figures, plan_followers
+from usdfoot.readers.listing import ListedScene, list_scene
 from usdfoot.readers.scene import SceneReader
-from usdfoot.readers.stage import open_stage
 from usdfoot.writers.chunks import write_chunk
 
 if TYPE_CHECKING:
     from usdfoot.physics.animate import PreparedBodies
 
 __all__ = ["MadeChunk", "Workshop", "make_chunk", "open_early"]
+
+_ONE_AT_A_TIME = threading.RLock()
+"""Threads of a process, as Dask's workers have, share its scene, of which what is read is kept for who asks next."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,6 +82,10 @@ class Workshop:
             SceneError: If none of the agents can be read.
             OutputError: If the folder cannot be written to.
         """
+        with _ONE_AT_A_TIME:
+            return self._make(task)
+
+    def _make(self, task: ChunkTask) -> MadeChunk:
         scene, kept = self._reader.read(names=task.agents), keep_agents(task)
         clip_problems = self._clip_problems(scene.crowd, kept.entries)
         crowd, followings, lost = plan_followers(
@@ -97,6 +105,8 @@ class Workshop:
                 if motion.name in followings
             },
             kept=kept.entries,
+            anims=task.files.anims,
+            content_hash=task.content_hash,
         )
         written = {*kept.entries, *(motion.name for motion in motions)}
         if written:
@@ -145,10 +155,11 @@ def _without(crowd: Crowd, names: Collection[str]) -> Crowd:
 def make_chunk(task: ChunkTask) -> MadeChunk:
     """Makes a chunk in any process.
 
-    The process keeps the scene open for the chunks to come, and only this scene.
+    The process keeps the scene open for the chunks to come, and only this scene. Its threads make one chunk at a time.
     """
     state = task.scene, task.inputs, task.frames, task.options, task.limits, task.folder, task.keeps_examples
-    return _workshop(*state).make(task)
+    with _ONE_AT_A_TIME:
+        return _workshop(*state).make(task)
 
 
 @lru_cache(maxsize=1)
@@ -157,11 +168,10 @@ def _workshop(
 ) -> Workshop:
     """The workshop of a scene in the state that `inputs` stands for."""
     reader = SceneReader(
-        _stage(scene),
+        _listed(scene, inputs, limits),
         frames=frames,
         motion=options.motion,
         tuning=options.tuning,
-        reload=True,
         crowd=Path(folder),
         limits=limits,
         sampling=options.sampling,
@@ -170,13 +180,20 @@ def _workshop(
     return Workshop(reader, options, keep=Path(folder) if keeps else None)
 
 
-def open_early(scene: str) -> None:
-    """Opens a scene in a process that is going to make its chunks, while others still find out which."""
+def open_early(scene: str, inputs: str, limits: Limits) -> None:
+    """Lists a scene in a process that is going to make its chunks, while others still find out which.
+
+    Args:
+        scene: The scene's file.
+        inputs: What its files were before this was asked for; if they are the same when chunks are, this need not be
+            done again.
+        limits: How much of a scene is read.
+    """
     start_warp()
-    _stage(scene)
+    _listed(scene, inputs, limits)
 
 
 @lru_cache(maxsize=1)
-def _stage(scene: str) -> Any:
-    """The scene's stage, opened once."""
-    return open_stage(scene)
+def _listed(scene: str, inputs: str, limits: Limits) -> ListedScene:
+    """The scene in the state that `inputs` stands for, opened and listed once."""
+    return list_scene(scene, limits=limits, reload=True)

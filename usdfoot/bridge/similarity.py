@@ -98,7 +98,7 @@ def similarity_of_matrices(matrices: FloatArray, where: object) -> Similarity:
 
 
 def fold_into_joints(
-    similarity: Similarity, parents: IntArray, translations: FloatArray, rotations: FloatArray
+    similarity: Similarity, parents: IntArray, *, translations: FloatArray, rotations: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Joint-local transforms of the same skeleton seen in the similarity's target space.
 
@@ -123,7 +123,7 @@ def fold_into_joints(
 
 
 def unfold_from_joints(
-    similarity: Similarity, parents: IntArray, translations: FloatArray, rotations: FloatArray
+    similarity: Similarity, parents: IntArray, *, translations: FloatArray, rotations: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Inverse of `fold_into_joints`: joint-local transforms as they stand in the skeleton's own space.
 
@@ -136,4 +136,4 @@ def unfold_from_joints(
     Returns:
         Joint-local translations [skeleton units] (T, J, 3) and rotations (T, J, 4).
     """
-    return fold_into_joints(similarity.inverse(), parents, translations, rotations)
+    return fold_into_joints(similarity.inverse(), parents, translations=translations, rotations=rotations)

@@ -174,7 +174,7 @@ def run(arguments: argparse.Namespace) -> int:
         )
     print_problems(report.problems, quiet=arguments.quiet)
     console = results_console()
-    console.print(step_table(report.results))
+    console.print(step_table(report.results, report.totals))
     if report.kept_agents:
         agents = f"{report.kept_agents} of {len(report.results)} agents"
         console.print(f"kept {report.kept} of {report.chunks} chunks, in which nothing changed: {agents} in all")

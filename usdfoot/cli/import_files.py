@@ -74,6 +74,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--cell", metavar="LENGTH", type=distance, default=0.0, help="distance of a height map's columns"
     )
     parser.add_argument(
+        "--row-cell", metavar="LENGTH", type=distance, default=0.0, help="of its rows, where it is another one"
+    )
+    parser.add_argument(
         "--height", metavar="LENGTH", type=number, default=0.0, help="of white in a picture, of 1 in other height maps"
     )
     add_limits(parser, "agents", "joints", "frames", "triangles")
@@ -117,6 +120,7 @@ def _run_terrain(arguments: argparse.Namespace) -> int:
     said = TerrainFormat(
         unit=arguments.unit,
         cell=arguments.cell,
+        row_cell=arguments.row_cell,
         height=arguments.height,
         up=arguments.up,
         limits=limits_of(arguments),
@@ -137,11 +141,10 @@ def _run_terrain(arguments: argparse.Namespace) -> int:
 def _run_clips(arguments: argparse.Namespace) -> int:
     from usdfoot.pipeline.import_clips import ClipFormat, import_clips
 
-    for flag in ("scene", "cell", "height"):
-        if getattr(arguments, flag):
-            raise UsdfootError(
-                f"--{flag}", "is for plans and terrain", "leave it out; clips are written in metres, +Y up"
-            )
+    for name in ("scene", "cell", "row_cell", "height"):
+        if getattr(arguments, name):
+            remedy = "leave it out; clips are written in metres, +Y up"
+            raise UsdfootError(f"--{name.replace('_', '-')}", "is for plans and terrain", remedy)
     said = ClipFormat(unit=arguments.unit, rate=arguments.rate, up=arguments.up, limits=limits_of(arguments))
     with shown_progress(quiet=arguments.quiet) as progress:
         report = import_clips(arguments.files, arguments.output, clip_format=said, progress=progress)

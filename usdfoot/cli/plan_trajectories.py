@@ -15,8 +15,8 @@ NAME = "trajectories"
 HELP = "footsteps for everyone who moves: animated prims, pedestrian data"
 DESCRIPTION = (
     "Plans footsteps along trajectories: agents with usdfoot:agent:trajectory, or animated Points and PointInstancers "
-    "with ids, or animated Xforms of a USD scene; or a file of pedestrian data (ETH, UCY, Juelich, PedPy, JuPedSim, "
-    "CSV). People and their feet are kept apart."
+    "with ids, or animated Xforms and SkelRoots of a USD scene; or a file of pedestrian data (ETH, UCY, Juelich, "
+    "PedPy, JuPedSim, CSV). People and their feet are kept apart."
 )
 EPILOG = """\
 example:

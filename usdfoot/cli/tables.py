@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from usdfoot.model.coverage import EmptyCircle, SpaceCoverage
     from usdfoot.model.motion import StepResults
     from usdfoot.model.plan import FootstepPlan
+    from usdfoot.model.totals import StepTotals
     from usdfoot.pipeline.doctor import Symptom
     from usdfoot.pipeline.validate import AgentFigures, Figure
     from usdfoot.planning.faults import Fault
@@ -166,8 +167,10 @@ def retarget_table(clips: Mapping[str, RetargetedClip]) -> Table:
     return table
 
 
-def step_table(results: Mapping[str, StepResults]) -> Table:
+def step_table(results: Mapping[str, StepResults], totals: StepTotals) -> Table:
     """Errors of the steps of every agent, and of all."""
+    from usdfoot.model.totals import sum_results
+
     figures = (
         "steps",
         "ok",
@@ -181,38 +184,31 @@ def step_table(results: Mapping[str, StepResults]) -> Table:
     )
     table = _table("steps", "agent", figures=figures)
     for name in list(results)[:MOST_ROWS]:
-        table.add_row(name, *_step_figures([results[name]]))
+        table.add_row(name, *_step_figures(sum_results(results[name])))
     _counted(table, len(results))
     if len(results) > 1:
         table.add_section()
-        table.add_row("all", *_step_figures(list(results.values())))
+        table.add_row("all", *_step_figures(totals))
     return table
 
 
-def _step_figures(parts: Sequence[StepResults]) -> list[str]:
-    """Figures of the steps of some agents: how many there are and are kept, and the errors of those that are."""
-    import numpy as np
-
-    kept = np.array([status in ("ok", "outsideHull") for part in parts for status in part.status], dtype=bool)
+def _step_figures(totals: StepTotals) -> list[str]:
+    """How many steps there are and are kept, and the errors of those that are."""
 
     def shown(name: str, scale: float, *, worst: bool = False) -> str:
-        errors = np.concatenate([getattr(part, name) for part in parts])
-        errors = errors[kept & np.isfinite(errors)]
-        if not errors.size:
-            return "-"
-        return f"{scale * float(errors.max() if worst else errors.mean()):.3f}"
+        figure = totals.figures[name]
+        return f"{scale * (figure.most if worst else figure.mean):.3f}" if figure.steps else "-"
 
-    velocity = float(np.concatenate([part.root_velocity_error for part in parts]).mean())
     return [
-        str(len(kept)),
-        str(int(kept.sum())),
+        str(totals.steps),
+        str(totals.promised),
         shown("blend_error", 1e3),
         shown("placement_error", 1e3),
         shown("placement_error", 1e3, worst=True),
         shown("slide", 1e3, worst=True),
-        shown("yaw_error", math.degrees(1.0), worst=True),
+        shown("yaw_error", 1.0, worst=True),
         shown("hull_distance", 1e3, worst=True),
-        _number(velocity, 3),
+        shown("root_velocity_error", 1.0),
     ]
 
 

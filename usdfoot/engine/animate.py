@@ -13,6 +13,7 @@ import numpy as np
 
 from usdfoot.analysis.examples import build_examples
 from usdfoot.analysis.standing import find_standing_pose
+from usdfoot.engine.blend_shapes import ExampleShapes, blend_shapes, sample_shapes
 from usdfoot.engine.given_roots import guide_headings
 from usdfoot.engine.kernels import LibraryArrays
 from usdfoot.engine.options import EngineOptions
@@ -25,7 +26,6 @@ from usdfoot.engine.root import lay_root
 from usdfoot.engine.root_goals import root_goals
 from usdfoot.engine.seams import measure_seams
 from usdfoot.engine.segments import cut_segments
-from usdfoot.engine.shapes import ExampleShapes, blend_shapes, sample_shapes
 from usdfoot.engine.stand import with_stand
 from usdfoot.engine.styles import contact_styles
 from usdfoot.engine.time_warps import extreme_warps, longest_step
@@ -221,9 +221,9 @@ def animate_agents(
     """Motions of agents that share one library, all steps and frames at once."""
     steps = prepare_steps(library, agents, crowd, options=options)
     planted = plant_samples(steps.planting, crowd, agents)
-    figures = measure_contacts(steps.setup, steps.planting.feet, planted.frames, planted.feet, agents)
-    results = measure_steps(steps.setup, steps.blend, steps.landings, figures, agents)
-    motions = cut_motions(steps.planting, planted, results, agents)
+    figures = measure_contacts(steps.setup, steps.planting.feet, planted.frames, measured=planted.feet, agents=agents)
+    results = measure_steps(steps.setup, steps.blend, steps.landings, figures=figures, agents=agents)
+    motions = cut_motions(steps.planting, planted, results, agents=agents)
     return motions if library.shapes is None else _with_shapes(library.shapes, steps, planted, motions)
 
 
@@ -232,7 +232,9 @@ def _with_shapes(
 ) -> list[Motion]:
     """The motions with the blend shapes of their clips."""
     frames = planted.frames
-    weights = blend_shapes(shapes, steps.setup, steps.blend, steps.source.arrays, frames.segments, frames.times)
+    weights = blend_shapes(
+        shapes, steps.setup, steps.blend, arrays=steps.source.arrays, rows=frames.segments, times=frames.times
+    )
     own = [weights[first:stop][planted.kept[first:stop]] for first, stop in pairwise(frames.first)]
     return [
         replace(motion, shapes=ShapeTrack(names=shapes.names, weights=rows))

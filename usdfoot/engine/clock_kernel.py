@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import warp as wp
 
+from usdfoot.engine.easing import rising
 from usdfoot.model.examples import LIFTOFF_PHASES
 
 __all__ = ["Clock", "ClockArrays", "clock_at", "phase_at", "read_samples"]
@@ -37,13 +38,6 @@ class ClockArrays:
     landed_flights: wp.array(dtype=wp.vec3d)  # the same of the segment before
     seam_lengths: wp.array(dtype=wp.vec4d)  # joints' seam at begin and end, pelvis's value, 0 [s]
     seam_kind: wp.int32
-
-
-@wp.func
-def rising(x: wp.float64) -> wp.float64:
-    """From 0 to 1 over 0..1 without velocity or acceleration at the ends."""
-    y = wp.clamp(x, wp.float64(0.0), wp.float64(1.0))
-    return y * y * y * (wp.float64(10.0) + y * (wp.float64(6.0) * y - wp.float64(15.0)))
 
 
 @wp.func

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -11,10 +12,11 @@ from usdfoot.engine.correction_kernel import CorrectedStep, CorrectionOptions, c
 from usdfoot.engine.landing_kernel import BlendArrays
 from usdfoot.engine.poses import Setup
 from usdfoot.engine.queries import StepQueries
+from usdfoot.engine.retry_kernel import retry_each
 from usdfoot.maths.types import FloatArray, IntArray
-from usdfoot.spaces.device_spaces import device_spaces
 from usdfoot.spaces.features import step_coordinates
-from usdfoot.spaces.library import FootstepSpaces, left_landings
+from usdfoot.spaces.landings import left_landings
+from usdfoot.spaces.library import FootstepSpaces
 from usdfoot.spaces.tetrahedra import SPEED_SCALE
 
 __all__ = ["CorrectedSteps", "correct_steps", "empty_blends"]
@@ -43,7 +45,8 @@ def correct_steps(
 
     The blended landing is measured and the query moved by what it missed; the chosen examples are weighed anew, twice,
     before others are chosen. Beyond an edge of theirs, those that adjoin there follow. Of all tries the best is kept.
-    In the 3-D space they are chosen anew each time.
+    Where that still misses a footstep inside the hull, other examples around it are tried, those most like the step
+    first. In the 3-D space they are chosen anew each time.
 
     Args:
         setup: Library and options.
@@ -60,21 +63,26 @@ def correct_steps(
     numbers = spaces.numbers(landings, swing_sides=sides, flights=queries.flights, styles=queries.styles)
     width = 4 if setup.options.space == "3d" else 3
     blends, corrected = empty_blends(count, width), wp.empty(count, dtype=CorrectedStep)
+    device = spaces.device if entries is None else spaces.device_from_poses
+    chosen = _options(setup, spaces, corrections)
+    space, side = wp.array(numbers, dtype=wp.int32), wp.array(sides, dtype=wp.int32)
+    places = wp.array(landings, dtype=wp.vec2d, copy=False)
+    wanted = wp.array(coordinates, dtype=wp.float64, copy=False)
+    speeds = wp.array(SPEED_SCALE * queries.speeds, dtype=wp.float64)
     wp.launch(
         correct_each,
         dim=count,
-        inputs=[
-            setup.library,
-            spaces.device if entries is None else device_spaces(spaces, entered=True),
-            _options(setup, spaces, corrections),
-            wp.array(numbers, dtype=wp.int32),
-            wp.array(sides, dtype=wp.int32),
-            wp.array(landings, dtype=wp.vec2d, copy=False),
-            wp.array(SPEED_SCALE * queries.speeds, dtype=wp.float64),
-            wp.array(coordinates, dtype=wp.float64, copy=False),
-        ],
+        inputs=[setup.library, device, chosen, space, side, places, speeds, wanted],
         outputs=[blends, corrected],
     )
+    again = _missing(corrected.numpy(), chosen)
+    if again.size:
+        wp.launch(
+            retry_each,
+            dim=again.size,
+            inputs=[setup.library, device, chosen, wp.array(again, dtype=wp.int32), space, side, places, wanted],
+            outputs=[blends, corrected],
+        )
     found = corrected.numpy()
     return CorrectedSteps(
         examples=blends.examples.numpy().astype(np.intp),
@@ -83,6 +91,13 @@ def correct_steps(
         hull_distances=found["hull_distance"],
         biases=found["bias"],
     )
+
+
+def _missing(corrected: Any, options: CorrectionOptions) -> IntArray:
+    """The steps that miss a footstep inside the hull, where other examples may be tried."""
+    tried = options.by_features and options.corrections > 0
+    missed = np.linalg.norm(corrected["missed"], axis=1) > options.choice_near
+    return np.flatnonzero(tried & missed & (corrected["hull_distance"] == 0.0))
 
 
 def empty_blends(count: int, width: int) -> BlendArrays:

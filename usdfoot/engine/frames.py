@@ -43,17 +43,17 @@ def lay_frames(contacts: ContactTable, segments: Segments, sample_times: FloatAr
     first = np.concatenate([[0], np.cumsum(counts)])
     agents = np.repeat(np.arange(len(counts)), counts)
     stamps = sample_times[np.arange(first[-1]) - first[agents] + begins[agents]]
-    return frames_at(contacts, segments, agents, stamps)
+    return frames_at(contacts, segments, agents=agents, stamps=stamps)
 
 
-def frames_at(contacts: ContactTable, segments: Segments, agents: IntArray, stamps: FloatArray) -> Frames:
+def frames_at(contacts: ContactTable, segments: Segments, *, agents: IntArray, stamps: FloatArray) -> Frames:
     """Frames of `agents` (F,), not decreasing, at `stamps` [s] (F,)."""
     first = np.searchsorted(agents, np.arange(len(contacts.starts) + 1))
     times = np.clip(stamps, contacts.starts[agents], contacts.ends[agents])
-    rows = locate(segments.agents, segments.begins, contacts.starts, agents, times)
+    rows = locate(segments.agents, segments.begins, contacts.starts, agents=agents, times=times)
     latest = np.zeros((len(agents), 2), dtype=np.intp)
     for side in (0, 1):
         own = np.flatnonzero(contacts.sides == side)
-        found = locate(contacts.agents[own], contacts.strikes[own], contacts.starts, agents, times)
+        found = locate(contacts.agents[own], contacts.strikes[own], contacts.starts, agents=agents, times=times)
         latest[:, side] = own[found]
     return Frames(first=first, agents=agents, stamps=stamps, times=times, segments=rows, contacts=latest)

@@ -33,7 +33,7 @@ class GivenRoots:
         if not self.trajectories:
             return given, np.zeros((0, 3))
         values = np.concatenate([trajectory.positions for trajectory in self.trajectories])
-        return given, sample_trajectories(self.trajectories, self.numbers[agents[given]], times[given], values)
+        return given, sample_trajectories(self.trajectories, self.numbers[agents[given]], times[given], values=values)
 
     def yaws(self, agents: IntArray, times: FloatArray) -> tuple[BoolArray, FloatArray]:
         """Whose headings are given, shape (N,), and these at times (N,) [s], shape (given,) [rad]."""
@@ -44,7 +44,7 @@ class GivenRoots:
             return given, np.zeros(0)
         values = np.concatenate([np.zeros(len(t.times)) if t.yaws is None else t.yaws for t in self.trajectories])
         own = self.numbers[agents[given]]
-        return given, sample_trajectories(self.trajectories, own, times[given], values[:, None])[:, 0]
+        return given, sample_trajectories(self.trajectories, own, times[given], values=values[:, None])[:, 0]
 
 
 def given_roots(agents: Sequence[Agent]) -> GivenRoots:

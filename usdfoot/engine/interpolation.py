@@ -45,7 +45,7 @@ def turned(first: wp.quatf, second: wp.quatf, share: wp.float32) -> wp.quatf:
     return wp.normalize(wp.quat_slerp(first, nearer, share))
 
 
-def interpolate_poses(layout: Layout, poses: Poses, before: IntArray, after: IntArray, *, shares: FloatArray) -> Poses:
+def interpolate_poses(layout: Layout, poses: Poses, *, before: IntArray, after: IntArray, shares: FloatArray) -> Poses:
     """Pelvis and legs between samples, other joints unset.
 
     Args:

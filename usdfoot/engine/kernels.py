@@ -60,6 +60,7 @@ def weighted_rotation(
 ) -> wp.quatf:
     """Sum of four examples' rotations between samples `row` and `row` + 1, signs aligned to the reference.
 
+    Normalised it is the blend of [B] 4.4, whose slerps one after the other depend on the order of the examples.
     `before` and `after` are the weights times the shares of the two samples. The sum is not normalised.
     """
     total = wp.quatf(0.0, 0.0, 0.0, 0.0)

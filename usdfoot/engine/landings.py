@@ -11,7 +11,7 @@ from usdfoot.engine.poses import Setup, StepBlend
 from usdfoot.engine.queries import StepQueries
 from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray, IntArray
-from usdfoot.spaces.library import left_landings
+from usdfoot.spaces.landings import left_landings
 
 __all__ = ["blend_landings", "blend_twists", "stand_blend", "with_steps"]
 
@@ -24,7 +24,7 @@ def stand_blend(count: int, stand: int, *, width: int) -> StepBlend:
 
 
 def with_steps(
-    blend: StepBlend, steps: IntArray, examples: IntArray, weights: FloatArray, twists: FloatArray
+    blend: StepBlend, steps: IntArray, *, examples: IntArray, weights: FloatArray, twists: FloatArray
 ) -> StepBlend:
     """The blend with other examples and weights (N, K), heaviest first, and twists (N,) [rad] of the `steps` (N,)."""
     all_examples, all_weights, all_twists = blend.examples.copy(), blend.weights.copy(), blend.twists.copy()
@@ -37,12 +37,14 @@ def with_steps(
     return StepBlend(examples=all_examples, weights=all_weights, twists=all_twists)
 
 
-def blend_twists(setup: Setup, queries: StepQueries, examples: IntArray, weights: FloatArray) -> FloatArray:
+def blend_twists(setup: Setup, queries: StepQueries, *, examples: IntArray, weights: FloatArray) -> FloatArray:
     """Turn on top of the examples' own that ends N blends in the planned heading [rad], shape (N,)."""
     return planar.wrap_angle(queries.turns - np.sum(weights * setup.examples.turns[examples], axis=1))
 
 
-def blend_landings(device: LibraryArrays, swing_sides: IntArray, examples: IntArray, weights: FloatArray) -> FloatArray:
+def blend_landings(
+    device: LibraryArrays, swing_sides: IntArray, *, examples: IntArray, weights: FloatArray
+) -> FloatArray:
     """Where the swing foot of N blends is going to be planted, (x, z) in the heading at the step's end [m], (N, 2).
 
     Measured on the blended pose, which lands a little off the blend of the examples' landings.

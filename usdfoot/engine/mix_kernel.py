@@ -12,12 +12,12 @@ import warp as wp
 from usdfoot.engine.kernels import LibraryArrays
 from usdfoot.engine.landing_kernel import BlendArrays, blend_landing, keep_tried, try_example
 from usdfoot.spaces.corner_kernel import SpaceArrays, adjoin_corners, corners_of, find_corners
-from usdfoot.spaces.root_weight import REPLACEMENTS
 from usdfoot.spaces.root_weight_kernel import cross, mean_corner, replaces_corner, weigh_corners
 from usdfoot.spaces.solid_kernel import CornerWeights, find_solid, weights_of
 
 __all__ = [
     "FARTHEST",
+    "REPLACEMENTS",
     "SETTLES",
     "SLOPE",
     "WIDTH",
@@ -37,6 +37,8 @@ wp.set_module_options({"enable_backward": False, "max_unroll": 3})
 
 WIDTH = 8
 """Examples of a step: three around the footstep, five of the root; four and four in the 3-D space."""
+REPLACEMENTS = 3
+"""The root's heaviest examples that may replace a corner ([B] Algorithm 1)."""
 ZERO = wp.constant(wp.float64(0.0))
 ONE = wp.constant(wp.float64(1.0))
 HALF = wp.constant(wp.float64(0.5))

@@ -28,7 +28,7 @@ class EngineOptions:
     turn, rise and departure; delaunay = those of the Delaunay triangle ([B] 4.3); 3d = those of the tetrahedron of
     landing and root speed ([B] 7)."""
     band: str = "polar"
-    """How root velocities are weighted: polar = over their bearing and speed ([B] 4.2); cartesian = over x and z."""
+    """How root velocities are weighted: polar = over their bearing and speed ([B] 4.1, 5); cartesian = over x and z."""
     correction: bool = True
     """Measure the blended landing and correct the query ([B] Fig. 5, 8); off = the paper's behaviour."""
     corrections: int = 8

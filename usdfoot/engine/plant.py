@@ -4,160 +4,20 @@ from __future__ import annotations
 
 import warp as wp
 
+from usdfoot.engine.easing import ramp, smootherstep, together
+from usdfoot.engine.foot_rows import FootArrays
 from usdfoot.engine.legs import Leg, LegRig, bend_leg, leg_kinematics, rotation_by
-from usdfoot.engine.pelvis import longest_leg, moved_leg, pelvis_offset, ramp, soft_positive
+from usdfoot.engine.pelvis import longest_leg, moved_leg, pelvis_offset
+from usdfoot.engine.standing_foot import FootPose, heel_raise, standing_foot
 
-__all__ = ["FOOT_ROW", "SHORT_OF_UPRIGHT", "FootArrays", "FootRow", "measure_legs", "plant_feet"]
-
-
-MOST_RAISE = wp.constant(1.2)
-"""Largest pitch of a foot on its ball [rad]."""
-SHORT_OF_UPRIGHT = wp.constant(0.05)
-"""How far the ankle of a foot that is raised to reach stays behind its ball [rad], so that it keeps its heading."""
-
+__all__ = ["measure_legs", "plant_feet", "swinging_foot"]
 
 SLACK = wp.constant(0.12)
 """From how much before its reach a swinging leg takes its foot along, over the leg's reach."""
+LEAST_SLACK = wp.constant(0.004)
+"""The same where the pelvis keeps wholly to the foot [m]."""
 EASE_TIME = wp.constant(0.25)
 """The pelvis sinks at most so long before a strike or liftoff that needs it low, and rises as long after [s]."""
-
-
-RAISE_TIME = wp.constant(0.15)
-"""A heel that a liftoff needs higher than blended rises for at most so long before it [s]."""
-
-
-@wp.struct
-class FootRow:
-    """A contact on the device."""
-
-    following: wp.int32  # next contact of the same foot
-    strike: wp.float32  # agent's clock [s]
-    flat: wp.float32
-    liftoff: wp.float32
-    flat_pitch: wp.float32  # left in the blended foot when it has to be flat [rad]
-    settle: wp.float32  # heel raise of the blended foot where it all but stands flat [rad]
-    roll_time: wp.float32  # from flat until the clip's pitch counts again [s]
-    drop: wp.float32  # how far the pelvis has to come down at the strike [m]
-    leave_drop: wp.float32  # the same at the liftoff
-    leave_raise: wp.float32  # how much more than blended the heel is raised at the liftoff [rad]
-    position: wp.vec3f  # ground under the ball, from the agent's origin
-    normal: wp.vec3f  # of the print as planned
-    pitch_axis: wp.vec3f  # heels rise about it: the yaw, seen along the plan's normal, stays
-    leave_offset: wp.vec3f  # planted minus blended ball at the liftoff
-    land_offset: wp.vec3f  # the same at the next strike of this foot
-    frame: wp.quatf  # print to world: +Z forward, +Y normal
-    flat_rotation: wp.quatf  # ankle joint in the world, foot flat on the print
-    leave_rotation: wp.quatf  # planted times inverse blended ankle at the liftoff
-    land_rotation: wp.quatf
-
-
-FOOT_ROW = FootRow.numpy_dtype()  # type: ignore[attr-defined]
-"""The same for numpy."""
-
-
-@wp.struct
-class FootArrays:
-    """Contacts on the device, C of them."""
-
-    rows: wp.array(dtype=FootRow)
-    detours: wp.array2d(dtype=wp.vec3f)  # (C, K) added to the swing that follows, even in its time
-
-
-@wp.struct
-class FootPose:
-    """Where a foot has to be."""
-
-    ankle: wp.vec3f
-    rotation: wp.quatf
-    toes: wp.float32  # how far the toes stay parallel to the ground, 0..1
-    ground: wp.quatf  # that ground to world: the print, in the air on the way to the next
-
-
-@wp.func
-def smootherstep(x: float) -> float:
-    """Rises from 0 to 1 over 0..1 without velocity or acceleration at the ends."""
-    y = wp.clamp(x, 0.0, 1.0)
-    return y * y * y * (10.0 + y * (6.0 * y - 15.0))
-
-
-@wp.func
-def heel_raise(rig: LegRig, side: int, leg: Leg) -> float:
-    """Pitch of the blended foot against flat [rad], > 0 with the heel raised."""
-    forward = wp.quat_rotate(leg.rotation_of_ankle, rig.flat_forwards[side])
-    return -wp.asin(wp.clamp(forward[1], -1.0, 1.0))
-
-
-@wp.func
-def raise_onto(foot: wp.vec3f, direction: wp.vec3f, lateral: wp.vec3f) -> float:
-    """Pitch about `lateral` that brings a foot, from ball to ankle, into a direction [rad]."""
-    across = direction - wp.dot(direction, lateral) * lateral
-    return wp.atan2(wp.dot(wp.cross(foot, across), lateral), wp.dot(foot, across))
-
-
-@wp.func
-def reaching_raise(
-    ankle: wp.vec3f, ball: wp.vec3f, hip: wp.vec3f, normal: wp.vec3f, lateral: wp.vec3f, longest: float
-) -> float:
-    """Pitch about the ball that brings the ankle of a flat foot within `longest` of the hip, as far as feet go.
-
-    The ankle moves on a circle about the ball in the plane across `lateral`; the nearest pitch on it that reaches.
-    It stays behind the ball as seen from above and along the print's `normal`, where else it would point backwards.
-    """
-    foot = ankle - ball
-    leg = hip - ball
-    square = wp.length_sq(foot) + wp.length_sq(leg) - longest * longest
-    square -= 2.0 * wp.dot(foot, lateral) * wp.dot(leg, lateral)
-    foot -= wp.dot(foot, lateral) * lateral
-    leg -= wp.dot(leg, lateral) * lateral
-    lengths = wp.max(wp.length(foot) * wp.length(leg), 1.0e-6)
-    short = soft_positive(1.0 - square / (2.0 * lengths), 0.004)  # acos is infinitely steep where nothing is short
-    apart = wp.acos(wp.max(1.0 - short, -1.0))
-    now = raise_onto(foot, leg, lateral)
-    upright = wp.min(raise_onto(foot, wp.vec3f(0.0, 1.0, 0.0), lateral), raise_onto(foot, normal, lateral))
-    return wp.min(now - apart, wp.min(MOST_RAISE, upright - SHORT_OF_UPRIGHT))
-
-
-@wp.func
-def standing_foot(
-    rig: LegRig, feet: FootArrays, contact: int, side: int, time: float, pitch: float, hip: wp.vec3f, longest: float
-) -> FootPose:
-    """Foot in contact: the heel stays put until flat, the ball from flat to the liftoff (design.md section 2).
-
-    The heel rises as in the clip, and as far as a leg that would be too short behind the body needs, early enough for
-    the liftoff; the ankle stays behind the ball, where on steep prints it would come over it and the foot point back.
-    """
-    own = feet.rows[contact]
-    print_to_world = own.frame
-    flat = own.flat_rotation
-    lateral = own.pitch_axis
-    normal = wp.quat_rotate(print_to_world, wp.vec3f(0.0, 1.0, 0.0))
-    ball = own.position + wp.vec3f(0.0, rig.ball_heights[side] / normal[1], 0.0)
-    pose = FootPose()
-    pose.ground = print_to_world
-    rolling = own.flat - own.strike
-    if time < own.flat and rolling > 0.0:
-        fraction = smootherstep((time - own.strike) / rolling)
-        turn = wp.quat_from_axis_angle(lateral, wp.min(pitch - fraction * own.flat_pitch, 0.0))
-        pose.rotation = turn * flat
-        heel = ball + wp.quat_rotate(flat, rig.heel_offsets[side] - rig.ball_offsets[side])
-        pose.ankle = heel - wp.quat_rotate(pose.rotation, rig.heel_offsets[side])
-        pose.toes = 0.0
-        return pose
-    gain = float(1.0)
-    if rolling > 0.0:
-        gain = smootherstep((time - own.flat) / own.roll_time)
-    level = ball - wp.quat_rotate(flat, rig.ball_offsets[side])
-    raised = soft_positive(pitch - own.settle, 0.02)
-    raised -= ramp(raised - raise_onto(level - ball, own.normal, lateral) + SHORT_OF_UPRIGHT, 0.03)
-    needed = reaching_raise(level, ball, hip, own.normal, lateral, longest)
-    reaching = raised + soft_positive(needed - raised, 0.02)
-    left = (own.liftoff - time) / wp.clamp(own.liftoff - own.flat, 1.0e-3, RAISE_TIME)
-    leaving = raised + own.leave_raise * (1.0 - smootherstep(left))
-    turn = wp.quat_from_axis_angle(lateral, gain * wp.max(reaching, leaving))
-    pose.rotation = turn * flat
-    pose.ankle = ball - wp.quat_rotate(pose.rotation, rig.ball_offsets[side])
-    pose.toes = smootherstep((time - own.flat) / own.roll_time)
-    return pose
 
 
 @wp.func
@@ -223,15 +83,6 @@ def eased_drop(feet: FootArrays, contact: int, time: float) -> float:
 
 
 @wp.func
-def together(first: float, second: float) -> float:
-    """Smooth maximum of two lengths that are not below zero, zero only where both are."""
-    most = wp.max(wp.max(first, second), 1.0e-6)
-    one = first / most
-    two = second / most
-    return most * wp.sqrt(wp.sqrt(one * one * one * one + two * two * two * two))
-
-
-@wp.func
 def hold(feet: FootArrays, contact: int, time: float) -> float:
     """How far the pelvis keeps to what a foot needs, 0..1: wholly in contact, less and less away from it.
 
@@ -255,7 +106,7 @@ def taken_along(rig: LegRig, leg: Leg, pose: FootPose, hold: float) -> FootPose:
     near.toes = pose.toes
     near.ground = pose.ground
     near.ankle = leg.hip + reach * (
-        1.0 - ramp(span - longest, 0.004 + SLACK * (1.0 - hold) * longest) / wp.max(span, 1.0e-3)
+        1.0 - ramp(span - longest, LEAST_SLACK + SLACK * (1.0 - hold) * longest) / wp.max(span, 1.0e-3)
     )
     return near
 

@@ -8,20 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
+from usdfoot.engine.contact_feet import ContactFeet, device_feet, unplanted_feet, with_values
 from usdfoot.engine.detours import KNOTS, plan_detours
-from usdfoot.engine.feet import (
-    ContactFeet,
-    device_feet,
-    hold_feet,
-    lead_swings,
-    lower_pelvis,
-    raise_heels,
-    roll_contacts,
-    settle_heels,
-    unplanted_feet,
-    with_values,
-)
+from usdfoot.engine.feet import lead_swings, lower_pelvis, raise_heels, roll_contacts, settle_heels
 from usdfoot.engine.frames import Frames, lay_frames
+from usdfoot.engine.held_feet import hold_feet
 from usdfoot.engine.plant import plant_feet
 from usdfoot.engine.poses import Feet, Layout, Poses, PoseSource, pose_feet
 from usdfoot.engine.results import achieved_contacts
@@ -103,14 +94,21 @@ def prepare_planting(
     count = len(contacts.sides)
     every, swings = np.arange(count), np.flatnonzero(contacts.has_swing)
     due = due or Due(strikes=every, flats=every, leaves=np.flatnonzero(contacts.has_next), swings=swings)
-    feet = prepare_feet(layout, source, ground, known.feet if known else unplanted_feet(count), due, sinks_for_flights)
+    feet = prepare_feet(
+        layout,
+        source,
+        ground,
+        feet=known.feet if known else unplanted_feet(count),
+        due=due,
+        sinks_for_flights=sinks_for_flights,
+    )
     detours = known.detours.copy() if known else np.zeros((count, KNOTS, 3))
-    detours[due.swings] = plan_detours(layout, source, feet, ground, rows=due.swings)
+    detours[due.swings] = plan_detours(layout, source, feet, ground=ground, rows=due.swings)
     return Planting(layout=layout, source=source, feet=feet, detours=detours)
 
 
 def prepare_feet(
-    layout: Layout, source: PoseSource, ground: Ground, feet: ContactFeet, due: Due, sinks_for_flights: bool
+    layout: Layout, source: PoseSource, ground: Ground, *, feet: ContactFeet, due: Due, sinks_for_flights: bool
 ) -> ContactFeet:
     """Feet with prints, rolls and leads, from the source's feet at strikes and liftoffs."""
     contacts = layout.contacts
@@ -123,16 +121,16 @@ def prepare_feet(
     blended = _feet_at(layout, source, rows, times)
     raises = blended.raises[np.arange(struck), contacts.sides[due.strikes]]
     feet = with_values(feet, left, {"leave_raises": np.zeros(len(left))})
-    feet = roll_contacts(layout, feet, due.strikes, raises, ground)
+    feet = roll_contacts(layout, feet, due.strikes, raises=raises, ground=ground)
     raises = _stance_raises(layout, source, due.flats, feet.flats[due.flats])
     feet = with_values(feet, due.flats, {"flat_pitches": raises[:, 0]})
     feet = settle_heels(feet, due.flats, raises)
-    held = hold_feet(layout, feet, rows, times, blended)
+    held = hold_feet(layout, feet, rows, times=times, blended=blended)
     leaves, lands = held[struck:moved], held[np.searchsorted(due.strikes, due.swings + 2)]
-    feet = lead_swings(layout, feet, due.swings, leaves, lands)
+    feet = lead_swings(layout, feet, due.swings, leaves=leaves, lands=lands)
     last = np.arange(moved, len(rows))
-    feet = raise_heels(layout, feet, left, times[last], blended[last])
-    return lower_pelvis(layout, feet, due.strikes[reached], held[reached], left, held[moved:])
+    feet = raise_heels(layout, feet, left, times=times[last], blended=blended[last])
+    return lower_pelvis(layout, feet, rows=due.strikes[reached], lands=held[reached], left=left, leaves=held[moved:])
 
 
 def _stance_raises(layout: Layout, source: PoseSource, rows: IntArray, flats: FloatArray) -> FloatArray:
@@ -159,7 +157,7 @@ def _feet_at(layout: Layout, source: PoseSource, rows: IntArray, times: FloatArr
     contacts, segments = layout.contacts, layout.segments
     agents = contacts.agents[rows]
     times = np.maximum(times, contacts.starts[agents])
-    found = locate(segments.agents, segments.begins, contacts.starts, agents, times)
+    found = locate(segments.agents, segments.begins, contacts.starts, agents=agents, times=times)
     return pose_feet(layout.rig, source.pose(found, times, joints=layout.rig.leg_joints))
 
 
@@ -177,14 +175,16 @@ def plant_samples(planting: Planting, crowd: Crowd, agents: Sequence[Agent]) -> 
     feet = pose_feet(layout.rig, poses)
     tolerance = layout.options.subframe_slide
     for _ in range(HALVINGS):
-        drifting = drifting_frames(layout, planting.feet, frames, poses, feet, tolerance=tolerance)
+        drifting = drifting_frames(layout, planting.feet, frames, poses=poses, measured=feet, tolerance=tolerance)
         if not drifting.any():
             break
         added, frames, order = insert_frames(layout, frames, drifting)
         poses = merge_poses(poses, plant_frames(planting, added), order)
         feet = pose_feet(layout.rig, poses)
-    rooted = root_poses(layout, frames, poses, agents)
-    kept, feet = choose_samples(layout, planting.feet, frames, rooted, feet, agents=agents, rate=crowd.frame_rate)
+    rooted = root_poses(layout, frames, poses, agents=agents)
+    kept, feet = choose_samples(
+        layout, planting.feet, frames, rooted=rooted, measured=feet, agents=agents, rate=crowd.frame_rate
+    )
     return Planted(frames=frames, poses=rooted, kept=kept, feet=feet)
 
 
@@ -213,7 +213,7 @@ def plant_frames(planting: Planting, frames: Frames) -> Poses:
 
 
 def cut_motions(
-    planting: Planting, planted: Planted, results: Sequence[StepResults], agents: Sequence[Agent]
+    planting: Planting, planted: Planted, results: Sequence[StepResults], *, agents: Sequence[Agent]
 ) -> list[Motion]:
     """Samples that are written, cut into one motion an agent."""
     layout, frames, poses = planting.layout, planted.frames, planted.poses

@@ -145,7 +145,7 @@ class ClipPoses:
 
     def pose(self, rows: IntArray, times: FloatArray, *, joints: IntArray) -> Poses:
         """Blended poses, see `pose_frames`."""
-        return pose_frames(self.setup, self.arrays, rows, times, joints=joints)
+        return pose_frames(self.setup, self.arrays, rows=rows, times=times, joints=joints)
 
 
 def device_library(examples: Examples, rig: Rig, *, pelvis: int) -> LibraryArrays:
@@ -249,14 +249,14 @@ def no_seams(count: int, joints: int) -> Seams:
     )
 
 
-def pose_frames(setup: Setup, arrays: SegmentArrays, rows: IntArray, times: FloatArray, *, joints: IntArray) -> Poses:
+def pose_frames(setup: Setup, arrays: SegmentArrays, *, rows: IntArray, times: FloatArray, joints: IntArray) -> Poses:
     """Blended poses of segments `rows` (F,) at `times` [s] (F,), the `joints` given; feet not yet planted."""
     clock = times - setup.contacts.starts[setup.segments.agents[rows]]
-    return blend_frames(setup.library, arrays, rows, clock, joints=joints)
+    return blend_frames(setup.library, arrays, rows=rows, clock=clock, joints=joints)
 
 
 def blend_frames(
-    library: LibraryArrays, arrays: SegmentArrays, rows: IntArray, clock: FloatArray, *, joints: IntArray
+    library: LibraryArrays, arrays: SegmentArrays, *, rows: IntArray, clock: FloatArray, joints: IntArray
 ) -> Poses:
     """Blended poses of segments `rows` (F,) at times on their agents' clocks [s] (F,), the `joints` given."""
     count = len(rows)

@@ -22,7 +22,7 @@ LEAST_GAIN = 0.5
 """A foot gives way to the next footstep only where each metre of it brings that nearer by so much."""
 
 
-def beyond_reach(setup: Setup, steps: IntArray, offsets: FloatArray, reach: FloatArray) -> FloatArray:
+def beyond_reach(setup: Setup, steps: IntArray, offsets: FloatArray, *, reach: FloatArray) -> FloatArray:
     """How far landings of the segments `steps` (N,) have to fall short of their footsteps, (x, z) [m], shape (N, 2).
 
     What is left of `offsets` (N, 2) beyond the agents' `reach` (A,), or of the step beyond `longest_step` legs.

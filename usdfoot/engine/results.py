@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from usdfoot.analysis.figures import FRAME_TOLERANCE, FrameRanges, contact_figures
-from usdfoot.engine.feet import ContactFeet
+from usdfoot.engine.contact_feet import ContactFeet
 from usdfoot.engine.frames import Frames
 from usdfoot.engine.poses import Feet, Layout, Setup, StepBlend
 from usdfoot.engine.weights import Landings
@@ -51,7 +51,7 @@ class ContactFigures:
 
 
 def measure_contacts(
-    layout: Layout, feet: ContactFeet, frames: Frames, measured: Feet, agents: Sequence[Agent]
+    layout: Layout, feet: ContactFeet, frames: Frames, *, measured: Feet, agents: Sequence[Agent]
 ) -> ContactFigures:
     """Figures of the planted feet over the whole frames of each contact."""
     contacts = layout.contacts
@@ -66,7 +66,7 @@ def measure_contacts(
         figures = contact_figures(
             measured.balls[:, side] + origins,
             measured.balls[:, side] - measured.ankles[:, side],
-            planted_frames(layout, feet, frames, rows),
+            planted_frames(layout, feet, frames, rows=rows),
             targets=targets[own],
             orientations=orientations[own],
         )
@@ -77,7 +77,7 @@ def measure_contacts(
 
 
 def measure_steps(
-    setup: Setup, blend: StepBlend, landings: Landings, figures: ContactFigures, agents: Sequence[Agent]
+    setup: Setup, blend: StepBlend, landings: Landings, *, figures: ContactFigures, agents: Sequence[Agent]
 ) -> list[StepResults]:
     """Results of each agent's footsteps blended from clips, in the order of its plan."""
     values = _by_landing(setup, landings, figures.rows)
@@ -109,13 +109,15 @@ def step_ranges(agents: Sequence[Agent]) -> IntArray:
     return np.concatenate([[0], np.cumsum([len(agent.plan) for agent in agents])])
 
 
-def planted_frames(layout: Layout, feet: ContactFeet, frames: Frames, rows: IntArray) -> FrameRanges:
+def planted_frames(layout: Layout, feet: ContactFeet, frames: Frames, *, rows: IntArray) -> FrameRanges:
     """Whole frames from flat to liftoff of contacts `rows`."""
     contacts = layout.contacts
     agents, stamps = contacts.agents[rows], frames.stamps
     begins = feet.flats[rows] - FRAME_TOLERANCE
     ends = np.minimum(contacts.liftoffs[rows], contacts.ends[agents]) + FRAME_TOLERANCE
-    first, last = (locate(frames.agents, stamps, contacts.starts, agents, times) for times in (begins, ends))
+    first, last = (
+        locate(frames.agents, stamps, contacts.starts, agents=agents, times=times) for times in (begins, ends)
+    )
     first = first + (stamps[first] < begins)
     return FrameRanges(first=first, counts=np.maximum(last + (stamps[last] <= ends) - first, 0))
 

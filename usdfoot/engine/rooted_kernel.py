@@ -89,7 +89,7 @@ class PlannedMix:
     """A step as planned; vectors in left-swing coordinates."""
 
     corners: wp.vec3i  # examples around its footstep
-    root: wp.vec2d  # where the root's examples land as measured [m]
+    root: wp.vec2d  # where the root's examples land ([B] Eq. 3), measured on their blend [m]
     beta: wp.float64
 
 

@@ -34,7 +34,7 @@ class RootedPoses:
     """Joint-local quatf, shape (F, J)."""
 
 
-def root_poses(layout: Layout, frames: Frames, poses: Poses, agents: Sequence[Agent]) -> RootedPoses:
+def root_poses(layout: Layout, frames: Frames, poses: Poses, *, agents: Sequence[Agent]) -> RootedPoses:
     """Poses seen from the agents' roots, which go along the footsteps or where they are told to."""
     roots = root_at(layout.path, frames.segments, frames.times)
     wanted = given_roots(agents)

@@ -69,8 +69,8 @@ def measure_seams(setup: Setup, arrays: SegmentArrays, *, seams: IntArray | None
     rows = np.stack([seams - 1, seams - 1, seams, seams], axis=1).ravel()
     sides = np.array([-1.0, 0.0, 0.0, 1.0])
     near, far = (np.ravel(segments.begins[seams][:, None] + time * sides) for time in (PROBE_TIME, PELVIS_PROBE_TIME))
-    poses = pose_frames(setup, arrays, rows, near, joints=np.arange(joints))
-    pelvis = pose_frames(setup, arrays, rows, far, joints=np.arange(0)).pelvis_positions.numpy()
+    poses = pose_frames(setup, arrays, rows=rows, times=near, joints=np.arange(joints))
+    pelvis = pose_frames(setup, arrays, rows=rows, times=far, joints=np.arange(0)).pelvis_positions.numpy()
     origins = segment_origins(setup) * [1.0, 0.0, 1.0]
     values = wp.zeros((count + 1, joints), dtype=wp.vec3f)
     slopes = wp.zeros((count + 1, joints), dtype=wp.vec3f)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from usdfoot.engine.plant import SHORT_OF_UPRIGHT
 from usdfoot.engine.poses import Layout
+from usdfoot.engine.standing_foot import SHORT_OF_UPRIGHT
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.contact_table import EDGE_HEIGHT, ContactTable
@@ -20,6 +20,10 @@ MOST_INVERSION, MOST_EVERSION = np.radians(35.0), np.radians(15.0)
 """Feet stand no steeper sideways, with the inner or the outer edge up (Brockett and Chapman's and others' clinical
 norms, World J. Orthop. 2017, 8(1), Table 5) [rad]."""
 
+STEP_UP = 0.1
+"""Ground up to this far above a print is looked at [m]."""
+ON_GROUND = 0.05
+"""A print stands on ground that is less than this above or below it [m]."""
 HEEL_RAISES = 6
 """How often the heel's ground is looked up where the raised heel is."""
 
@@ -36,8 +40,8 @@ def lie_in_slopes(layout: Layout, ground: Ground) -> tuple[FloatArray, BoolArray
         Rotations print to world, shape (C, 4), and whether walkable ground is under the ball, shape (C,).
     """
     contacts = layout.contacts
-    under = ground.heights(contacts.positions[:, [0, 2]], contacts.positions[:, 1], step_up=0.1)
-    near = np.abs(under.heights - contacts.positions[:, 1]) < 0.05
+    under = ground.heights(contacts.positions[:, [0, 2]], contacts.positions[:, 1], step_up=STEP_UP)
+    near = np.abs(under.heights - contacts.positions[:, 1]) < ON_GROUND
     on_slope = ground.has_terrain & under.hit & near
     across = np.cross(contacts.normals, planned_forwards(contacts))
     up = np.where(on_slope[:, None], under.normals, contacts.normals)

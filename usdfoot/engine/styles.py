@@ -49,7 +49,7 @@ def contact_styles(
 
 
 def continue_styles(
-    setup: Setup, spaces: FootstepSpaces, steps: IntArray, queries: StepQueries, corrected: CorrectedSteps
+    setup: Setup, spaces: FootstepSpaces, steps: IntArray, *, queries: StepQueries, corrected: CorrectedSteps
 ) -> CorrectedSteps:
     """The steps, those that change the style solved again for examples that begin in the pose and pace they come from.
 

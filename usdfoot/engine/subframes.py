@@ -9,7 +9,7 @@ import numpy as np
 import warp as wp
 
 from usdfoot.analysis.figures import FRAME_TOLERANCE
-from usdfoot.engine.feet import ContactFeet
+from usdfoot.engine.contact_feet import ContactFeet
 from usdfoot.engine.frames import Frames, frames_at
 from usdfoot.engine.interpolation import interpolate_poses
 from usdfoot.engine.poses import Feet, Layout, Poses, pose_feet
@@ -19,7 +19,7 @@ __all__ = ["drifting_frames", "insert_frames", "merge_poses"]
 
 
 def drifting_frames(
-    layout: Layout, feet: ContactFeet, frames: Frames, poses: Poses, measured: Feet, *, tolerance: float
+    layout: Layout, feet: ContactFeet, frames: Frames, *, poses: Poses, measured: Feet, tolerance: float
 ) -> BoolArray:
     """Whether a planted ball leaves its place by more than `tolerance` [m] before the next frame, shape (F,)."""
     count = len(frames.times) - 1
@@ -27,7 +27,7 @@ def drifting_frames(
     if count < 1:
         return drifting
     rows = np.arange(count)
-    half = interpolate_poses(layout, poses, rows, rows + 1, shares=np.full(count, 0.5))
+    half = interpolate_poses(layout, poses, before=rows, after=rows + 1, shares=np.full(count, 0.5))
     balls = pose_feet(layout.rig, half).balls
     liftoffs = layout.contacts.liftoffs
     for side in (0, 1):
@@ -49,10 +49,10 @@ def insert_frames(layout: Layout, frames: Frames, rows: BoolArray) -> tuple[Fram
     chosen = np.flatnonzero(rows)
     agents = frames.agents[chosen]
     stamps = 0.5 * (frames.stamps[chosen] + frames.stamps[chosen + 1])
-    added = frames_at(layout.contacts, layout.segments, agents, stamps)
+    added = frames_at(layout.contacts, layout.segments, agents=agents, stamps=stamps)
     all_agents, all_stamps = np.append(frames.agents, agents), np.append(frames.stamps, stamps)
     order = np.lexsort((all_stamps, all_agents))
-    return added, frames_at(layout.contacts, layout.segments, all_agents[order], all_stamps[order]), order
+    return added, frames_at(layout.contacts, layout.segments, agents=all_agents[order], stamps=all_stamps[order]), order
 
 
 def merge_poses(first: Poses, second: Poses, order: IntArray) -> Poses:

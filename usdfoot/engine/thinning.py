@@ -13,7 +13,7 @@ import numpy as np
 import warp as wp
 
 from usdfoot.analysis.figures import FRAME_TOLERANCE, largest_distances
-from usdfoot.engine.feet import ContactFeet
+from usdfoot.engine.contact_feet import ContactFeet
 from usdfoot.engine.frames import Frames
 from usdfoot.engine.interpolation import interpolate_poses
 from usdfoot.engine.poses import Feet, Layout, Poses, pose_feet
@@ -37,9 +37,9 @@ def choose_samples(
     layout: Layout,
     feet: ContactFeet,
     frames: Frames,
+    *,
     rooted: RootedPoses,
     measured: Feet,
-    *,
     agents: Sequence[Agent],
     rate: float,
 ) -> tuple[BoolArray, Feet]:
@@ -88,7 +88,7 @@ def _beside_events(layout: Layout, feet: ContactFeet, frames: Frames) -> BoolArr
     contacts = layout.contacts
     agents = np.tile(contacts.agents, 3)
     times = np.concatenate([contacts.strikes, feet.flats, contacts.liftoffs])
-    before = locate(frames.agents, frames.stamps, contacts.starts, agents, times + FRAME_TOLERANCE)
+    before = locate(frames.agents, frames.stamps, contacts.starts, agents=agents, times=times + FRAME_TOLERANCE)
     after = before + (frames.stamps[before] < times - FRAME_TOLERANCE)
     beside = np.zeros(len(frames.stamps), dtype=bool)
     beside[before] = beside[np.minimum(after, frames.first[agents + 1] - 1)] = True
@@ -102,7 +102,7 @@ def _seen_feet(layout: Layout, frames: Frames, rooted: RootedPoses, kept: BoolAr
     before, after = written[place - 1], written[place]
     shares = (frames.stamps[rows] - frames.stamps[before]) / (frames.stamps[after] - frames.stamps[before])
     poses = _poses(rooted.pelvis_positions, rooted.pelvis_rotations, rooted.rotations)
-    seen = interpolate_poses(layout, poses, before, after, shares=shares)
+    seen = interpolate_poses(layout, poses, before=before, after=after, shares=shares)
     roots = rooted.roots[before] + shares[:, None] * (rooted.roots[after] - rooted.roots[before])
     turn = quaternion.yaw_quaternion(roots[:, 3])
     origins = layout.origins[frames.agents[rows]]
@@ -125,7 +125,7 @@ def _slides(layout: Layout, feet: ContactFeet, frames: Frames, seen: Feet) -> Fl
     slides = np.zeros(len(layout.contacts.sides))
     for side in (0, 1):
         own = np.flatnonzero(layout.contacts.sides == side)
-        slides[own] = largest_distances(seen.balls[:, side], planted_frames(layout, feet, frames, own))
+        slides[own] = largest_distances(seen.balls[:, side], planted_frames(layout, feet, frames, rows=own))
     return slides
 
 

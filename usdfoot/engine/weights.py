@@ -23,7 +23,8 @@ from usdfoot.maths.planar import GROUND_AXES
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable, with_headings
 from usdfoot.model.examples import event_knots
-from usdfoot.spaces.library import FootstepSpaces, left_landings
+from usdfoot.spaces.landings import left_landings
+from usdfoot.spaces.library import FootstepSpaces
 
 GIVE_WAYS = 5
 """How often a foot that was moved comes back farther at most."""
@@ -68,8 +69,10 @@ def weigh_steps(
     """
     blend = stand_blend(len(setup.segments), stand, width=8 if goals.rooted.any() else 4)
     planned = setup.contacts.positions
-    setup, blend, rooted = weigh_rooted(setup, spaces, goals, blend, reach=reach)
-    setup, blend, reached = reach_footsteps(setup, spaces, ~setup.segments.stands & ~goals.rooted, blend, reach=reach)
+    setup, blend, rooted = weigh_rooted(setup, spaces, goals, blend=blend, reach=reach)
+    setup, blend, reached = reach_footsteps(
+        setup, spaces, ~setup.segments.stands & ~goals.rooted, blend=blend, reach=reach
+    )
     offsets, limited = np.linalg.norm(reached.offsets, axis=1), reached.limited | rooted.limited
     high, long = (np.zeros(len(setup.segments), dtype=bool) for _ in range(2))
     steps = np.flatnonzero(~setup.segments.stands)
@@ -104,7 +107,7 @@ class Reached:
 
 
 def reach_footsteps(
-    setup: Setup, spaces: FootstepSpaces, wanted: BoolArray, blend: StepBlend, *, reach: FloatArray
+    setup: Setup, spaces: FootstepSpaces, wanted: BoolArray, *, blend: StepBlend, reach: FloatArray
 ) -> tuple[Setup, StepBlend, Reached]:
     """Weights of the `wanted` (M,) segments, none of them a stand; footsteps out of reach are moved.
 
@@ -123,7 +126,7 @@ def reach_footsteps(
     setup, blend, landings = _solve(setup, spaces, steps, blend)
     while True:
         excess = np.zeros((count, 2))
-        excess[steps] = beyond_reach(setup, steps, landings.offsets[steps], reach)
+        excess[steps] = beyond_reach(setup, steps, landings.offsets[steps], reach=reach)
         over = wanted & (np.abs(excess).max(axis=1) > setup.options.landing_tolerance) & ~limited
         first = _first_of_agent(segments.agents, over)
         if not first.any():
@@ -233,11 +236,11 @@ def _solve(
     if steps.size:
         queries = step_queries(setup, steps)
         corrected = correct_steps(setup, spaces, queries, corrections=setup.options.corrections)
-        corrected = continue_styles(setup, spaces, steps, queries, corrected)
+        corrected = continue_styles(setup, spaces, steps, queries=queries, corrected=corrected)
         offsets[steps] = planar.rotate(queries.headings + queries.turns, corrected.missed)
         hull_distances[steps] = corrected.hull_distances
-        twists = blend_twists(setup, queries, corrected.examples, corrected.weights)
-        blend = with_steps(blend, steps, corrected.examples, corrected.weights, twists)
+        twists = blend_twists(setup, queries, examples=corrected.examples, weights=corrected.weights)
+        blend = with_steps(blend, steps, examples=corrected.examples, weights=corrected.weights, twists=twists)
     setup = place_departures(setup, blend)
     blended = blended_durations(examples, blend.examples, blend.weights)
     planned = segments.knot_times[:, -1] - segments.knot_times[:, 0]

@@ -110,7 +110,7 @@ def _read_frames(
             if numbers and int(first) != numbers[-1] + 1:
                 raise line.error(f"frame {first} follows {numbers[-1]}", "frames are numbered one after the other")
             numbers.append(int(first))
-            check_limit(path, "frames", len(numbers), limits.frames)
+            check_limit(path, "frames", len(numbers), limit=limits.frames)
             opening = line
         elif opening is None:
             raise line.error(f"{first!r} stands before the first frame", "a frame begins with its number")

@@ -89,7 +89,7 @@ def import_asf(file: str | os.PathLike[str], *, unit: str = "", limits: Limits =
     radians = _angle(scales["angle"]) if "angle" in scales else ANGLES["deg"]
     found = [_Bone(line=sections["root"][0], name=ROOT, entries=_entries(sections["root"]))]
     found += _bones(sections["bonedata"])
-    check_limit(path, "joints", len(found), limits.joints)
+    check_limit(path, "joints", len(found), limit=limits.joints)
     order, parents = _hierarchy(path, sections["hierarchy"], [bone.name for bone in found])
     ordered = [found[index] for index in order]
     metres = metres_in(unit, "unit", error=ClipError) / length

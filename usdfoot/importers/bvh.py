@@ -88,7 +88,7 @@ def _read_motion(lines: Sequence[TextLine], tree: Hierarchy, limits: Limits) -> 
     frames = _value_after(lines, 1, "Frames:")
     if not frames.isdecimal() or int(frames) < 1:
         raise lines[1].error(f"{frames!r} is no number of frames", "a whole number above 0 is")
-    check_limit(lines[0].file, "frames", int(frames), limits.frames)
+    check_limit(lines[0].file, "frames", int(frames), limit=limits.frames)
     rate = _written_rate(lines[min(2, len(lines) - 1)], _value_after(lines, 2, "Frame Time:"))
     rows = lines[3:]
     if len(rows) < int(frames):

@@ -51,7 +51,7 @@ def read_hierarchy(lines: Sequence[TextLine], limits: Limits) -> Hierarchy:
         keyword = line.words[0].upper()
         if keyword in ("ROOT", "JOINT", "END"):
             opened.append(_begun(tree, line, opened))
-            check_limit(line.file, "joints", len(tree.names), limits.joints)
+            check_limit(line.file, "joints", len(tree.names), limit=limits.joints)
         elif not opened:
             expected = "MOTION comes next" if tree.names else "ROOT and its name come first"
             raise line.error(f"{line.words[0]!r} belongs to no joint", expected)

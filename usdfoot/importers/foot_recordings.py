@@ -57,7 +57,7 @@ def import_foot_recording(
     if size is None:
         what = f"has format {header['format']}"
         raise PlanError(path, what, "recordings of footsteps have 3, 4 or 5; one of positions (.rec) has no footsteps")
-    check_limit(path, "agents", int(header["agents"]), limits.agents)
+    check_limit(path, "agents", int(header["agents"]), limit=limits.agents)
     kind = np.dtype(
         {
             "names": list(STEP),
@@ -68,7 +68,7 @@ def import_foot_recording(
     )
     plans, problems = {}, []
     for index, row in enumerate(_records(path, data, TABLE, int(header["table"]), int(header["agents"]))):
-        check_limit(path, "frames", int(row["count"]), limits.frames)
+        check_limit(path, "frames", int(row["count"]), limit=limits.frames)
         steps = _records(path, data, kind, int(row["offset"]), int(row["count"]))
         try:
             plans[f"agent_{index}"] = _plan(f"{path} (agent {index})", steps)

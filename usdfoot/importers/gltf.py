@@ -61,7 +61,7 @@ def import_gltf(
     ]
     captures = []
     for title, nodes in _skeletons(gltf, moved):
-        check_limit(path, "joints", len(nodes), limits.joints)
+        check_limit(path, "joints", len(nodes), limit=limits.joints)
         skeleton, clips = _skeleton(gltf, title, nodes), []
         for index, (name, (tracks, _)) in enumerate(zip(names, animations, strict=True)):
             own = _above_and(gltf, nodes)
@@ -184,7 +184,7 @@ def _clip(
     start = min(float(track.times[0]) for track in tracks)
     end = max(float(track.times[-1]) for track in tracks)
     frames = int(min(np.floor((end - start) * rate + 1e-3), 1e12)) + 1
-    check_limit(gltf.path, "frames", frames, limits.frames)
+    check_limit(gltf.path, "frames", frames, limit=limits.frames)
     if frames * len(nodes) > MOST_SAMPLES:
         what = f"{name} has {frames} frames of {len(nodes)} joints, more than {MOST_SAMPLES} samples"
         raise gltf.error(what, "give a lower --rate")

@@ -76,7 +76,7 @@ class GltfFile:
             raise self.error(what, "these are none of glTF's")
         kind = np.dtype(COMPONENTS[one.componentType])
         if one.bufferView is None:
-            check_limit(self.path, "frames", one.count, 100_000_000)
+            check_limit(self.path, "frames", one.count, limit=100_000_000)
             values = np.zeros((one.count, size), dtype=kind)
         else:
             values = self._view(one.bufferView, one.byteOffset or 0, (one.count, size), kind, where)
@@ -173,7 +173,7 @@ def open_gltf(file: str | os.PathLike[str], limits: Limits) -> GltfFile:
         raise ClipError(path, f"is no glTF file ({type(error).__name__}: {error})"[:300], "export it again") from error
     if not version.startswith("2."):
         raise ClipError(path, f"is glTF {version}", "2.0 can be imported")
-    check_limit(path, "joints", len(nodes), 100 * limits.joints)
+    check_limit(path, "joints", len(nodes), limit=100 * limits.joints)
     return GltfFile(path=path, document=document, parents=_parents(path, links), names=names)
 
 

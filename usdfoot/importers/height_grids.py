@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,8 @@ __all__ = ["GRID_SUFFIXES", "PICTURE_SUFFIXES", "HeightGrid", "read_height_grid"
 
 PICTURE_SUFFIXES = (".png", ".tif", ".tiff")
 GRID_SUFFIXES = (*PICTURE_SUFFIXES, ".asc", ".npz", ".npy", ".txt")
+DEGREE = 1.1119e5
+"""Of latitude, or of longitude at the equator [m]."""
 ESRI = ("ncols", "nrows", "xllcorner", "yllcorner", "xllcenter", "yllcenter", "cellsize", "nodata_value")
 UNREADABLE = (ValueError, OSError, EOFError, KeyError, OverflowError, MemoryError, zipfile.BadZipFile)
 """What numpy raises for files that are none of its own."""
@@ -35,6 +37,8 @@ class HeightGrid:
     """Distance of two columns or rows as the file says, 0 if it does not."""
     remarks: tuple[str, ...] = ()
     """What was odd."""
+    degrees: tuple[float, float] = (0.0, 0.0)
+    """Distances of columns and rows if what the file says of them are degrees of a map [m]; 0 = it says nothing."""
 
 
 def read_height_grid(path: Path, limits: Limits) -> HeightGrid:
@@ -48,7 +52,8 @@ def read_height_grid(path: Path, limits: Limits) -> HeightGrid:
     if suffix in PICTURE_SUFFIXES:
         grid = _read_picture(path, limits)
     elif suffix in (".npz", ".npy"):
-        grid = HeightGrid(values=_read_array(path, limits), cell=0.0)
+        values, numbers = _read_array(path, limits)
+        grid = HeightGrid(values=values, cell=0.0, degrees=_degree_sizes(numbers))
     elif suffix == ".asc":
         grid = _read_esri(path, limits)
     else:
@@ -65,7 +70,7 @@ def read_height_grid(path: Path, limits: Limits) -> HeightGrid:
 
 
 def _check_size(path: Path, shape: tuple[int, ...], limits: Limits) -> None:
-    check_limit(path, "triangles", 2.0 * shape[0] * shape[1], limits.triangles)
+    check_limit(path, "triangles", 2.0 * shape[0] * shape[1], limit=limits.triangles)
 
 
 def _words(line: str) -> list[str]:
@@ -100,15 +105,15 @@ def _read_picture(path: Path, limits: Limits) -> HeightGrid:
     return HeightGrid(values=pixels.astype(float) / full, cell=0.0, remarks=tuple(remarks))
 
 
-def _read_array(path: Path, limits: Limits) -> FloatArray:
-    """The only array of two dimensions in a file of numpy's."""
+def _read_array(path: Path, limits: Limits) -> tuple[FloatArray, dict[str, float]]:
+    """The only array of two dimensions in a file of numpy's, and the single numbers beside it."""
     try:
         if path.suffix.lower() == ".npy":
             arrays = {path.stem: np.load(path, mmap_mode="r", allow_pickle=False)}
         else:
             with zipfile.ZipFile(path) as archive:
                 size = sum(part.file_size for part in archive.infolist())
-            check_limit(path, "triangles", size / 4, limits.triangles)
+            check_limit(path, "triangles", size / 4, limit=limits.triangles)
             with np.load(path, allow_pickle=False) as archive_arrays:
                 arrays = {name: archive_arrays[name] for name in archive_arrays.files}
     except UsdfootError:
@@ -121,7 +126,19 @@ def _read_array(path: Path, limits: Limits) -> FloatArray:
         raise TerrainError(path, what, "exactly one is the height", arrays)
     (grid,) = grids.values()
     _check_size(path, grid.shape, limits)
-    return grid.astype(float)
+    numbers = {name: float(array) for name, array in arrays.items() if array.ndim == 0 and array.dtype.kind in "iuf"}
+    return grid.astype(float), numbers
+
+
+def _degree_sizes(numbers: Mapping[str, float]) -> tuple[float, float]:
+    """How far columns and rows are apart [m] if dx, dy, ymin and ymax are degrees of longitude and latitude, else 0."""
+    try:
+        dx, dy, ends = abs(numbers["dx"]), abs(numbers["dy"]), (numbers["ymin"], numbers["ymax"])
+    except KeyError:
+        return 0.0, 0.0
+    if not (0.0 < dx < 1.0 and 0.0 < dy < 1.0 and max(map(abs, ends)) < 90.0):
+        return 0.0, 0.0
+    return DEGREE * dx * float(np.cos(np.radians(0.5 * sum(ends)))), DEGREE * dy
 
 
 def _read_esri(path: Path, limits: Limits) -> HeightGrid:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import logging
 import os
 import sqlite3
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,17 +17,15 @@ import numpy as np
 from usdfoot.errors import TrackError
 from usdfoot.importers.track_tables import TrackTable, read_track_table
 from usdfoot.importers.units import metres_in
-from usdfoot.maths.types import FloatArray
+from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.report import Problem
-from usdfoot.model.trajectory import FASTEST, RootTrajectory
+from usdfoot.model.trajectory import FASTEST, RootTrajectory, find_breaks
 
 __all__ = ["import_pedestrians"]
 
 _logger = logging.getLogger(__name__)
 
 SQLITE_MAGIC = b"SQLite format 3\x00"
-LONGEST_GAP = 10.0
-"""Someone not seen for longer than this is another one when seen again [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,7 +47,8 @@ def import_pedestrians(
         file: Text or SQLite file.
         unit: Of the positions: m, cm, mm, ft, in, or a number of metres a unit (for pixels). Needed unless the file
             says it.
-        rate: Frames a second that the frame numbers count. Needed unless the file says it or has times in seconds.
+        rate: Frames a second that the frame numbers count. Needed unless the file says it; of a file with
+            times instead of frames how many of them are a second, 1 unless it says so itself.
         layout: auto, or one of `track_tables.LAYOUTS`: what the columns are.
 
     Raises:
@@ -61,34 +61,46 @@ def import_pedestrians(
     people, frames, lines = table.people[order], table.frames[order], table.lines[order]
     times = frames / scale.rate
     same = np.diff(people) == 0
-    again = np.flatnonzero(same & (np.diff(frames) == 0.0))
-    if again.size:
+    for row in np.flatnonzero(same & (np.diff(frames) == 0.0))[:1]:
         raise TrackError(
-            f"{path}:{lines[again[0] + 1]}",
-            f"person {people[again[0]]:g} is in frame {frames[again[0]]:g} twice, first in line {lines[again[0]]}",
+            f"{path}:{lines[row + 1]}",
+            f"person {people[row]:.15g} is in frame {frames[row]:.15g} twice, first in line {lines[row]}",
             "keep one of the two",
         )
     places = table.positions[order] * scale.metres * (1.0, -1.0)
-    jumps = same & (np.linalg.norm(np.diff(places, axis=0), axis=1) > FASTEST * np.abs(np.diff(times)))
-    splits = np.flatnonzero(~same | jumps | (np.diff(times) > LONGEST_GAP)) + 1
+    jumps, gaps = find_breaks(times, places)
+    jumps &= same
+    splits = np.flatnonzero(~same | jumps | gaps) + 1
     parts = np.split(np.arange(len(order)), splits)
     found, problems = [], []
     for jump in np.flatnonzero(jumps):
         where, person = f"{path}:{lines[jump + 1]}", people[jump]
-        message = f"{where}: person {person:g} jumps here, faster than {FASTEST:g} m/s; the track was cut in two"
+        message = f"{where}: person {person:.15g} jumps here, faster than {FASTEST:g} m/s; the track was cut in two"
         problems.append(Problem(severity="warning", where=str(path), message=message))
     seen: dict[float, int] = {}
     for part in parts:
         person = float(people[part[0]])
         seen[person] = seen.get(person, 0) + 1
-        name = f"{path.name} {person:g}" + (f" {seen[person]}" if seen[person] > 1 else "")
+        name = f"{path.name} {person:.15g}" + (f" {seen[person]}" if seen[person] > 1 else "")
         if len(part) < 2:
-            message = f"{path}:{lines[part[0]]}: person {person:g} is seen only once here and was left out"
+            message = f"{path}:{lines[part[0]]}: person {person:.15g} is seen only once here and was left out"
             problems.append(Problem(severity="warning", where=str(path), message=message))
             continue
         positions = np.insert(places[part], 1, 0.0, axis=1)
         found.append(RootTrajectory(name=name, times=times[part], positions=positions))
+    _check_somebody_walks(path, found, places, times, jumps)
     return tuple(found), tuple(problems)
+
+
+def _check_somebody_walks(
+    path: Path, found: Sequence[RootTrajectory], places: FloatArray, times: FloatArray, jumps: BoolArray
+) -> None:
+    """Raises TrackError where nobody is left since all jump."""
+    if not found and jumps.any():
+        first = int(np.flatnonzero(jumps)[0])
+        metres, seconds = np.linalg.norm(places[first + 1] - places[first]), times[first + 1] - times[first]
+        what = f"everybody in it jumps, the first by {metres:.3g} m in {seconds:.3g} s"
+        raise TrackError(path, what, "correct the unit, the rate, or the layout")
 
 
 def _scale(path: Path, table: TrackTable, unit: str, rate: float) -> _Scale:
@@ -107,6 +119,9 @@ def _scale(path: Path, table: TrackTable, unit: str, rate: float) -> _Scale:
         raise TrackError("rate", f"is {rate:g}", "give frames a second, like 25")
     if table.rate and rate and not np.isclose(table.rate, rate):
         raise TrackError(path, f"says it has {table.rate:g} frames a second, not {rate:g}", "leave the rate out")
+    if table.has_times and not (table.rate or rate):
+        _logger.warning("%s: its times are taken for seconds; give the rate, like 1000 for milliseconds, if not", path)
+        rate = 1.0
     if not (table.rate or rate):
         raise TrackError(path, "does not say how many frames a second it has", "give --rate, like 25")
     _logger.info("%s: %g m a unit, %g frames a second, columns as %s", path, metres, table.rate or rate, table.layout)

@@ -34,6 +34,8 @@ class TerrainFormat:
     """Of all lengths: m, cm, mm, ft, in, or metres a unit."""
     cell: float = 0.0
     """Distance of two columns of a grid [unit]; 0 = as the file says."""
+    row_cell: float = 0.0
+    """Distance of two rows where it is another one [unit]; 0 = that of the columns."""
     height: float = 0.0
     """Height of white in a picture, or of the number 1 in another grid [unit]; 0 = 1 for grids of numbers."""
     up: str = "Y"
@@ -84,18 +86,20 @@ def import_terrain_file(
 
 def _grid_mesh(path: Path, grid: HeightGrid, said: TerrainFormat) -> tuple[FloatArray, IntArray]:
     """Points [unit] (P, 3) and triangles (T, 3); cells with a corner without height are left out."""
-    if not (np.isfinite([said.cell, said.height]).all() and said.cell >= 0.0):
+    sizes = said.cell, said.row_cell
+    if not (np.isfinite([*sizes, said.height]).all() and min(sizes) >= 0.0):
         raise TerrainError(path, f"cell {said.cell:g} or height {said.height:g} is no size", "give numbers above 0")
     if said.cell and grid.cell and not np.isclose(said.cell, grid.cell):
         raise TerrainError(path, f"says its cells are {grid.cell:g} wide, not {said.cell:g}", "leave --cell out")
     cell = grid.cell or said.cell
     if not cell:
-        raise TerrainError(path, "does not say how far its columns are apart", "give --cell, in the unit")
+        raise TerrainError(path, "does not say how far its columns are apart", _cell_remedy(grid))
     if path.suffix.lower() in PICTURE_SUFFIXES and not said.height:
         raise TerrainError(path, "does not say how high white is", "give --height, in the unit")
     rows, columns = grid.values.shape
     z, x = np.meshgrid(np.arange(rows) - 0.5 * (rows - 1), np.arange(columns) - 0.5 * (columns - 1), indexing="ij")
-    points = np.stack([cell * x, (said.height or 1.0) * grid.values, cell * z], axis=-1).reshape(-1, 3)
+    heights = (said.height or 1.0) * grid.values
+    points = np.stack([cell * x, heights, (said.row_cell or cell) * z], axis=-1).reshape(-1, 3)
     corners = np.arange(rows * columns).reshape(rows, columns)
     first, second, third, fourth = corners[:-1, :-1], corners[1:, :-1], corners[1:, 1:], corners[:-1, 1:]
     halves = np.stack([first, second, third, first, third, fourth], axis=-1).reshape(-1, 3)
@@ -107,6 +111,15 @@ def _grid_mesh(path: Path, grid: HeightGrid, said: TerrainFormat) -> tuple[Float
     return points[used], places.reshape(-1, 3)
 
 
+def _cell_remedy(grid: HeightGrid) -> str:
+    """What to give for a grid of which nobody says how wide its cells are."""
+    remedy = "give --cell, in the unit"
+    if not grid.degrees[0]:
+        return remedy
+    columns, rows = grid.degrees
+    return f"{remedy}; if its dx and dy are degrees of a map, --unit m --cell {columns:.5g} --row-cell {rows:.5g}"
+
+
 def _read_mesh(path: Path, said: TerrainFormat) -> tuple[FloatArray, IntArray, tuple[str, ...]]:
     """Points [unit] (P, 3), triangles (T, 3) that look up, and doubts."""
     if said.up not in ("Y", "Z"):
@@ -115,7 +128,7 @@ def _read_mesh(path: Path, said: TerrainFormat) -> tuple[FloatArray, IntArray, t
     points, triangles = np.array(mesh.vertices, dtype=float), np.array(mesh.faces, dtype=int)
     if not len(triangles):
         raise TerrainError(path, "has no faces", "a terrain is a mesh with faces")
-    check_limit(path, "triangles", len(triangles), said.limits.triangles)
+    check_limit(path, "triangles", len(triangles), limit=said.limits.triangles)
     if not np.isfinite(points).all():
         raise TerrainError(path, "has points that are not finite", "repair the mesh")
     if said.up == "Z":

@@ -37,6 +37,7 @@ CLEARLY = 3.0
 RATE = re.compile(r"(?:framerate|frame rate|fps)\s*[:=]?\s*([0-9.]+)", re.IGNORECASE)
 COLUMN_UNIT = re.compile(r"(?<![a-z])[xy]\s*[/\[(]\s*(mm|cm|m|ft|in)\b", re.IGNORECASE)
 UNIT = re.compile(r"\bunits?\s*[:=]\s*(mm|cm|m|ft|in)\b", re.IGNORECASE)
+TIME_UNIT = re.compile(r"(?<![a-z])(?:t|time|timestamp)\s*[/\[(]\s*(ms|sec|s)\b|\b(seconds)\b", re.IGNORECASE)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,7 +49,7 @@ class TrackTable:
     people: FloatArray
     """Number of the person, shape (N,)."""
     frames: FloatArray
-    """Frame, or time where `rate` is 1, shape (N,)."""
+    """Frame, or time, shape (N,)."""
     positions: FloatArray
     """Map x and y in the file's unit, shape (N, 2)."""
     lines: IntArray
@@ -56,7 +57,9 @@ class TrackTable:
     unit: str
     """As the file says, empty if it does not."""
     rate: float
-    """Frames a second as the file says, 0 if it does not."""
+    """Frames, or units of time, a second as the file says, 0 if it does not."""
+    has_times: bool = False
+    """Whether it has times instead of frames."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,6 +97,9 @@ def read_track_table(path: Path, *, layout: str = "auto") -> TrackTable:
         return _read_splines(path, rows)
     lines = _numbers(path, rows)
     if layout == "auto" and lines.names:
+        if lines.values.shape[1] > len(lines.names):
+            what = f"has {lines.values.shape[1]} numbers, the header names {len(lines.names)} columns"
+            raise TrackError(f"{path}:{lines.numbers[0]}", what, "name every column, or give the layout")
         return _named(path, lines, lines.names, "its header")
     if layout == "auto":
         layout = _likely_layout(path, lines)
@@ -111,7 +117,7 @@ def _numbers(path: Path, rows: Sequence[str]) -> _Lines:
     numbers: list[int] = []
     values: list[list[float]] = []
     for number, row in enumerate(rows, start=1):
-        content = row.split("#", 1)[0].replace(",", " ").replace(";", " ").split()
+        content = _words(row.split("#", 1)[0])
         if "#" in row:
             comments.append(row.split("#", 1)[1])
         if not content:
@@ -141,6 +147,12 @@ def _numbers(path: Path, rows: Sequence[str]) -> _Lines:
     )
 
 
+def _words(row: str) -> list[str]:
+    """What separators part; a comma beside semicolons is a decimal one."""
+    row = row.replace(",", ".").replace(";", " ") if ";" in row else row.replace(",", " ")
+    return row.replace("|", " ").replace('"', " ").split()
+
+
 def _is_number(word: str) -> bool:
     try:
         float(word)
@@ -151,7 +163,8 @@ def _is_number(word: str) -> bool:
 
 def _column_names(header: str) -> tuple[str, ...]:
     """Our names of the columns a line names, unknown ones as they stand; empty if it names no table."""
-    words = [re.split(r"[/\[(]", word)[0].strip("\"' ").lower() for word in re.split(r"[\s,;]+", header.strip())]
+    header = re.sub(r"\s*([/\[(])\s*", r"\1", header.replace("|", ",").strip())  # a unit belongs to the word before it
+    words = [re.split(r"[/\[(]", word)[0].strip("\"' ").lower() for word in re.split(r"[\s,;]+", header)]
     known = {alias: name for name, aliases in WORDS.items() for alias in aliases}
     names = tuple(known.get(word.replace("_", "") if word not in known else word, word) for word in words)
     needed = {"id", "x", "y"} <= set(names) and ("frame" in names or "time" in names)
@@ -168,9 +181,12 @@ def _named(path: Path, lines: _Lines, columns: Sequence[str], layout: str) -> Tr
     rate = RATE.search(lines.comments)
     unit = COLUMN_UNIT.search(lines.comments) or UNIT.search(lines.comments)
     try:
-        frames_per_second = 1.0 if "frame" not in at else float(rate[1]) if rate else 0.0
+        frames_per_second = float(rate[1]) if rate and "frame" in at else 0.0
     except ValueError:
         raise TrackError(path, f"says its frame rate is {rate[1]!r}" if rate else "", "it is a number") from None
+    time_unit = TIME_UNIT.search(lines.comments)
+    if "frame" not in at and time_unit:
+        frames_per_second = 1000.0 if time_unit[1] and time_unit[1].lower() == "ms" else 1.0
     return TrackTable(
         layout=layout,
         people=lines.values[:, at["id"]],
@@ -179,6 +195,7 @@ def _named(path: Path, lines: _Lines, columns: Sequence[str], layout: str) -> Tr
         lines=lines.numbers,
         unit=unit[1].lower() if unit else "",
         rate=frames_per_second,
+        has_times="frame" not in at,
     )
 
 

@@ -75,7 +75,7 @@ def expand(starts: IntArray, ends: IntArray) -> tuple[IntArray, IntArray]:
     return np.arange(len(owners)) + np.repeat(starts - np.cumsum(counts) + counts, counts), owners
 
 
-def first_where(flags: BoolArray, indices: IntArray, owners: IntArray, missing: IntArray) -> IntArray:
+def first_where(flags: BoolArray, indices: IntArray, owners: IntArray, *, missing: IntArray) -> IntArray:
     """First index of each interval with its flag True, `missing` (K,) where none is; the rest as from `expand`."""
     hits = np.flatnonzero(flags)
     found, places = np.unique(owners[hits], return_index=True)
@@ -84,9 +84,9 @@ def first_where(flags: BoolArray, indices: IntArray, owners: IntArray, missing: 
     return result
 
 
-def last_where(flags: BoolArray, indices: IntArray, owners: IntArray, missing: IntArray) -> IntArray:
+def last_where(flags: BoolArray, indices: IntArray, owners: IntArray, *, missing: IntArray) -> IntArray:
     """Last index of each interval with its flag True, `missing` (K,) where none is; the rest as from `expand`."""
-    return first_where(flags[::-1], indices[::-1], owners[::-1], missing)
+    return first_where(flags[::-1], indices[::-1], owners[::-1], missing=missing)
 
 
 def means_of(values: FloatArray, starts: IntArray, ends: IntArray) -> FloatArray:

@@ -63,7 +63,7 @@ def _blend(rows: IntArray, weights: FloatArray, samples: FloatArray) -> FloatArr
     return csr_matrix((weights.ravel(), indices, bounds), shape=(len(rows), len(samples))) @ samples
 
 
-def build_splines(values: FloatArray, first: IntArray, starts: FloatArray, rates: FloatArray) -> Splines:
+def build_splines(values: FloatArray, *, first: IntArray, starts: FloatArray, rates: FloatArray) -> Splines:
     """Splines through runs of two or more samples; the arguments are the fields of `Splines`.
 
     The slopes s of a run solve s[i-1] + 4 s[i] + s[i+1] = 3 (v[i+1] - v[i-1]), and at both ends the third derivative

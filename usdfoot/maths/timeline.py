@@ -13,7 +13,7 @@ AGENT_SPAN = 1.0e5
 
 
 def locate(
-    row_agents: IntArray, row_times: FloatArray, origins: FloatArray, agents: IntArray, times: FloatArray
+    row_agents: IntArray, row_times: FloatArray, origins: FloatArray, *, agents: IntArray, times: FloatArray
 ) -> IntArray:
     """Last row of the same agent that has begun at each time, or its first; rows sorted by agent and time.
 

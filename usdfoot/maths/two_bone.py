@@ -16,7 +16,7 @@ SLIGHT = 0.02
 
 
 def bend_two_bones(
-    upper: FloatArray, lower: FloatArray, hinge: FloatArray, reach: FloatArray
+    upper: FloatArray, lower: FloatArray, hinge: FloatArray, *, reach: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Rotations that bring the end of a limb to a place, the limb staying in its plane.
 

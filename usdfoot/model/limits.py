@@ -37,7 +37,7 @@ class Limits:
 DEFAULT_LIMITS = Limits()
 
 
-def check_limit(where: object, what: str, count: float, limit: int) -> None:
+def check_limit(where: object, what: str, count: float, *, limit: int) -> None:
     """Raises SceneError if there is more of something than the limit allows.
 
     Args:

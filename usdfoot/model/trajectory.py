@@ -8,13 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdfoot.errors import PlanError
-from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.plan import FootstepPlan
 
-__all__ = ["FASTEST", "RootTrajectory", "root_distances", "sample_trajectories", "sample_trajectory"]
+__all__ = ["FASTEST", "RootTrajectory", "find_breaks", "root_distances", "sample_trajectories", "sample_trajectory"]
 
 FASTEST = 40.0
 """Nobody on foot is faster; what is has been put elsewhere [m/s]."""
+LONGEST_GAP = 10.0
+"""Someone not seen for longer than this is another one when seen again [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,13 +74,24 @@ class RootTrajectory:
         return float(self.times[-1])
 
 
+def find_breaks(times: FloatArray, places: FloatArray) -> tuple[BoolArray, BoolArray]:
+    """Between which samples someone jumps, and between which nothing is seen for too long, each of shape (K - 1,).
+
+    Args:
+        times: [s], shape (K,).
+        places: [m], shape (K, D).
+    """
+    spans = np.abs(np.diff(times))
+    return np.linalg.norm(np.diff(places, axis=0), axis=1) > FASTEST * spans, spans > LONGEST_GAP
+
+
 def sample_trajectory(trajectory: RootTrajectory, times: FloatArray) -> FloatArray:
     """Positions at times (T,) [s], straight between samples and held outside them, shape (T, 3)."""
     return np.stack([np.interp(times, trajectory.times, column) for column in trajectory.positions.T], axis=1)
 
 
 def sample_trajectories(
-    trajectories: Sequence[RootTrajectory], numbers: IntArray, times: FloatArray, values: FloatArray
+    trajectories: Sequence[RootTrajectory], numbers: IntArray, times: FloatArray, *, values: FloatArray
 ) -> FloatArray:
     """Values at times of many trajectories, straight between samples and held outside them, for all at once.
 

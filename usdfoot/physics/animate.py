@@ -76,7 +76,7 @@ def prepare_body(library: ClipLibrary, options: MotionOptions, tuning: BodyTunin
         source=library,
         rig=build_rest_rig(library.skeleton, library.biped),
         physics=physics,
-        upper=build_upper_body(library.skeleton, library.biped, physics, options.body),
+        upper=build_upper_body(library.skeleton, library.biped, physics, style=options.body),
         carriage=measure_carriage(library, measured) if options.body.carriage else None,
     )
 
@@ -159,8 +159,8 @@ def animate_bodies(
     """Motions without clips of agents that are one character, all steps and frames at once."""
     planting, com = plan_bodies(body, agents, crowd, options=options)
     planted = plant_samples(planting, crowd, agents)
-    figures = measure_contacts(planting.layout, planting.feet, planted.frames, planted.feet, agents)
-    return cut_motions(planting, planted, _results(figures, com, agents), agents)
+    figures = measure_contacts(planting.layout, planting.feet, planted.frames, measured=planted.feet, agents=agents)
+    return cut_motions(planting, planted, _results(figures, com, agents), agents=agents)
 
 
 def plan_bodies(
@@ -204,11 +204,11 @@ def animate_hybrids(
     clips = ClipPoses(setup=steps.setup, arrays=steps.source.arrays)
     planting = prepare_planting(steps.setup, carry_pelvis(clips, com), _ground(agents, crowd), sinks_for_flights=False)
     planted = plant_samples(planting, crowd, agents)
-    figures = measure_contacts(steps.setup, planting.feet, planted.frames, planted.feet, agents)
-    results = measure_steps(steps.setup, steps.blend, steps.landings, figures, agents)
+    figures = measure_contacts(steps.setup, planting.feet, planted.frames, measured=planted.feet, agents=agents)
+    results = measure_steps(steps.setup, steps.blend, steps.landings, figures=figures, agents=agents)
     forces = _forces(figures, com, agents)
     results = [replace(result, forces=force) for result, force in zip(results, forces, strict=True)]
-    return cut_motions(planting, planted, results, agents)
+    return cut_motions(planting, planted, results, agents=agents)
 
 
 def _scripts(agents: Sequence[Agent]) -> list[OrientationScript | None]:

@@ -108,7 +108,7 @@ class BodyPoses:
 
     def _latest(self, agents: IntArray, times: FloatArray, side: int) -> IntArray:
         rows = self.com.foot_rows
-        return rows.contacts[locate(rows.feet, rows.strikes, rows.origins, 2 * agents + side, times)]
+        return rows.contacts[locate(rows.feet, rows.strikes, rows.origins, agents=2 * agents + side, times=times)]
 
     def _pelvis_turn(self, sample: ComSample, rhythm: Rhythm, yaws: FloatArray) -> FloatArray:
         """Body frame to world with its oscillations, shape (F, 4)."""

@@ -133,7 +133,7 @@ def find_carried(com: ComMotion, tracks: Sequence[PelvisTrack]) -> CarriedClips:
         inside = (track.times >= begin) & (track.times <= end)
         times, agents = track.times[inside], np.full(int(inside.sum()), agent)
         turns = com.evaluate(agents, times).orientations
-        apart = track.positions[inside] - hung_pelvises(com, agents, times, np.zeros(3))
+        apart = track.positions[inside] - hung_pelvises(com, agents=agents, times=times, offsets=np.zeros(3))
         values.append(_values(quaternion.rotate(quaternion.inverse(turns), apart), _rhythm(com, agents, times)))
         speeds.append(abs(float(np.mean(_speeds_ahead(com, agents, times)))))
         length = com.biped.nominal_length

@@ -20,8 +20,8 @@ from usdfoot.physics.contact_kernel import (
     LegArrays,
     lay_footings,
 )
-from usdfoot.physics.device import empty_rows, shared, shared_record
 from usdfoot.physics.options import PhysicsOptions
+from usdfoot.physics.shared_arrays import empty_rows, shared, shared_record
 from usdfoot.physics.stance_kernel import find_body_yaws
 
 __all__ = ["Footing", "device_contacts", "device_legs", "lay_footing"]
@@ -52,7 +52,7 @@ class Footing:
         """How much the steps at times [s] (F,) are those of a run, by the flights around the latest contact, (F,)."""
         contacts, footing, ranges = (array.numpy() for array in (self.contacts.rows, self.rows, self.contacts.agents))
         owners = np.repeat(np.arange(len(ranges)), ranges["end"] - ranges["first"])
-        rows = locate(owners, contacts["strike"], ranges["start"], agents, times)
+        rows = locate(owners, contacts["strike"], ranges["start"], agents=agents, times=times)
         shares: FloatArray = np.maximum(footing["lands"], footing["leaps"])[rows]
         return shares
 

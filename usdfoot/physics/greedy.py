@@ -18,7 +18,7 @@ SWEEPS = 1000
 """Most sweeps over all values at one scale."""
 
 
-def search_unknowns(samples: Samples, knots: Knots, unknowns: FloatArray, options: PhysicsOptions) -> FloatArray:
+def search_unknowns(samples: Samples, knots: Knots, unknowns: FloatArray, *, options: PhysicsOptions) -> FloatArray:
     """Unknowns (K, 6) at which no single alteration lowers E, from `unknowns`.
 
     As printed, with its sign slip mended (the second trial is kept as v - delta): each value is tried upward, then

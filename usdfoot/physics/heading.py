@@ -27,9 +27,9 @@ class OrientationScript:
 def body_orientations(
     footing: Footing,
     scripts: Sequence[OrientationScript | None],
+    *,
     agents: IntArray,
     times: FloatArray,
-    *,
     window: float,
 ) -> FloatArray:
     """Body frame to world at F times, xyzw, shape (F, 4).

@@ -35,7 +35,7 @@ class HybridPoses:
         setup = self.clips.setup
         agents = setup.segments.agents[rows]
         poses = self.clips.pose(rows, times, joints=joints)
-        pelvis = hung_pelvises(self.com, agents, times, self.posture.at(agents, times))
+        pelvis = hung_pelvises(self.com, agents=agents, times=times, offsets=self.posture.at(agents, times))
         positions = wp.array((pelvis - setup.origins[agents]).astype(np.float32), dtype=wp.vec3f)
         return Poses(pelvis_positions=positions, pelvis_rotations=poses.pelvis_rotations, rotations=poses.rotations)
 
@@ -45,10 +45,12 @@ def carry_pelvis(clips: ClipPoses, com: ComMotion) -> HybridPoses:
     setup = clips.setup
 
     def apart(agents: IntArray, times: FloatArray) -> FloatArray:
-        rows = locate(setup.segments.agents, setup.segments.begins, setup.contacts.starts, agents, times)
+        rows = locate(setup.segments.agents, setup.segments.begins, setup.contacts.starts, agents=agents, times=times)
         poses = clips.pose(rows, times, joints=setup.rig.leg_joints)
         blended = poses.pelvis_positions.numpy() + setup.origins[agents]
         turns = com.evaluate(agents, times).orientations
-        return quaternion.rotate(quaternion.inverse(turns), blended - hung_pelvises(com, agents, times, np.zeros(3)))
+        return quaternion.rotate(
+            quaternion.inverse(turns), blended - hung_pelvises(com, agents=agents, times=times, offsets=np.zeros(3))
+        )
 
     return HybridPoses(clips=clips, com=com, posture=lay_posture(setup.contacts, apart))

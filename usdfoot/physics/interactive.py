@@ -12,7 +12,6 @@ from usdfoot.model.contact_table import ContactTable, lay_contacts, stay_down
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.physics.biped import PhysicsBiped
 from usdfoot.physics.contact_kernel import AgentRow, ContactArrays, ContactFooting, ContactRow
-from usdfoot.physics.device import shared_record
 from usdfoot.physics.footing import Footing, device_legs, lay_footing
 from usdfoot.physics.interactive_kernel import solve_window
 from usdfoot.physics.knot_kernel import KnotOptions
@@ -20,6 +19,7 @@ from usdfoot.physics.optimise import ComMotion, solve_motion, start_unknowns
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.run_up import extend_contacts, has_steady_end
 from usdfoot.physics.samples import SAMPLES, Samples
+from usdfoot.physics.shared_arrays import shared_record
 from usdfoot.physics.spline import ComSpline, Knots, hermite_basis, lay_knots
 from usdfoot.physics.step_room import WINDOW, StepRoom, make_step_room
 from usdfoot.physics.support import Stance

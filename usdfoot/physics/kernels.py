@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import warp as wp
 
+from usdfoot.engine.easing import smootherstep, soft_positive
 from usdfoot.engine.legs import Leg, LegRig, bend_leg, leg_kinematics
-from usdfoot.engine.pelvis import longest_leg, soft_positive
-from usdfoot.engine.plant import smootherstep
+from usdfoot.engine.pelvis import longest_leg
 
 __all__ = ["GaitArrays", "pose_legs", "pose_upper_body"]
 

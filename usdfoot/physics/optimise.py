@@ -72,7 +72,7 @@ class ComMotion:
 
     @cached_property
     def _figures(self) -> tuple[FloatArray, StepForces]:
-        return measure_forces(self.contacts, self.spline, self.biped, self.samples, self.options)
+        return measure_forces(self.contacts, self.spline, biped=self.biped, samples=self.samples, options=self.options)
 
     def evaluate(self, agents: IntArray, times: FloatArray) -> ComSample:
         """The body of `agents` (F,) at `times` (F,) [s]."""
@@ -82,13 +82,15 @@ class ComMotion:
             positions=positions,
             velocities=velocities,
             accelerations=accelerations,
-            orientations=body_orientations(self.footing, self.scripts, agents, times, window=options.heading_window),
+            orientations=body_orientations(
+                self.footing, self.scripts, agents=agents, times=times, window=options.heading_window
+            ),
         )
 
     def rhythm(self, agents: IntArray, times: FloatArray, yaws: FloatArray) -> Rhythm:
         """What the steps of `agents` (F,) that head for `yaws` [rad] (F,) do to the body at `times` [s] (F,)."""
         length = self.biped.nominal_length
-        return rhythm_at(self.contacts, self.foot_rows, agents, times, yaws, leg_length=length)
+        return rhythm_at(self.contacts, self.foot_rows, agents=agents, times=times, yaws=yaws, leg_length=length)
 
 
 def optimise_com(
@@ -138,7 +140,7 @@ def solve_motion(
     """The motion over `contacts`, solved from unknowns `start` (K, 6) at the knots; `footing` is of all contacts."""
     samples = lay_samples(footing, knots, scripts, window=options.heading_window)
     solve = search_unknowns if options.solver == "greedy" else optimise_unknowns
-    unknowns = solve(samples, knots, start, options)
+    unknowns = solve(samples, knots, start, options=options)
     return ComMotion(
         contacts=contacts,
         biped=biped,
@@ -152,7 +154,7 @@ def solve_motion(
 
 def start_unknowns(contacts: ContactTable, knots: Knots, biped: PhysicsBiped) -> FloatArray:
     """[P]'s start: each knot above its footprint by the nominal leg length, tangents zero, shape (K, 6)."""
-    rows = locate(contacts.agents, contacts.strikes, contacts.starts, knots.agents, knots.times)
+    rows = locate(contacts.agents, contacts.strikes, contacts.starts, agents=knots.agents, times=knots.times)
     unknowns = np.zeros((len(knots.times), 6))
     unknowns[:, :3] = contacts.positions[rows]
     unknowns[:, 1] += biped.nominal_length + biped.ankles[:, 1].mean() - biped.hips[:, 1].mean()

@@ -21,7 +21,7 @@ TRUNK_SHARE = 0.678 * 0.626 * (0.818 - 0.530) / 0.491
 the leg (Winter 2009, Table 4.1 and Figure 4.1)."""
 
 
-def hung_pelvises(com: ComMotion, agents: IntArray, times: FloatArray, offsets: FloatArray) -> FloatArray:
+def hung_pelvises(com: ComMotion, *, agents: IntArray, times: FloatArray, offsets: FloatArray) -> FloatArray:
     """Pelvis joints that hang on the centre of mass, world [m], shape (F, 3).
 
     Args:

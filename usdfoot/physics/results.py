@@ -37,6 +37,7 @@ class StepForces:
 def measure_forces(
     contacts: ContactTable,
     spline: ComSpline,
+    *,
     biped: PhysicsBiped,
     samples: Samples,
     options: PhysicsOptions,
@@ -52,13 +53,19 @@ def measure_forces(
     """
     knots, controls = spline.knots, spline.controls
     positions, accelerations = spline_samples(samples, controls)
-    forces = leg_forces(samples.stance.supports, samples.stance.standing, positions, accelerations, options.gravity)
+    forces = leg_forces(
+        samples.stance.supports,
+        samples.stance.standing,
+        positions=positions,
+        accelerations=accelerations,
+        gravity=options.gravity,
+    )
     count, instants = len(contacts.sides), samples.times.shape[1]
     agents, times = np.repeat(knots.agents[knots.begins], instants), samples.times.ravel()
     inside = (times >= contacts.starts[agents]) & (times <= contacts.ends[agents])
     lasting = np.where(inside, np.repeat(samples.intervals, instants), 0.0)
     costs = sample_costs(samples, controls, gravity=options.gravity, comfort=options.comfort)
-    rows = locate(contacts.agents, contacts.strikes, contacts.starts, agents, times)
+    rows = locate(contacts.agents, contacts.strikes, contacts.starts, agents=agents, times=times)
     imbalance = np.bincount(rows, lasting * np.linalg.norm(forces.residuals, axis=1), count)
     stands = samples.stance.standing.any(axis=1)
     pushing = forces.pushes > 0.0
@@ -71,7 +78,7 @@ def measure_forces(
     jump, overstretch = np.zeros(count), np.zeros(count)
     np.maximum.at(jump, rows, np.where(inside & ~stands, rises, 0.0))
     upright = np.tile([0.0, 0.0, 0.0, 1.0], (len(times), 1))
-    feet = find_stance(lay_footing(contacts, biped, options), agents, times, upright).contacts
+    feet = find_stance(lay_footing(contacts, biped, options), agents=agents, times=times, bodies=upright).contacts
     np.maximum.at(overstretch, feet, np.where(inside[:, None] & samples.stance.standing, stretches, 0.0))
     steps = StepForces(
         force_imbalance=imbalance / np.maximum(np.bincount(rows, lasting, count), 1e-9),

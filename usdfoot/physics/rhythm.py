@@ -53,12 +53,12 @@ def lay_foot_rows(contacts: ContactTable) -> FootRows:
 
 
 def rhythm_at(
-    contacts: ContactTable, rows: FootRows, agents: IntArray, times: FloatArray, yaws: FloatArray, *, leg_length: float
+    contacts: ContactTable, rows: FootRows, *, agents: IntArray, times: FloatArray, yaws: FloatArray, leg_length: float
 ) -> Rhythm:
     """Signals of `agents` (F,) that head for `yaws` [rad] (F,) at `times` [s] (F,)."""
     places, swings = [], []
     for side in (0, 1):
-        latest = rows.contacts[locate(rows.feet, rows.strikes, rows.origins, 2 * agents + side, times)]
+        latest = rows.contacts[locate(rows.feet, rows.strikes, rows.origins, agents=2 * agents + side, times=times)]
         following = np.where(contacts.has_swing[latest], latest + 2, latest)
         duration = np.maximum(contacts.strikes[following] - contacts.liftoffs[latest], 1e-6)
         swung = np.where(following > latest, times - contacts.liftoffs[latest], 0.0)

@@ -38,11 +38,11 @@ def lay_samples(
     durations = knots.durations
     times = knots.times[knots.begins][:, None] + durations[:, None] * instant_shares(SAMPLES)
     agents = np.repeat(knots.agents[knots.begins], SAMPLES)
-    bodies = body_orientations(footing, scripts, agents, times.ravel(), window=window)
+    bodies = body_orientations(footing, scripts, agents=agents, times=times.ravel(), window=window)
     return Samples(
         times=times,
         intervals=durations / SAMPLES,
-        stance=find_stance(footing, agents, times.ravel(), bodies),
+        stance=find_stance(footing, agents=agents, times=times.ravel(), bodies=bodies),
     )
 
 

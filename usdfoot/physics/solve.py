@@ -6,10 +6,10 @@ import numpy as np
 import warp as wp
 
 from usdfoot.maths.types import FloatArray
-from usdfoot.physics.device import shared, shared_record
 from usdfoot.physics.energy_kernel import ProblemArrays
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.samples import Samples
+from usdfoot.physics.shared_arrays import shared, shared_record
 from usdfoot.physics.solve_kernel import WorkArrays, solve_agents
 from usdfoot.physics.spline import Knots
 from usdfoot.physics.stance_kernel import StanceArrays
@@ -21,7 +21,7 @@ ITERATIONS = 60
 
 
 def optimise_unknowns(
-    samples: Samples, knots: Knots, start: FloatArray, options: PhysicsOptions, *, settles: bool = True
+    samples: Samples, knots: Knots, start: FloatArray, *, options: PhysicsOptions, settles: bool = True
 ) -> FloatArray:
     """Unknowns (K, 6) that minimise E; agents are independent of each other.
 

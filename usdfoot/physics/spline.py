@@ -10,9 +10,9 @@ import warp as wp
 from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable
-from usdfoot.physics.device import shared, shared_record
 from usdfoot.physics.footing import Footing
 from usdfoot.physics.knot_kernel import KnotOptions, count_knots, write_knots
+from usdfoot.physics.shared_arrays import shared, shared_record
 
 __all__ = ["ComSpline", "Knots", "controls_of", "hermite_basis", "lay_knots"]
 
@@ -60,7 +60,7 @@ class ComSpline:
         Outside an agent's time it rests where it begins or ends.
         """
         knots = self.knots
-        rows = locate(knots.agents[knots.begins], knots.times[knots.begins], knots.starts, agents, times)
+        rows = locate(knots.agents[knots.begins], knots.times[knots.begins], knots.starts, agents=agents, times=times)
         first = knots.begins[rows]
         length = knots.times[first + 1] - knots.times[first]
         share = (times - knots.times[first]) / length

@@ -9,11 +9,11 @@ import numpy as np
 
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.plan import FootstepPlan
-from usdfoot.physics.device import shared_record
 from usdfoot.physics.energy_kernel import ProblemArrays
 from usdfoot.physics.interactive_kernel import WindowArrays
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.samples import SAMPLES
+from usdfoot.physics.shared_arrays import shared_record
 from usdfoot.physics.solve import device_work
 from usdfoot.physics.solve_kernel import WorkArrays
 from usdfoot.physics.stance_kernel import StanceArrays

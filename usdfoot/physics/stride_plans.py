@@ -11,7 +11,8 @@ from usdfoot.model.examples import Examples
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.spaces.footsteps import solve_footsteps
 from usdfoot.spaces.holes import Hole
-from usdfoot.spaces.library import FootstepSpaces, SideSpace
+from usdfoot.spaces.library import FootstepSpaces
+from usdfoot.spaces.side_space import SideSpace
 
 __all__ = ["FOOTSTEPS", "LANDING", "plan_stride"]
 

@@ -8,8 +8,8 @@ import numpy as np
 import warp as wp
 
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
-from usdfoot.physics.device import shared, shared_record
 from usdfoot.physics.footing import Footing
+from usdfoot.physics.shared_arrays import shared, shared_record
 from usdfoot.physics.stance_kernel import StanceArrays, find_instants
 
 __all__ = ["Stance", "find_stance"]
@@ -46,7 +46,7 @@ def empty_stance(count: int) -> Stance:
     )
 
 
-def find_stance(footing: Footing, agents: IntArray, times: FloatArray, bodies: FloatArray) -> Stance:
+def find_stance(footing: Footing, *, agents: IntArray, times: FloatArray, bodies: FloatArray) -> Stance:
     """Both legs of the agents (M,) at times (M,) [s] with their bodies turned by quaternions (M, 4)."""
     stance = empty_stance(len(times))
     wp.launch(

@@ -51,7 +51,7 @@ class UpperBody:
         return int(self.lags.max()) + 1
 
 
-def build_upper_body(skeleton: Skeleton, biped: Biped, physics: PhysicsBiped, style: BodyStyle) -> UpperBody:
+def build_upper_body(skeleton: Skeleton, biped: Biped, physics: PhysicsBiped, *, style: BodyStyle) -> UpperBody:
     """The upper body of a character in a style."""
     places, turns = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
     to_body = quaternion.compose(physics.pelvis_rotation, quaternion.inverse(turns[biped.pelvis]))

@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from usdfoot.batch.entries import EntryResults
 from usdfoot.batch.executors import open_scene_early
-from usdfoot.batch.records import ChunkRecord, parse_record
+from usdfoot.batch.records import NOBODY, ChunkRecord, parse_record
 from usdfoot.errors import OutputError, SceneError
 from usdfoot.model.levels import DetailLevels
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits
 from usdfoot.model.report import Problem
+from usdfoot.model.totals import add_totals
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.provenance import CHUNK_SIZE, CallRecord, provenance_of
 from usdfoot.pipeline.report import AnimateReport, report_json
-from usdfoot.pipeline.unchanged import find_earlier
-from usdfoot.readers.chunks import find_agents, read_record
+from usdfoot.pipeline.unchanged import EarlierCrowd, find_earlier
+from usdfoot.readers.chunks import find_agents, is_intact, read_record
 from usdfoot.readers.stage import open_stage
 from usdfoot.writers.paths import folder_path
 
@@ -90,7 +92,7 @@ def animate(
 
     workers = executor if earlier.intact is None else None  # else little may be to be made
     shot = _open_shot(stage, target, call, options=options, executor=workers)
-    records = _make_chunks(shot, executor, beside, progress, intact=earlier.intact)
+    records = _make_chunks(shot, executor, beside, progress, earlier=earlier)
     problems = _distinct((*shot.scene.crowd.problems, *(problem for record in records for problem in record.problems)))
     _require_agents(scene_file, records, problems)
     progress("write", 0, 0)
@@ -108,7 +110,8 @@ def animate(
     return AnimateReport(
         crowd_file=crowd_file,
         report_file=report_file,
-        results={name: results for record in records for name, results in record.results.items()},
+        results=EntryResults(agent for record in records for agent in record.agents),
+        totals=add_totals(record.totals for record in records),
         problems=problems,
         chunks=len(records),
         kept=sum(record.is_kept for record in records),
@@ -160,7 +163,7 @@ def animate_chunk(
         raise SceneError(scene_file, f"has no chunk {index}", f"give one of 0 to {count - 1}")
     task = next((task for task in shot.tasks if task.index == index), None)
     if task is None:
-        return ChunkRecord(agents=(), problems=(), is_kept=False, kept_agents=0)
+        return NOBODY
     kept = read_record(shot.folder, task.files, task.content_hash)
     if kept is not None:
         return parse_record(kept)
@@ -213,27 +216,25 @@ def _open_shot(
     stage: Any, folder: Path, call: CallRecord, *, options: MotionOptions, executor: Executor | None = None
 ) -> _Shot:
     """What is asked for of an open stage, read and cut into chunks; folder: of the crowd, a real path."""
-    from usdfoot.batch.tasks import agents_a_chunk, cut_chunks
+    from usdfoot.batch.tasks import agents_a_chunk, cut_chunks, inputs_of
+    from usdfoot.readers.listing import list_scene
     from usdfoot.readers.scene import SceneReader
     from usdfoot.writers.crowd import check_output, crowd_format
     from usdfoot.writers.placing import place_characters
 
+    listed = list_scene(stage, agents=call.agents, limits=call.limits)
     starting: list[Future[None]] = []
-
-    def open_early(count: int) -> None:
-        if executor and count > FEW_CHUNKS * call.chunk_size:
-            starting.extend(open_scene_early(executor, stage.GetRootLayer().realPath))
-
+    if executor and len(listed.chosen) > FEW_CHUNKS * call.chunk_size:
+        info = listed.info
+        starting = open_scene_early(executor, info.identifier, inputs_of(info, folder), call.limits)
     reader = SceneReader(
-        stage,
-        agents=call.agents,
+        listed,
         frames=call.frames,
         motion=options.motion,
         tuning=options.tuning,
         crowd=folder,
         limits=call.limits,
         sampling=options.sampling,
-        listed=open_early,
     )
     scene = reader.read()
     check_output(scene, folder)
@@ -266,25 +267,24 @@ def _make_chunks(
     beside: bool,
     progress: Callable[[str, int, int], None],
     *,
-    intact: Collection[str] | None,
+    earlier: EarlierCrowd,
 ) -> tuple[ChunkRecord, ...]:
-    """Records of all chunks, kept or made; what is kept are files that are `intact`."""
+    """Records of all chunks, kept or made."""
     from usdfoot.batch.running import run_chunks
     from usdfoot.batch.tasks import with_earlier
     from usdfoot.batch.workshop import Workshop
 
     tasks = shot.tasks
-    kept = [read_record(shot.folder, task.files, task.content_hash, intact=intact) for task in tasks]
-    records = [None if text is None else parse_record(text) for text in kept]
+    records = [_kept_record(task, shot.folder, earlier) for task in tasks]
     pending = [index for index, record in enumerate(records) if record is None]
     settled = [task.files for task, record in zip(tasks, records, strict=True) if record is not None]
-    earlier = find_agents(shot.folder, intact=intact, kept=settled) if pending else {}
-    tasks = [with_earlier(task, earlier) for task in tasks]
+    made_before = find_agents(shot.folder, intact=earlier.intact, kept=settled) if pending else {}
+    tasks = [with_earlier(task, made_before) for task in tasks]
     workshop = Workshop(shot.reader, shot.options, keep=shot.keep)
     executor = executor if len(pending) > (FEW_CHUNKS if beside else 1) else None
     starting = shot.starting
     if executor and beside:
-        starting = starting or open_scene_early(executor, shot.scene.stage.identifier)
+        starting = starting or open_scene_early(executor, tasks[0].scene, tasks[0].inputs, tasks[0].limits)
         workshop.analyse_clips(shot.scene.crowd)
     made = run_chunks(
         [tasks[index] for index in pending], workshop, executor=executor, starting=starting if beside else None
@@ -294,6 +294,15 @@ def _make_chunks(
         records[pending[index]] = parse_record(chunk.record, kept_agents=chunk.kept_agents)
         progress("animate", done + 1, len(pending))
     return tuple(record for record in records if record is not None)
+
+
+def _kept_record(task: ChunkTask, folder: Path, earlier: EarlierCrowd) -> ChunkRecord | None:
+    """Of a chunk that is there already, by the crowd's report or by itself; None if it is to be made."""
+    known = earlier.records.get(task.files.anims)
+    if known and known.content_hash == task.content_hash and is_intact(folder, task.files, earlier.intact or ()):
+        return known
+    text = read_record(folder, task.files, task.content_hash, intact=earlier.intact)
+    return None if text is None else parse_record(text)
 
 
 def _distinct(problems: Iterable[Problem]) -> tuple[Problem, ...]:

@@ -24,7 +24,7 @@ def cover_library(library: ClipLibrary) -> tuple[SpaceCoverage, ...]:
     if not len(examples):
         return ()
     spaces = build_spaces(examples, pelvis=library.biped.pelvis, leg_length=library.biped.maximal_leg_length)
-    return cover_spaces(library.skeleton, library.biped, examples, spaces)
+    return cover_spaces(library.skeleton, library.biped, examples, spaces=spaces)
 
 
 def draw_coverage(spaces: Sequence[SpaceCoverage], path: Path) -> Path:

@@ -184,7 +184,7 @@ def _doubts(capture: Capture, roles: Mapping[str, int]) -> list[str]:
     clips = capture.clips
     joints = np.array([[roles[f"{side} {role}"] for role in ("hip", "knee", "ankle")] for side in SIDES])
     moved = [clip.translations for clip in clips], [clip.rotations for clip in clips]
-    places, _ = joint_kinematics(capture.skeleton, *moved, joints.ravel())
+    places, _ = joint_kinematics(capture.skeleton, *moved, joints=joints.ravel())
     hips, knees, ankles = places.reshape(-1, 2, 3, 3).transpose(2, 0, 1, 3)
     length = np.median(np.linalg.norm(knees - hips, axis=-1) + np.linalg.norm(ankles - knees, axis=-1))
     messages = []

@@ -22,7 +22,8 @@ from usdfoot.pipeline.provenance import options_of
 from usdfoot.planning.followers import plan_followers
 from usdfoot.readers.scene import SceneReader
 from usdfoot.readers.written import WrittenCrowd
-from usdfoot.spaces.library import SideSpace, left_landings
+from usdfoot.spaces.landings import left_landings
+from usdfoot.spaces.side_space import SideSpace
 
 __all__ = ["SpaceRows", "WeighedBatch", "is_as_recorded", "join_rows", "space_rows", "undrawn", "weigh_again"]
 

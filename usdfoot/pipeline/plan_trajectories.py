@@ -8,9 +8,10 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from usdfoot.bridge.names import unique_name
 from usdfoot.bridge.scene import StageInfo
 from usdfoot.bridge.units import StageUnits
-from usdfoot.errors import SceneError, UsdfootError
+from usdfoot.errors import SceneError
 from usdfoot.importers.pedestrians import import_pedestrians
 from usdfoot.model.ground import Ground
 from usdfoot.model.report import Problem
@@ -65,7 +66,7 @@ def plan_scene_trajectories(
     """Plan footsteps for everyone who moves on a stage and write them as a layer.
 
     These are the agents with usdfoot:agent:trajectory; without any, all animated Points and PointInstancers with ids;
-    without any, all animated Xforms.
+    without any, all animated Xforms and SkelRoots.
 
     Args:
         scene: The USD scene; never changed.
@@ -83,14 +84,14 @@ def plan_scene_trajectories(
     stage = open_stage(scene)
     info, found = read_stage_info(stage), collect_prims(stage)
     everyone, agent_problems = list_agents(stage, found)
-    movers, errors = read_movers(stage, info.units, sources=select_agents(everyone, agents), pattern=prims)
+    movers, mover_problems = read_movers(stage, info.units, sources=select_agents(everyone, agents), pattern=prims)
     terrain, terrain_problems = read_terrain(stage, found, info.units)
     body = only_proportions(found, info.units, foreign=tuple(source.plan for source in everyone))
-    problems = (*agent_problems, *terrain_problems, *(_problem(error) for error in errors))
+    problems = (*agent_problems, *terrain_problems, *mover_problems)
     around = _Surroundings(info=info, terrain=terrain, body=body, problems=problems)
     if not movers:
         reasons = [problem.message for problem in problems if problem.severity == "error"]
-        remedy = "" if reasons else "animate Xforms, or Points with ids"
+        remedy = "" if reasons else "animate Xforms, SkelRoots, or Points with ids; --prims names other animated prims"
         raise SceneError(
             info.identifier, "no trajectory can be planned" if reasons else "nothing moves", remedy, reasons
         )
@@ -125,8 +126,9 @@ def plan_track_file(
     given = track_format or TrackFormat()
     trajectories, problems = import_pedestrians(file, unit=given.unit, rate=given.rate, layout=given.layout)
     around = _read_surroundings(scene) if scene else _nowhere(file)
+    taken: set[str] = set()
     movers = [
-        Mover(name=_prim_name(trajectory.name, Path(file).name), agent="", trajectory=trajectory)
+        Mover(name=unique_name(_prim_name(trajectory.name, Path(file).name), taken), agent="", trajectory=trajectory)
         for trajectory in trajectories
     ]
     if not movers:
@@ -182,7 +184,3 @@ def _nowhere(file: str | os.PathLike[str]) -> _Surroundings:
 def _prim_name(name: str, file_name: str) -> str:
     """person_<id>, with what else makes the trajectory's name unique."""
     return "person_" + re.sub(r"\W+", "_", name.removeprefix(file_name).strip()).replace("-", "_")
-
-
-def _problem(error: UsdfootError) -> Problem:
-    return Problem(severity="error", where=error.where, message=str(error))

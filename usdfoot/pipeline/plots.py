@@ -12,7 +12,7 @@ import numpy as np
 from usdfoot.engine.animate import PreparedLibrary
 from usdfoot.errors import UsdfootError
 from usdfoot.pipeline.space_maps import ErrorMap, map_landings, map_velocities
-from usdfoot.spaces.library import SideSpace
+from usdfoot.spaces.side_space import SideSpace
 
 __all__ = ["has_matplotlib", "plot_spaces", "require_matplotlib"]
 

@@ -17,6 +17,7 @@ from usdfoot.bridge.tokens import File
 from usdfoot.bridge.versions import library_versions
 from usdfoot.model.motion import StepResults
 from usdfoot.model.report import Outcome, Problem
+from usdfoot.model.totals import StepTotals
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.readers.overrides import read_overrides
 
@@ -31,6 +32,8 @@ class AnimateReport(Outcome):
     report_file: Path
     results: Mapping[str, StepResults]
     """Figures of every written agent's steps, by agent name."""
+    totals: StepTotals
+    """Of all of them."""
     chunks: int
     """Number of chunks of agents."""
     kept: int
@@ -47,7 +50,7 @@ def report_json(
     problems: Sequence[Problem],
     folder: Path,
 ) -> dict[str, Any]:
-    """The content of report.json: no times, no absolute paths, distances in metres; its agents are JSON already.
+    """The content of report.json: no times, no absolute paths, distances in metres; agents and chunks are JSON already.
 
     Args:
         scene: What was read.
@@ -62,6 +65,7 @@ def report_json(
         "scene": relative_path(scene.stage.identifier, folder),
         "inputs": input_hashes(scene.stage, folder),
         "agents": [agent.text for record in records for agent in record.agents],
+        "chunks": [record.head for record in records if record.agents],
         "problems": [problem_json(problem) for problem in problems],
     }
 

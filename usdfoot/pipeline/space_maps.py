@@ -11,8 +11,9 @@ from usdfoot.engine.animate import PreparedLibrary
 from usdfoot.engine.landings import blend_landings
 from usdfoot.maths.types import FloatArray
 from usdfoot.spaces.footsteps import solve_footsteps
-from usdfoot.spaces.library import SideSpace, left_landings
+from usdfoot.spaces.landings import left_landings
 from usdfoot.spaces.root_velocity import solve_root_velocities
+from usdfoot.spaces.side_space import SideSpace
 
 __all__ = ["ErrorMap", "map_landings", "map_velocities"]
 
@@ -39,7 +40,7 @@ def map_landings(library: PreparedLibrary, space: SideSpace, side: int, *, sampl
     chosen = np.take_along_axis(space.examples[solved.examples[inside]], order, axis=1)
     weights = np.take_along_axis(solved.weights[inside], order, axis=1)
     sides = np.full(len(chosen), side)
-    landed = blend_landings(library.device, sides, chosen, weights)
+    landed = blend_landings(library.device, sides, examples=chosen, weights=weights)
     errors[inside] = np.linalg.norm(left_landings(landed, sides) - queries[inside], axis=1)
     return ErrorMap(x=x, z=z, errors=errors.reshape(len(z), len(x)))
 

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import json
-import re
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from usdfoot import __version__
-from usdfoot.batch.records import problem_of, step_results
+from usdfoot.batch.entries import EntryResults
+from usdfoot.batch.records import ChunkRecord, problem_of, read_records
 from usdfoot.bridge.file_hashes import intact_files
 from usdfoot.bridge.tokens import File
 from usdfoot.bridge.versions import library_versions
 from usdfoot.errors import UsdfootError
+from usdfoot.model.totals import add_totals
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.provenance import CallRecord, call_of, options_of
 from usdfoot.pipeline.report import AnimateReport, combined_hash, input_hashes, relative_path
@@ -23,8 +24,8 @@ from usdfoot.writers.root import SUBLAYERS
 
 __all__ = ["EarlierCrowd", "find_earlier"]
 
-_AGENTS = re.compile(r"(?<=\n \"agents\": \[)\n(?:  .*\n)*(?= \])")
-"""Entries of a report's agents, a line each."""
+_AGENTS, _END = '\n "agents": [\n', "\n ]"
+"""Between which a report has its agents, a line each."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,6 +36,8 @@ class EarlierCrowd:
     """What `animate` said of it if it would write the same bytes again; None if it might not."""
     intact: Mapping[str, str] | None = None
     """SHA-256 of its files that are as they were written, by name; None = its report does not tell."""
+    records: Mapping[str, ChunkRecord] = field(default_factory=dict)
+    """What its report says of its chunks, by the file of their animations."""
 
 
 def find_earlier(scene: Any, folder: Path, *, options: MotionOptions, call: CallRecord) -> EarlierCrowd:
@@ -53,12 +56,14 @@ def find_earlier(scene: Any, folder: Path, *, options: MotionOptions, call: Call
         SceneError: If the scene or overrides.usda cannot be opened.
     """
     is_same = _is_same(scene, folder, options, call)
-    report = _read_report(folder, with_agents=is_same)
-    if report is None:
+    read = _read_report(folder)
+    if read is None:
         return EarlierCrowd()
+    report, records = read
     intact = intact_files(report["files"], folder, since=None if is_same else folder / File.REPORT)
-    is_whole = is_same and intact == report["files"]
-    return EarlierCrowd(unchanged=_report_of(report, folder) if is_whole else None, intact=intact)
+    if is_same and intact == report["files"]:
+        return EarlierCrowd(unchanged=_report_of(report, records, folder), intact=intact)
+    return EarlierCrowd(intact=intact, records={record.anims: record for record in records})
 
 
 def _is_same(scene: Any, folder: Path, options: MotionOptions, call: CallRecord) -> bool:
@@ -75,13 +80,15 @@ def _is_same(scene: Any, folder: Path, options: MotionOptions, call: CallRecord)
     return made_from == (said.get("scene"), said.get("contentHash"))
 
 
-def _read_report(folder: Path, *, with_agents: bool) -> dict[str, Any] | None:
-    """report.json, None if there is none that these versions wrote; its agents are most of it."""
+def _read_report(folder: Path) -> tuple[dict[str, Any], list[ChunkRecord]] | None:
+    """report.json without its agents, which are most of it, and its chunks' records; None if of other versions."""
     try:
-        text = (folder / File.REPORT).read_text(encoding="utf-8")
-        report = json.loads(text if with_agents else _AGENTS.sub("", text))
+        before, _, text = (folder / File.REPORT).read_text(encoding="utf-8").partition(_AGENTS)
+        agents, _, after = text.partition(_END)
+        report = json.loads(f"{before}{_AGENTS}{_END}{after}")
         is_ours = report["versions"] == {"usdfoot": __version__, **library_versions()}
-        return report if is_ours and isinstance(report["files"], dict) else None
+        is_ours = is_ours and isinstance(report["files"], dict)
+        return (report, read_records(report["chunks"], agents.split(",\n"))) if is_ours else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
 
@@ -95,17 +102,16 @@ def _is_asked(said: Mapping[str, Any], options: MotionOptions, call: CallRecord)
         return False
 
 
-def _report_of(report: dict[str, Any], folder: Path) -> AnimateReport:
+def _report_of(report: Mapping[str, Any], records: Sequence[ChunkRecord], folder: Path) -> AnimateReport:
     """What a report says, for whom nothing was to be made."""
-    agents = report["agents"]
-    anims = File.ANIMS.split(".")[0]
-    chunks = sum(name.startswith(f"{anims}.") and name != File.ANIMS for name in report["files"])
+    agents = [agent for record in records for agent in record.agents]
     return AnimateReport(
         crowd_file=folder / File.CROWD,
         report_file=folder / File.REPORT,
-        results={agent["name"]: step_results(agent["steps"]) for agent in agents},
+        results=EntryResults(agents),
+        totals=add_totals(record.totals for record in records),
         problems=tuple(problem_of(problem) for problem in report["problems"]),
-        chunks=chunks,
-        kept=chunks,
+        chunks=len(records),
+        kept=len(records),
         kept_agents=len(agents),
     )

@@ -24,8 +24,8 @@ SPACING = 0.05
 """Between the points of a path that are looked at [m]."""
 CELL, MOST_CELLS = 0.1, 250_000
 """Width of the cells of the grid [m]; more than so many are made wider."""
-ROUNDING = 0.25
-"""Standard deviation along the way of the filter that rounds its corners [m]."""
+ROUNDINGS = (0.25, 0.18, 0.12, 0.06)
+"""Standard deviations along the way of the filter that rounds its corners, the widest that cuts none [m]."""
 VIEW = 40
 """Cells ahead that are looked at for the next corner."""
 DETOUR = 1.25
@@ -38,6 +38,8 @@ NUDGE, NEAR = 0.25, 1.0
 """Ends of paths are moved this far at most to where one stands well, and to where one can stand at all [m]."""
 RADIUS, ELBOWS = 0.25, 0.05
 """Half the width of a body, and what it keeps free beside it where it goes round [m]."""
+EASY, TIGHT = 0.4, 2.0
+"""Nearer to a rim than this [m] a way costs more, on the rim itself by this part of its length."""
 
 
 def go_round(
@@ -59,18 +61,30 @@ def go_round(
     points, world = _dense(path, ground), World(obstacles=tuple(obstacles))
     every = _spots(points, ground, headroom=HEADROOM * body.leg_length)
     room = clearances(world, every.points, every.heights)
-    narrow = every.only(room >= body.half_depth(RADIUS))
-    if (_on_spots(narrow, points) >= 0).all():
+    fits, roomy = room >= body.half_depth(RADIUS), (room >= RADIUS + ELBOWS) & ~every.is_edge
+    narrow, wide = every.only(fits), every.only(roomy)
+    if (_on_spots(wide, points) >= 0).all():
         return path
+    prices = _prices(every, room)
     try:
-        wide = every.only((room >= RADIUS + ELBOWS) & ~every.is_edge)
-        led = _led(path.name, points, wide, ground, world, near=NUDGE)
+        led = _led(path.name, points, wide, prices[roomy], ground, world, near=NUDGE)
     except PlanError:  # where it is narrow there is no keeping away from the rims
-        led = _led(path.name, points, narrow, ground, world, near=NEAR)
-    return replace(path, points=_rounded(_even(led)))
+        if (_on_spots(narrow, points) >= 0).all():
+            return path
+        led = _led(path.name, points, narrow, prices[fits], ground, world, near=NEAR)
+    return replace(path, points=_rounded(_even(led), narrow))
 
 
-def _led(name: str, points: FloatArray, spots: Spots, ground: Ground, world: World, *, near: float) -> FloatArray:
+def _led(
+    name: str,
+    points: FloatArray,
+    spots: Spots,
+    prices: FloatArray,
+    ground: Ground,
+    world: World,
+    *,
+    near: float,
+) -> FloatArray:
     """Points (K, 3) of a path, its ends up to `near` [m] away, and of ways on spots where it has none, (M, 3)."""
     found = _on_spots(spots, points)
     points = points.copy()
@@ -96,7 +110,7 @@ def _led(name: str, points: FloatArray, spots: Spots, ground: Ground, world: Wor
     for (_, leave), (back, stop) in pairwise(stretches[lasts].tolist()):
         start = leave - _turnoff(spots, found[begin : leave + 1][::-1], int(found[back]), back - leave)
         end = back + _turnoff(spots, found[back : stop + 1], int(found[start]), back - start)
-        pieces += [points[begin : start + 1], _way(spots, int(found[start]), int(found[end]))]
+        pieces += [points[begin : start + 1], _way(spots, prices, int(found[start]), int(found[end]))]
         begin = end
     return np.concatenate([*pieces, points[begin:]])
 
@@ -165,12 +179,23 @@ def _even(points: FloatArray) -> FloatArray:
     return np.stack([np.interp(even, arcs, points[:, axis]) for axis in range(3)], axis=1)
 
 
-def _rounded(points: FloatArray) -> FloatArray:
-    """Evenly spaced points (M, 3) with their corners rounded seen from above and the ends where they are."""
-    reach = min(round(3.0 * ROUNDING / SPACING), len(points) - 1)
-    padded = np.pad(points, ((reach, reach), (0, 0)), mode="reflect", reflect_type="odd")
-    smooth = gaussian_filter1d(padded, ROUNDING / SPACING, axis=0)[reach:-reach]
-    return np.insert(smooth[:, [0, 2]], 1, points[:, 1], axis=1)
+def _rounded(points: FloatArray, spots: Spots) -> FloatArray:
+    """Evenly spaced points (M, 3) with their corners rounded seen from above and the ends where they are.
+
+    As wide as leads off no spot that is on the way.
+    """
+    on = spots.at(points[:, [0, 2]], points[:, 1], within=STEP, touching=False) >= 0
+    rounded = points
+    for rounding in ROUNDINGS:
+        reach = min(round(3.0 * rounding / SPACING), len(points) - 1)
+        if not reach:
+            break
+        padded = np.pad(points, ((reach, reach), (0, 0)), mode="reflect", reflect_type="odd")
+        smooth = gaussian_filter1d(padded, rounding / SPACING, axis=0)[reach:-reach]
+        rounded = np.insert(smooth[:, [0, 2]], 1, points[:, 1], axis=1)
+        if (spots.at(rounded[on][:, [0, 2]], rounded[on, 1], within=STEP, touching=False) >= 0).all():
+            break
+    return rounded
 
 
 def _spots(points: FloatArray, ground: Ground, *, headroom: float) -> Spots:
@@ -182,19 +207,32 @@ def _spots(points: FloatArray, ground: Ground, *, headroom: float) -> Spots:
     return spots.only(~spots.is_edge)
 
 
-def _way(spots: Spots, start: int, end: int) -> FloatArray:
-    """The corners (K, 3) of the shortest way from spot to spot; there is one."""
-    way = trace_way(dijkstra(spots.links, directed=False, indices=end, return_predecessors=True)[1], start)
+def _way(spots: Spots, prices: FloatArray, start: int, end: int) -> FloatArray:
+    """The corners (K, 3) of the cheapest way from spot to spot by `prices` (S,) of its length; there is a way."""
+    starts = np.repeat(np.arange(len(prices)), np.diff(spots.links.indptr))
+    links = spots.links.copy()
+    links.data = links.data * 0.5 * (prices[starts] + prices[links.indices])
+    costs, following = dijkstra(links, directed=False, indices=end, return_predecessors=True)
+    way = trace_way(following, start)
     places = np.insert(spots.points[way], 1, spots.heights[way], axis=1)
     corners, last = [0], len(places) - 1
     while corners[-1] < last:
-        ahead = places[corners[-1] + 1 : corners[-1] + 1 + VIEW]
-        shares = np.linspace(0.0, 1.0, 2 * VIEW)[:, None, None]
-        views = (places[corners[-1]] + shares * (ahead - places[corners[-1]])).reshape(-1, 3)
-        clear = spots.at(views[:, [0, 2]], views[:, 1], within=STEP, touching=False).reshape(2 * VIEW, -1) >= 0
-        seen = np.flatnonzero(clear.all(axis=0))
+        ahead = slice(corners[-1] + 1, corners[-1] + 1 + VIEW)
+        lines = places[ahead] - places[corners[-1]]
+        views = (places[corners[-1]] + np.linspace(0.0, 1.0, 2 * VIEW)[:, None, None] * lines).reshape(-1, 3)
+        under = spots.at(views[:, [0, 2]], views[:, 1], within=STEP, touching=False).reshape(2 * VIEW, -1)
+        straight = np.linalg.norm(lines[:, [0, 2]], axis=1) * np.where(under >= 0, prices[under], np.inf).mean(axis=0)
+        seen = np.flatnonzero(straight <= costs[way[corners[-1]]] - costs[way[ahead]] + 1e-9)
         corners.append(corners[-1] + 1 + int(seen[-1] if seen.size else 0))
     return places[corners]
+
+
+def _prices(spots: Spots, room: FloatArray) -> FloatArray:
+    """What way on each spot costs over its length, `room` (S,) [m] from obstacles, shape (S,)."""
+    if spots.is_edge.any():
+        rims = dijkstra(spots.links, directed=False, indices=np.flatnonzero(spots.is_edge), min_only=True)
+        room = np.minimum(room, rims)
+    return np.asarray(1.0 + TIGHT * np.clip(1.0 - room / EASY, 0.0, 1.0) ** 2)
 
 
 def _where(point: FloatArray, ground: Ground, world: World) -> str:

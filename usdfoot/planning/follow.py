@@ -255,7 +255,7 @@ def _measure(tracks: Tracks, trajectories: Sequence[RootTrajectory]) -> tuple[Fl
     positions, strikes = tracks.positions, tracks.strikes
     places = np.concatenate([trajectory.positions for trajectory in trajectories])
     agents = np.broadcast_to(np.arange(len(trajectories)), strikes.shape)
-    wanted = sample_trajectories(trajectories, agents, strikes, places)
+    wanted = sample_trajectories(trajectories, agents, strikes, values=places)
     missed = np.zeros_like(positions)
     missed[1:] = 0.5 * (positions[1:] + positions[:-1]) - wanted[1:]
     missed = missed[..., [0, 2]]

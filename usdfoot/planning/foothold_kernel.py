@@ -9,10 +9,12 @@ import warp as wp
 from usdfoot.model.ground_kernel import GroundFaces, find_level
 from usdfoot.planning import prints
 
-__all__ = ["FootholdLimits", "feel_ground"]
+__all__ = ["FootholdLimits", "feel_ground", "feel_walls"]
 
 STEP_UP = wp.constant(wp.float64(prints.STEP_UP))
 """Ground so far above the way, or above the ball, is still the same level [m]."""
+ROOM = wp.constant(wp.float64(prints.ROOM))
+"""Ground farther than this above the way is another level [m]."""
 
 
 @wp.struct
@@ -145,3 +147,26 @@ def feel_ground(
     costs[index, side] = wp.min(found.cost, limits.bad)
     heights[index, side] = found.height
     outward[index, side] = reaches[way] + aside
+
+
+@wp.kernel(enable_backward=False)
+def feel_walls(
+    ground: GroundFaces,
+    points: wp.array(dtype=wp.vec3d),
+    headings: wp.array(dtype=wp.float64),
+    reaches: wp.array(dtype=wp.float64),
+    wall: wp.float64,
+    walls: wp.array(dtype=wp.float64, ndim=2),
+):
+    """Writes the first of some distances from each point to the left and right at which ground rises as a wall."""
+    index, side = wp.tid()
+    sign = wp.float64(1.0 - 2.0 * float(side))
+    across = wp.vec3d(sign * wp.cos(headings[index]), wp.float64(0.0), -sign * wp.sin(headings[index]))
+    middle = points[index] + wp.vec3d(wp.float64(0.0), ROOM, wp.float64(0.0))
+    found = bool(False)
+    for place in range(reaches.shape[0]):
+        if not found:
+            rise, face = find_level(ground, middle + reaches[place] * across)
+            if face >= 0 and rise <= wp.float64(0.0) and rise + ROOM > wall:
+                found = True
+                walls[index, side] = reaches[place]

@@ -14,14 +14,14 @@ from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.device import start_warp
 from usdfoot.model.ground import Ground
 from usdfoot.planning.faults import LintLimits
-from usdfoot.planning.foothold_kernel import FootholdLimits, feel_ground
+from usdfoot.planning.foothold_kernel import FootholdLimits, feel_ground, feel_walls
 from usdfoot.planning.gait import Gait
 from usdfoot.planning.prints import EDGE
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.tread_kernel import choose_treads
 from usdfoot.planning.ways import Ways
 
-__all__ = ["Footholds", "find_footholds", "firm_ends", "foot_places", "strained_ways", "tread_steps"]
+__all__ = ["Footholds", "find_footholds", "find_walls", "firm_ends", "foot_places", "strained_ways", "tread_steps"]
 
 STEEPEST = np.radians(35.0)
 """Ground steeper than this is nothing to stand on."""
@@ -39,6 +39,16 @@ ASIDE = 2.0
 """Cost of that [1/m]."""
 BAD = 100.0
 """Cost of a place where no foot can stand."""
+WALL = 0.3
+"""Ground so far above the way is nothing feet swing over [m]."""
+WALL_PLACES = np.arange(0.06, 0.5, 0.05)
+"""Distances from the way at which walls are looked for [m]."""
+WALL_EVERY = 4
+"""Walls are looked for at one in so many samples of a way."""
+FAR = 1e3
+"""Where there is no wall [m]."""
+GRAZED = 0.02
+"""A swing so far through a wall costs 1 [m]."""
 STEP = 1e-3
 """Least cost of a step, which keeps the search from treading on the spot."""
 LONGEST = 1.7
@@ -128,6 +138,28 @@ def find_footholds(
     return Footholds(costs=costs.numpy(), heights=heights.numpy() + centre, widths=2.0 * outward.numpy())
 
 
+def find_walls(ways: Ways, ground: Ground) -> FloatArray:
+    """How far to the left and right of each sample of the ways ground rises as a wall, `FAR` = nowhere [m], (M, 2)."""
+    if ground.faces is None:
+        return np.full((len(ways.arcs), 2), FAR)
+    looked = np.arange(0, len(ways.arcs), WALL_EVERY)
+    walls = wp.full((len(looked), 2), FAR, dtype=wp.float64)
+    wp.launch(
+        feel_walls,
+        dim=walls.shape,
+        inputs=[
+            ground.faces,
+            ground.around_centre(ways.points[looked], ways.heights[looked]),
+            wp.array(ways.headings[looked], dtype=wp.float64),
+            wp.array(WALL_PLACES, dtype=wp.float64),
+            WALL,
+        ],
+        outputs=[walls],
+        device="cpu",
+    )
+    return np.asarray(walls.numpy()).repeat(WALL_EVERY, axis=0)[: len(ways.arcs)]
+
+
 def _outlines(bodies: Sequence[Proportions]) -> FloatArray:
     """Places about the balls, to the left and ahead [m]: ends of the free ground, corners of the sole, (P, 6, 2)."""
     lengths, heels, toes, widths = np.array(
@@ -183,6 +215,7 @@ def tread_steps(
     gaits: Sequence[Gait],
     bodies: Sequence[Proportions],
     *,
+    walls: FloatArray,
     ends: IntArray,
     support: int,
 ) -> IntArray:
@@ -190,13 +223,14 @@ def tread_steps(
 
     On stairs these are the treads. A shortest path over (sample, foot): a step costs the square of how much its length
     differs from what it should be there, and a little more for a high rise, over what lies between too, for feet that
-    cross, and for a far turn.
+    cross, for a far turn, and for a foot that would swing through a wall from where it stood before.
 
     Args:
         ways: Samples at even spacing.
         footholds: At all of them.
         gaits: Of each way's walker.
         bodies: Of the walkers.
+        walls: As from `find_walls`, shape (M, 2).
         ends: Samples within each way where the feet stand first and last, as from `firm_ends`, shape (P, 2).
         support: Foot that stands at the start while the other steps first.
 
@@ -223,12 +257,13 @@ def tread_steps(
         (ways.headings, wp.float64),
         (planar.direction(ways.headings + 0.5 * np.pi), wp.vec2d),
         (footholds.widths, wp.float64),
+        (walls, wp.float64),
         (CROSSING * np.array([body.foot_length for body in bodies]), wp.float64),
     ]
     wp.launch(
         choose_treads,
         dim=len(gaits),
-        inputs=[*(wp.array(values, dtype=dtype) for values, dtype in tables), EASY_TURN, support, STEP],
+        inputs=[*(wp.array(values, dtype=dtype) for values, dtype in tables), EASY_TURN, GRAZED, support, STEP],
         outputs=[wp.full((count, 2), np.inf, dtype=wp.float64), wp.full((count, 2), -1, dtype=wp.int32), taken],
         device="cpu",
     )

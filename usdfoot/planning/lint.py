@@ -16,7 +16,7 @@ from usdfoot.model.plan import FootstepPlan
 from usdfoot.planning.collisions import find_collisions
 from usdfoot.planning.faults import ERROR, WARNING, Fault, LintLimits, faults_at
 from usdfoot.planning.foot_table import FootTable, feet_of
-from usdfoot.planning.lint_places import find_bump_faults, find_ground_faults, find_low_ceilings
+from usdfoot.planning.lint_places import find_bump_faults, find_ground_faults, find_low_ceilings, find_walls
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.world import Obstacle
 from usdfoot.spaces.library import FootstepSpaces, solve_steps
@@ -81,6 +81,7 @@ def lint_alone(
         *_steps(names, feet, legs, sizes, limits),
         *find_ground_faults(names, feet, normals, ground, limits),
         *find_low_ceilings(names, feet, legs, ground, limits),
+        *find_walls(names, feet, legs, ground, limits),
         *find_bump_faults(names, feet, obstacles, limits),
     ]
 

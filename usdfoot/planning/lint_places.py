@@ -8,15 +8,19 @@ from itertools import product
 import numpy as np
 
 from usdfoot.maths import planar
-from usdfoot.maths.types import FloatArray
+from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.ground import Ground
 from usdfoot.planning.bumps import find_bumps
 from usdfoot.planning.faults import WARNING, Fault, LintLimits, faults_at
 from usdfoot.planning.foot_table import FootTable
 from usdfoot.planning.world import Obstacle
 
-__all__ = ["find_bump_faults", "find_ground_faults", "find_low_ceilings"]
+__all__ = ["find_bump_faults", "find_ground_faults", "find_low_ceilings", "find_walls"]
 
+ALONG = np.linspace(0.0, 1.0, 14)[1:-1, None, None]
+ASIDES = np.array([-0.05, 0.0, 0.05])[:, None, None, None]
+"""Places on the line from print to print of a foot, and on two beside it [m], at which there may be a wall: a foot can
+go round what is not on all three."""
 CEILING = 0.5
 """Terrain so far above a print is another level, not the next stair [m]."""
 
@@ -67,11 +71,45 @@ def find_low_ceilings(
     """Footsteps under terrain too low to stand upright, or inside of it."""
     if not ground.has_terrain:
         return []
-    heights = feet.positions[:, 1]
-    above = ground.heights(feet.positions[:, [0, 2]], heights + limits.headroom * legs, step_up=0.0).heights - heights
-    low = np.flatnonzero((above > CEILING) & (above <= limits.headroom * legs))
+    above = _room(feet, legs, ground, limits)
+    low = np.flatnonzero(_is_low(above, legs, limits))
     message = "has only {:.2f} m of room above it"
     return faults_at(names, feet, low, kind="obstructed", values=above[low], message=message)
+
+
+def _room(feet: FootTable, legs: FloatArray, ground: Ground, limits: LintLimits) -> FloatArray:
+    """How far the highest terrain below a head is over each print [m], shape (N,)."""
+    heights = feet.positions[:, 1]
+    return ground.heights(feet.positions[:, [0, 2]], heights + limits.headroom * legs, step_up=0.0).heights - heights
+
+
+def _is_low(above: FloatArray, legs: FloatArray, limits: LintLimits) -> BoolArray:
+    """Whether terrain so far above prints [m] (N,) is a ceiling too low to stand under, shape (N,)."""
+    return (above > CEILING) & (above <= limits.headroom * legs)
+
+
+def find_walls(
+    names: Sequence[str], feet: FootTable, legs: FloatArray, ground: Ground, limits: LintLimits
+) -> list[Fault]:
+    """Footsteps to which a foot has to swing over ground higher above both its prints than legs step.
+
+    Not to and from places below a ceiling, which are faults themselves.
+    """
+    if not ground.has_terrain:
+        return []
+    clear = ~_is_low(_room(feet, legs, ground, limits), legs, limits)
+    rows = np.flatnonzero((feet.numbers > 1) & clear & np.roll(clear, 2))
+    places, leads = feet.positions[rows - 2][:, [0, 2]], (feet.positions[rows] - feet.positions[rows - 2])[:, [0, 2]]
+    across = leads[:, ::-1] * (1.0, -1.0) / np.maximum(np.linalg.norm(leads, axis=1, keepdims=True), 1e-9)
+    lines = places + ALONG * leads + ASIDES * across  # (K, L, N, 2)
+    tops = np.maximum(feet.positions[rows, 1], feet.positions[rows - 2, 1])
+    tallest = np.broadcast_to(tops + limits.headroom * legs[rows], lines.shape[:-1]).ravel()
+    under = ground.heights(lines.reshape(-1, 2), tallest, step_up=0.0)
+    walls = np.where(under.hit & (under.heights <= tallest), under.heights, -np.inf).reshape(lines.shape[:-1])
+    over = walls.max(axis=1).min(axis=0) - tops
+    high = over > limits.highest_step * legs[rows]
+    message = "swings over ground {:.2f} m above where the foot stands before and after"
+    return faults_at(names, feet, rows[high], kind="obstructed", values=over[high], message=message)
 
 
 def find_bump_faults(

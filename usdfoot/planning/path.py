@@ -14,7 +14,14 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.planning.bypass import go_round
-from usdfoot.planning.footholds import find_footholds, firm_ends, foot_places, strained_ways, tread_steps
+from usdfoot.planning.footholds import (
+    find_footholds,
+    find_walls,
+    firm_ends,
+    foot_places,
+    strained_ways,
+    tread_steps,
+)
 from usdfoot.planning.gait import Gait, derive_gait
 from usdfoot.planning.lint import lint_alone
 from usdfoot.planning.paces import pace_steps, stance_times
@@ -194,7 +201,8 @@ def _steps(ways: Ways, gaits: list[Gait], bodies: list[Proportions], ground: Gro
     built = [bodies[way] for way in uneven]
     footholds = find_footholds(rough, walkers, built, ground)
     ends = firm_ends(rough, footholds, walkers)
-    treads = tread_steps(rough, footholds, walkers, built, ends=ends, support=1 - options.first_side)
+    walls = find_walls(rough, ground)
+    treads = tread_steps(rough, footholds, walkers, built, walls=walls, ends=ends, support=1 - options.first_side)
     starts = steps.starts.copy()
     starts[uneven] = rough.arcs[rough.first[:-1] + ends[:, 0]]
     widths = steps.widths.copy()

@@ -17,8 +17,10 @@ from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import RIGHT
 from usdfoot.model.examples import Examples
 from usdfoot.spaces.footsteps import FootstepSpace, solve_footsteps
-from usdfoot.spaces.library import FootstepSpaces, SideSpace, end_landings, left_landings, root_velocities
+from usdfoot.spaces.landings import end_landings, left_landings, root_velocities
+from usdfoot.spaces.library import FootstepSpaces
 from usdfoot.spaces.root_velocity import RootVelocitySpace, build_root_velocity_space, solve_root_velocities
+from usdfoot.spaces.side_space import SideSpace
 from usdfoot.spaces.triangulation import merge_points
 
 __all__ = ["Gaits", "PredictedSteps", "build_gaits", "choose_gaits", "limit_landings", "predict_steps"]

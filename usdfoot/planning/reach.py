@@ -12,7 +12,7 @@ from usdfoot.errors import ClipError
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.examples import Examples
-from usdfoot.spaces.library import end_landings, left_landings
+from usdfoot.spaces.landings import end_landings, left_landings
 
 __all__ = ["Reach", "reach_of_biped", "reach_of_examples", "step_costs"]
 
@@ -39,6 +39,8 @@ class Reach:
     """Largest change of heading in a step [rad]."""
     apart: float
     """Least distance between the balls of both feet [m]."""
+    leaps: bool = False
+    """Whether a step may have a flight."""
 
     @property
     def farthest(self) -> float:
@@ -76,6 +78,7 @@ def reach_of_examples(
         _hull((landings[:, None] + around).reshape(-1, 2)),
         np.median(forward if len(forward) else landings, axis=0),
         biped,
+        leaps=leaps,
     )
 
 
@@ -98,7 +101,7 @@ def reach_of_biped(biped: Biped, *, hip_width: float | None = None) -> Reach:
     return _reach(_hull(np.stack([sideways, forward], axis=1)), np.array([0.7 * width, 0.65 * longest]), biped)
 
 
-def _reach(outline: FloatArray, comfortable: FloatArray, biped: Biped) -> Reach:
+def _reach(outline: FloatArray, comfortable: FloatArray, biped: Biped, *, leaps: bool = False) -> Reach:
     leg = biped.nominal_leg_length
     return Reach(
         outline=outline,
@@ -107,6 +110,7 @@ def _reach(outline: FloatArray, comfortable: FloatArray, biped: Biped) -> Reach:
         rise=0.45 * leg,
         turn=np.radians(45.0),
         apart=0.1 * leg,
+        leaps=leaps,
     )
 
 

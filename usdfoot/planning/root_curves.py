@@ -91,7 +91,7 @@ def build_root_curves(trajectories: Sequence[RootTrajectory], *, smoothing_time:
     inside = grid <= (ends - starts)[:, None] + 0.5 * SPACING
     rows = np.broadcast_to(np.arange(len(trajectories))[:, None], clock.shape)
     places = np.concatenate([trajectory.positions for trajectory in trajectories])
-    given = sample_trajectories(trajectories, rows, starts[:, None] + clock, places)
+    given = sample_trajectories(trajectories, rows, starts[:, None] + clock, values=places)
     smoothed = _fitted(given, inside, smoothing_time / SPACING)
     distances = np.where(inside, np.linalg.norm((smoothed - given)[..., [0, 2]], axis=-1), 0.0)
     counts = inside.sum(axis=1)
@@ -162,7 +162,7 @@ def _headings(
     if given.any():
         rows = np.broadcast_to(np.arange(len(trajectories))[:, None], clock.shape)
         values = np.concatenate([np.zeros(len(t.times)) if t.yaws is None else t.yaws for t in trajectories])
-        own = sample_trajectories(trajectories, rows, starts[:, None] + clock, values[:, None])[..., 0]
+        own = sample_trajectories(trajectories, rows, starts[:, None] + clock, values=values[:, None])[..., 0]
         yaws = np.where(given[:, None], own, yaws)
     return _held(_fitted(yaws[..., None], inside, smoothing_time / SPACING)[..., 0], last)
 

@@ -111,9 +111,10 @@ def plan_stones(
         PlanError: As `find_crossing`.
     """
     crossing = find_crossing(stones, start, goal, reach)
+    flight_distance = 0.0 if reach.leaps else float(np.hypot(reach.farthest, reach.rise))  # beyond all steps: no flight
     times = time_footsteps(
         crossing.positions,
-        TimingRule(leg_length=(body or Proportions()).leg_length),
+        TimingRule(leg_length=(body or Proportions()).leg_length, flight_distance=flight_distance),
         speed=speed,
         start_time=start_time,
         starts_standing=True,

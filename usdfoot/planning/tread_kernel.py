@@ -8,6 +8,9 @@ import warp as wp
 
 __all__ = ["choose_treads"]
 
+CHECKS = wp.constant(6)
+"""Pieces of a swing between which walls are looked for."""
+
 
 @wp.func
 def twist(
@@ -43,6 +46,31 @@ def twist(
     return crossed * crossed + turned * turned
 
 
+@wp.func
+def graze(
+    points: wp.array(dtype=wp.vec2d),
+    across: wp.array(dtype=wp.vec2d),
+    widths: wp.array(dtype=wp.float64, ndim=2),
+    walls: wp.array(dtype=wp.float64, ndim=2),
+    before: int,
+    after: int,
+    side: int,
+    grazed: wp.float64,
+) -> wp.float64:
+    """What a foot's straight swing between two samples costs for walls beside the way that it leads through."""
+    half = wp.float64(0.5 - float(side))
+    leaves = points[before] + half * widths[before, side] * across[before]
+    lands = points[after] + half * widths[after, side] * across[after]
+    deepest = wp.float64(0.0)
+    for part in range(1, CHECKS):
+        sample = before + part * (after - before) / CHECKS
+        share = wp.float64(sample - before) / wp.float64(after - before)
+        place = leaves + share * (lands - leaves) - points[sample]
+        left = wp.dot(place, across[sample])
+        deepest = wp.max(deepest, wp.max(left - walls[sample, 0], -left - walls[sample, 1]))
+    return deepest * deepest / (grazed * grazed)
+
+
 @wp.kernel(enable_backward=False)
 def choose_treads(
     first: wp.array(dtype=wp.int32),
@@ -57,8 +85,10 @@ def choose_treads(
     headings: wp.array(dtype=wp.float64),
     across: wp.array(dtype=wp.vec2d),
     widths: wp.array(dtype=wp.float64, ndim=2),
+    walls: wp.array(dtype=wp.float64, ndim=2),
     crossings: wp.array(dtype=wp.float64),
     easy_turn: wp.float64,
+    grazed: wp.float64,
     support: wp.int32,
     least: wp.float64,
     totals: wp.array(dtype=wp.float64, ndim=2),
@@ -94,6 +124,9 @@ def choose_treads(
                         crossings[way],
                         easy_turn,
                     )
+                if totals[other, 1 - side] + cost < totals[sample, side]:
+                    swung = wp.max(before[other, 1 - side], start)
+                    cost += graze(points, across, widths, walls, swung, sample, side, grazed)
                 if totals[other, 1 - side] + cost < totals[sample, side]:
                     totals[sample, side] = totals[other, 1 - side] + cost
                     before[sample, side] = other

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Any
 
-from pxr import Sdf, Usd, UsdGeom
+from pxr import Sdf, Usd
 
-from usdfoot.bridge.scene import Visibility
 from usdfoot.bridge.tokens import Agent as Token
 from usdfoot.bridge.tokens import Motion, Schema
 from usdfoot.bridge.units import StageUnits
@@ -25,7 +24,6 @@ __all__ = [
     "list_agents",
     "list_agents_without_plans",
     "read_agent_options",
-    "read_visibility",
     "said_of",
     "select_agents",
 ]
@@ -151,19 +149,6 @@ def said_of(source: AgentSource, names: Collection[str]) -> dict[str, Any]:
     """Values authored for attributes of an agent, by name, those of the artists' overrides over the scene's."""
     overriding = authored_values(source.override, names) if source.override else {}
     return {**authored_values(source.prim, names), **overriding}
-
-
-def read_visibility(source: AgentSource) -> Visibility:
-    """When an agent's prim, with all that is above it, is to be seen; without UsdfootAgentAPI on the stage always."""
-    prims = [source.prim.GetStage().GetPrimAtPath(path) for path in source.prim.GetPath().GetPrefixes()]
-    imageables = [UsdGeom.Imageable(prim) for prim in prims if prim.IsA(UsdGeom.Imageable)]
-    if not (source.is_authored and imageables):
-        return ()
-    codes = sorted({code for seen in imageables for code in seen.GetVisibilityAttr().GetTimeSamples()})
-    if codes:
-        return tuple((code, str(imageables[-1].ComputeVisibility(code))) for code in codes)
-    seen = str(imageables[-1].ComputeVisibility())
-    return ((None, seen),) if seen == UsdGeom.Tokens.invisible else ()
 
 
 def read_agent_options(source: AgentSource, units: StageUnits) -> AgentOptions:

@@ -61,7 +61,6 @@ def read_character(prim: Usd.Prim, units: StageUnits, frame_codes: FloatArray) -
         asset=asset,
         asset_prim=asset_prim,
         skeleton_path=_relative(skeleton_prim, prim),
-        has_skel_root=_has_skel_root(skeleton_prim),
         agent_rotation=_snapped(units.frames_to_stage(tilt)),
         agent_scale=scale,
         skeleton_to_agent=skeleton_to_agent,
@@ -169,10 +168,6 @@ def _warn_of_posture(prim: Usd.Prim, skeleton: Skeleton, biped: Biped, bind: Pos
             prim.GetPath(),
             asset,
         )
-
-
-def _has_skel_root(prim: Usd.Prim) -> bool:
-    return bool(UsdSkel.Root.Find(prim))
 
 
 def _relative(prim: Usd.Prim, ancestor: Usd.Prim) -> str:

@@ -11,7 +11,12 @@ from pxr import Sdf, Tf
 from usdfoot.bridge.chunks import ChunkLayers, ChunkNotes
 from usdfoot.bridge.tokens import PROVENANCE, ChunkFiles, File, Record, chunk_folder
 
-__all__ = ["find_agents", "open_chunk", "read_record"]
+__all__ = ["find_agents", "is_intact", "open_chunk", "read_record"]
+
+
+def is_intact(folder: Path, files: ChunkFiles, intact: Collection[str]) -> bool:
+    """Whether a chunk is part of the crowd in the folder, with all of its files as they were written."""
+    return chunk_folder(folder, files) == folder and _all_in(files, intact)
 
 
 def read_record(

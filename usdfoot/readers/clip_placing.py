@@ -82,7 +82,9 @@ def stood_up(
     rest = _legs_down(own.parents, (own.rest_translations[None], own.rest_rotations[None]), order, biped)
     if rest @ lying < _ALONG:
         return similarity
-    moved = _legs_down(own.parents, fold_into_joints(similarity, own.parents, *poses), order, biped)
+    moved = _legs_down(
+        own.parents, fold_into_joints(similarity, own.parents, translations=poses[0], rotations=poses[1]), order, biped
+    )
     character = _legs_down(
         skeleton.parents,
         (skeleton.rest_translations[None], skeleton.rest_rotations[None]),

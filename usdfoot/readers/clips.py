@@ -85,10 +85,10 @@ def read_clip(
     similarity = stood_up(where, similarity, source.skeleton, (translations, rotations), skeleton, biped, units=units)
     own = skeleton_in(source.skeleton, similarity)
     similarity = in_units_of(where, similarity, own, skeleton, biped)
-    translations, rotations = fold_into_joints(similarity, own.parents, translations, rotations)
+    translations, rotations = fold_into_joints(similarity, own.parents, translations=translations, rotations=rotations)
     turns = _other_axes(where, own, skeleton, biped)
     if turns is not None:
-        translations, rotations = with_axes(own.parents, turns, translations, rotations)
+        translations, rotations = with_axes(own.parents, turns, translations=translations, rotations=rotations)
     translations, rotations = _on_joints_of(skeleton, own, translations, rotations)
     _check_legs(where, skeleton, biped, translations, rotations)
     return Clip(

@@ -1,18 +1,21 @@
-"""Instanced meshes: those a PointInstancer scatters, and where."""
+"""Instanced meshes: those that instances share or a PointInstancer scatters, and where."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pxr import Usd, UsdGeom
+from pxr import Sdf, Usd, UsdGeom
 
+from usdfoot.bridge.tokens import Terrain as Token
 from usdfoot.errors import TerrainError
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits, check_limit
-from usdfoot.readers.stage import start_code
+from usdfoot.readers.skeleton import StartTransforms
+from usdfoot.readers.stage import authored, start_code
 
-__all__ = ["PlacedMesh", "is_scattered", "placed_meshes"]
+__all__ = ["PlacedMesh", "is_scattered", "meshes_in_place", "placed_meshes"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,11 +23,33 @@ class PlacedMesh:
     """A mesh and all places where it is."""
 
     prim: Usd.Prim
-    """The mesh."""
-    instancer: Usd.Prim
-    """The outermost PointInstancer that scatters it, or the mesh itself, which is in one place."""
+    """The mesh, in the first of them."""
+    paths: tuple[str, ...]
+    """Its path in each of K places, or that of the outermost PointInstancer that scatters it."""
     matrices: FloatArray
     """From the mesh's space to the world (row vectors), shape (K, 4, 4)."""
+    walkable: bool
+    """Whether feet may stand on it."""
+
+
+def meshes_in_place(prims: Sequence[Usd.Prim], transforms: StartTransforms) -> list[PlacedMesh]:
+    """Meshes or other shapes where they are at the stage's start, those of instances that share a prototype as one."""
+    walkability = _Walkability()
+    found: dict[tuple[Sdf.Path, bool], list[tuple[Usd.Prim, FloatArray]]] = {}
+    for prim in prims:
+        matrix = transforms.matrix_of(prim)
+        is_shared = prim.IsInstanceProxy() and np.isfinite(matrix).all()  # one that is not finite is its own problem
+        shared = prim.GetPrimInPrototype() if is_shared else prim
+        found.setdefault((shared.GetPath(), walkability.of(prim, prim)), []).append((prim, matrix))
+    return [
+        PlacedMesh(
+            prim=members[0][0],
+            paths=tuple(str(prim.GetPath()) for prim, _ in members),
+            matrices=np.stack([matrix for _, matrix in members]),
+            walkable=walkable,
+        )
+        for (_, walkable), members in found.items()
+    ]
 
 
 def is_scattered(prim: Usd.Prim) -> bool:
@@ -60,7 +85,7 @@ def _scattered(
     kinds, prototypes, instances = _instances(stage, instancers[-1])
     for kind, prototype in enumerate(prototypes):
         own = instances[kinds == kind]
-        check_limit(instancers[-1].GetPath(), "triangles", len(own) * len(places), limits.triangles)
+        check_limit(instancers[-1].GetPath(), "triangles", len(own) * len(places), limit=limits.triangles)
         own = (own @ places[:, None]).reshape(-1, 4, 4)
         below = iter(Usd.PrimRange(prototype, Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded)))
         for prim in below if len(own) else ():
@@ -73,8 +98,32 @@ def _scattered(
                 found += _scattered(stage, (*instancers, prim), inside, limits)
                 below.PruneChildren()
             elif prim.IsA(UsdGeom.Mesh):
-                found.append(PlacedMesh(prim=prim, instancer=instancers[0], matrices=inside))
+                paths = (str(instancers[0].GetPath()),) * len(inside)
+                walkable = _Walkability().of(prim, instancers[0])
+                found.append(PlacedMesh(prim=prim, paths=paths, matrices=inside, walkable=walkable))
     return found
+
+
+class _Walkability:
+    """Whether prims are walkable; each prim above them is asked once."""
+
+    def __init__(self) -> None:
+        self._said: dict[Sdf.Path, bool | None] = {}
+
+    def of(self, mesh: Usd.Prim, instancer: Usd.Prim) -> bool:
+        """The value authored nearest to the mesh, on itself or above, or else to its instancer; without, true."""
+        said = self._nearest(mesh)
+        said = self._nearest(instancer) if said is None else said
+        return True if said is None else said
+
+    def _nearest(self, prim: Usd.Prim) -> bool | None:
+        if not prim or prim.IsPseudoRoot():
+            return None
+        path = prim.GetPath()
+        if path not in self._said:
+            value = authored(prim, Token.WALKABLE)
+            self._said[path] = self._nearest(prim.GetParent()) if value is None else bool(value)
+        return self._said[path]
 
 
 def _instances(stage: Usd.Stage, instancer: Usd.Prim) -> tuple[IntArray, list[Usd.Prim], FloatArray]:

@@ -30,15 +30,15 @@ def find_paths(stage: Usd.Stage) -> tuple[Usd.Prim, ...]:
     return tuple(marked or curves)
 
 
-def read_paths(prim: Usd.Prim, units: StageUnits) -> tuple[WalkingPath, ...]:
-    """The curves of a prim, one or more, in the canonical world.
+def read_paths(prim: Usd.Prim, units: StageUnits) -> tuple[WalkingPath | PlanError, ...]:
+    """The curves of a prim, one or more, in the canonical world, or why one of several cannot be walked.
 
     Args:
         prim: BasisCurves or HermiteCurves.
         units: Of the stage.
 
     Raises:
-        PlanError: If the prim is no curve or its points do not fit its kind.
+        PlanError: If the prim is no curve, its points do not fit its curves, or its only curve cannot be walked.
     """
     where = str(prim.GetPath())
     stage = prim.GetStage()
@@ -56,15 +56,28 @@ def read_paths(prim: Usd.Prim, units: StageUnits) -> tuple[WalkingPath, ...]:
     world = units.points_to_canonical(points @ matrix[:3, :3] + matrix[3, :3])
     ends = np.cumsum(counts)
     parts = [slice(int(end - count), int(end)) for end, count in zip(ends, counts, strict=True)]
-    if prim.IsA(UsdGeom.HermiteCurves):
-        tangents = _vectors(UsdGeom.HermiteCurves(prim).GetTangentsAttr()) @ matrix[:3, :3]
-        if len(tangents) != len(points):
-            raise PlanError(where, f"has {len(points)} points but {len(tangents)} tangents", "author one a point")
-        own = units.points_to_canonical(tangents)
-        lines = [sample_hermite(world[part], own[part], name=where, density=_DENSITY) for part in parts]
-    else:
-        lines = [_basis_curve(prim, matrix, units, world[part]) for part in parts]
-    return tuple(_path(prim, units, line) for line in lines)
+    tangents = _tangents(prim, matrix, units, len(points)) if prim.IsA(UsdGeom.HermiteCurves) else None
+    paths: list[WalkingPath | PlanError] = []
+    for number, part in enumerate(parts):
+        try:
+            if tangents is None:
+                line = _basis_curve(prim, matrix, units, world[part])
+            else:
+                line = sample_hermite(world[part], tangents[part], name=where, density=_DENSITY)
+            paths.append(_path(prim, units, line))
+        except PlanError as error:
+            if len(parts) == 1:
+                raise
+            paths.append(PlanError(f"{where}, curve {number}", error.what, error.remedy))
+    return tuple(paths)
+
+
+def _tangents(prim: Usd.Prim, matrix: FloatArray, units: StageUnits, count: int) -> FloatArray:
+    """Those of HermiteCurves in the canonical world, shape (N, 3)."""
+    tangents = _vectors(UsdGeom.HermiteCurves(prim).GetTangentsAttr()) @ matrix[:3, :3]
+    if len(tangents) != count:
+        raise PlanError(prim.GetPath(), f"has {count} points but {len(tangents)} tangents", "author one a point")
+    return units.points_to_canonical(tangents)
 
 
 def _basis_curve(prim: Usd.Prim, matrix: FloatArray, units: StageUnits, points: FloatArray) -> FloatArray:

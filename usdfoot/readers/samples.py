@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from pxr import Tf, Usd
 
-from usdfoot.bridge.reasons import usd_reason
+from usdfoot.bridge.usd_errors import usd_reason
 from usdfoot.errors import ClipError
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
@@ -96,7 +96,7 @@ def regular_codes(
     spacing = float(np.median(np.diff(merged)))
     spacing /= np.ceil(max(1.0, spacing / codes_per_second * _SLOWEST - _SAME))
     intervals = max(1, round((merged[-1] - merged[0]) / spacing))
-    check_limit(where, "frames", intervals + 1, most)
+    check_limit(where, "frames", intervals + 1, limit=most)
     grid = merged[0] + spacing * np.arange(intervals + 1)
     if abs(grid[-1] - merged[-1]) < _SAME * spacing * intervals:
         return np.linspace(merged[0], merged[-1], intervals + 1)

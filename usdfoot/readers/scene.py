@@ -4,48 +4,40 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
-import numpy as np
 from pxr import Usd
 
-from usdfoot.bridge.scene import Scene, StageInfo, Visibility
+from usdfoot.bridge.scene import Scene, StageInfo
 from usdfoot.errors import SceneError, UsdfootError
-from usdfoot.maths.types import FloatArray
 from usdfoot.model.agent import Agent, Crowd, Follower
-from usdfoot.model.limits import DEFAULT_LIMITS, Limits, check_limit
+from usdfoot.model.limits import DEFAULT_LIMITS, Limits
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.model.sampling import ALL_FRAMES, SamplingOptions
 from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.model.tuning import BodyTuning
-from usdfoot.readers.agents import AgentSource, list_agents, read_visibility, select_agents
-from usdfoot.readers.casting import Casting, skipped
+from usdfoot.readers.agents import AgentSource
+from usdfoot.readers.casting import Casting
 from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.far_agents import SamplingReader
-from usdfoot.readers.obstacles import read_obstacles
+from usdfoot.readers.frames import find_frames, frames_problems, spans_of
+from usdfoot.readers.listing import ListedScene, list_scene
 from usdfoot.readers.overrides import read_overrides
-from usdfoot.readers.plans import PlanSource, ask_plan, plan_of
-from usdfoot.readers.skeleton import StartTransforms, check_skeletons
-from usdfoot.readers.stage import StagePrims, collect_prims, composition_problems, open_stage, read_stage_info
+from usdfoot.readers.stage import StagePrims
 from usdfoot.readers.terrain import read_terrain
-from usdfoot.readers.trajectories import TrajectoryReader
 from usdfoot.readers.tuning import UNTUNED
-from usdfoot.readers.walkers import plan_walkers, read_walkers
+from usdfoot.readers.visibility import read_visibilities
+from usdfoot.readers.walks import WalkReader
 
 __all__ = ["SceneReader", "read_scene"]
 
 Walking = TypeVar("Walking", Agent, Follower)
 
 _logger = logging.getLogger(__name__)
-
-_ROUNDING = 1e-6
-_ASKED_AT_ONCE = 256
-"""Plans that USD is asked about before any is computed: by turns both take half as long again."""
 
 
 def read_scene(
@@ -80,16 +72,15 @@ class SceneReader:
     """A stage opened once, whose agents can be read a few at a time; the rest is read only once.
 
     Args:
-        scene: File or open stage; never changed.
-        agents: Glob on the names or prim paths of the agents that can be read, or several.
+        scene: File or open stage, never changed, or what is listed of one.
+        agents: Glob on the names or prim paths of the agents that can be read, or several; of what is listed, those
+            that were chosen then.
         frames: First and last time code of the output; None = from the first strike to the last liftoff of all agents.
         motion: Of all agents; None = what each says. Agents that physics moves need no clips.
         tuning: Of all agents, over what each says.
-        reload: Read the files again where this process has read them before.
         crowd: Folder of the crowd, whose overrides.usda mutes agents and changes plans.
         limits: How much of a scene is read.
         sampling: Who is sampled at which frames.
-        listed: Told how many agents there are, before their plans are read.
         foreseen: Whether all plans are read at once, for what is wrong with any and for the frames if none are given;
             else each is read with its agent.
 
@@ -99,52 +90,41 @@ class SceneReader:
 
     def __init__(
         self,
-        scene: str | os.PathLike[str] | Usd.Stage,
+        scene: str | os.PathLike[str] | Usd.Stage | ListedScene,
         *,
         agents: str | Sequence[str] = "*",
         frames: tuple[int, int] | None = None,
         motion: str | None = None,
         tuning: BodyTuning = UNTUNED,
-        reload: bool = False,
         crowd: Path | None = None,
         limits: Limits = DEFAULT_LIMITS,
         sampling: SamplingOptions = ALL_FRAMES,
-        listed: Callable[[int], None] = lambda agents: None,
         foreseen: bool = True,
     ) -> None:
-        stage = open_stage(scene)
-        if reload:
-            stage.Reload()
-        prims = collect_prims(stage, most=limits.prims)
-        self.info = read_stage_info(stage)
-        self._everyone, problems = list_agents(stage, prims)
-        self._agent_problems = (*problems, *composition_problems(stage))
-        check_limit(self.info.identifier, "agents", len(self._everyone), limits.agents)
-        check_skeletons(prims.skeletons, limits)
+        listed = scene if isinstance(scene, ListedScene) else list_scene(scene, agents=agents, limits=limits)
+        stage, prims, self.info = listed.stage, listed.prims, listed.info
+        self._listed = listed
         self._overrides = read_overrides(crowd, self.info.units)
-        chosen = select_agents(self._everyone, agents)
-        self.names = tuple(source.name for source in chosen)
-        listed(len(chosen))
+        self.names = tuple(source.name for source in listed.chosen)
         self._chosen = tuple(
             replace(source, override=self._overrides.agent(source.name))
-            for source in chosen
+            for source in listed.chosen
             if not self._overrides.is_muted(source.name)
         )
-        self._asked: dict[str, PlanSource] = {}
-        self._walks: dict[str, FootstepPlan | RootTrajectory | UsdfootError] = {}
-        self._walk_problems: list[Problem] = []
-        self._roots: dict[str, RootTrajectory] = {}
-        self._trajectories = TrajectoryReader(units=self.info.units)
-        self._transforms = StartTransforms(stage)
-        self._frames: dict[str, FloatArray] = {}
         self._cast: dict[str, Agent | Follower | None] = {}
         self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units, limits=limits)
-        self._planned = self._plan_paths(stage, prims)
-        spans = _spans(self._all_walks() if foreseen else (), self.info)
-        codes = _frame_codes(spans, self.info, frames, limits.frames)
-        self._walk_problems += _outside(spans, codes)
+        self._walks = WalkReader(
+            stage,
+            self.info.units,
+            everyone=listed.everyone,
+            overrides=self._overrides,
+            planned=self._plan_paths(stage, prims),
+        )
+        spans = spans_of(self._walks.read_all(self._chosen) if foreseen else (), self.info)
+        codes = find_frames(spans, self.info, frames, limits.frames)
+        self._frame_problems = frames_problems(spans, codes)
         foreign = (
-            *(source.plan for source in self._everyone),
+            *(source.plan for source in listed.everyone),
             *(stage.GetPrimAtPath(path) for path in self._terrain.meshes),
         )
         self._casting = Casting(
@@ -174,21 +154,23 @@ class SceneReader:
         Raises:
             SceneError: If none of them can be used.
         """
-        casting = self._casting
+        casting, frames = self._casting, self._walks.frames
         wanted = None if names is None else set(names)
         sources = [source for source in self._chosen if wanted is None or source.name in wanted]
-        self._ask_plans(sources)
+        self._walks.ask(sources)
         everyone = [self._performer_of(source) for source in sources]
         cast = [performer for performer in everyone if isinstance(performer, Agent)]
         followers = [performer for performer in everyone if isinstance(performer, Follower)]
         problems = (
-            *self._agent_problems,
-            *self._walk_problems,
+            *self._listed.problems,
+            *self._overrides.unread(),
+            *self._walks.problems,
+            *self._frame_problems,
             *casting.problems,
             *casting.unfit_clips(),
             *self._terrain_problems,
         )
-        _require_agents(self.info, self._everyone, len(cast) + len(followers), problems)
+        _require_agents(self.info, self._listed.everyone, len(cast) + len(followers), problems)
         crowd = Crowd(
             agents=tuple(cast),
             libraries=tuple(casting.libraries),
@@ -203,14 +185,11 @@ class SceneReader:
             crowd=crowd,
             characters=tuple(casting.characters),
             frame_codes=self._codes,
-            plan_frames={agent.name: self._frames[agent.name] for agent in cast if agent.name in self._frames},
-            visibility=self._visibility({performer.name for performer in (*cast, *followers)}),
+            plan_frames={agent.name: frames[agent.name] for agent in cast if agent.name in frames},
+            visibility=read_visibilities(
+                source for source, performer in zip(sources, everyone, strict=True) if performer
+            ),
         )
-
-    def _visibility(self, names: Collection[str]) -> dict[str, Visibility]:
-        """Of the agents with these names, those that are not always to be seen."""
-        found = {source.name: read_visibility(source) for source in self._chosen if source.name in names}
-        return {name: visibility for name, visibility in found.items() if visibility}
 
     def _performer_of(self, source: AgentSource) -> Agent | Follower | None:
         """An agent with all it needs, None if it cannot be used; read once."""
@@ -219,13 +198,13 @@ class SceneReader:
         return self._cast[source.name]
 
     def _read_performer(self, source: AgentSource) -> Agent | Follower | None:
-        walk = self._walk_of(source)
+        walk = self._walks.walk_of(source)
         if isinstance(walk, RootTrajectory):
             follower = self._casting.cast_follower(source, walk)
             return self._sampled(follower, walk) if follower else None
         if isinstance(walk, FootstepPlan):
-            agent = self._casting.cast(source, walk, self._roots.get(source.name))
-            if agent and walk is self._planned.get(source.name):
+            agent = self._casting.cast(source, walk, self._walks.roots.get(source.name))
+            if agent and self._walks.is_planned(source.name, walk):
                 agent = replace(agent, flights_open=True)
             return self._sampled(agent, walk) if agent else None
         return None
@@ -239,109 +218,14 @@ class SceneReader:
 
     def _plan_paths(self, stage: Usd.Stage, prims: StagePrims) -> dict[str, FootstepPlan | UsdfootError]:
         """Plans of all agents that follow a path, or why there is none, by agent name."""
+        if not any(source.path for source in self._chosen):
+            return {}
+        from usdfoot.readers.obstacles import read_obstacles  # with all that plans paths, for who follows one
+        from usdfoot.readers.walkers import plan_walkers, read_walkers
+
         walkers, errors = read_walkers(stage, prims, self.info.units, sources=self._chosen)
         obstacles = read_obstacles(stage, prims, self.info.units)[0] if walkers else ()
         return {**plan_walkers(walkers, self._terrain, obstacles=obstacles), **errors}
-
-    def _all_walks(self) -> Iterator[FootstepPlan | RootTrajectory]:
-        """Every plan and trajectory that can be read."""
-        for start in range(0, len(self._chosen), _ASKED_AT_ONCE):
-            sources = self._chosen[start : start + _ASKED_AT_ONCE]
-            self._ask_plans(sources)
-            yield from (walk for walk in map(self._walk_of, sources) if not isinstance(walk, UsdfootError))
-
-    def _ask_plans(self, sources: Iterable[AgentSource]) -> None:
-        """Asks for what the scene says of plans that are yet to be read."""
-        for source in sources:
-            if source.trajectory is None and not (source.name in self._walks or source.name in self._planned):
-                with suppress(UsdfootError):  # asked again and told when it is read
-                    self._asked[source.name] = ask_plan(source.plan, self._transforms)
-
-    def _walk_of(self, source: AgentSource) -> FootstepPlan | RootTrajectory | UsdfootError:
-        """An agent's plan, or trajectory, or why there is none; read once."""
-        if source.name not in self._walks:
-            try:
-                changed = self._overrides.plan(source.name, self._plan_of_name)
-                if changed is not None:
-                    self._walks[source.name], warnings = changed.plan, changed.problems
-                    self._frames[source.name] = changed.frame
-                elif source.trajectory is not None:
-                    self._walks[source.name] = self._trajectories.read(source.trajectory, source.number)
-                    warnings = ()
-                else:
-                    plan, warnings = self._scene_plan(source)
-                    self._walks[source.name] = plan
-                    warnings += self._read_root(source, plan)
-                self._walk_problems.extend(warnings)
-            except UsdfootError as error:
-                self._walks[source.name] = error
-                self._walk_problems.append(skipped(source, error))
-        return self._walks[source.name]
-
-    def _read_root(self, source: AgentSource, plan: FootstepPlan) -> tuple[Problem, ...]:
-        """Reads the root trajectory given with a plan, if there is one; one that cannot be used is a warning."""
-        asked = self._asked.pop(source.name, None)
-        if asked and not asked.has_root:
-            return ()
-        try:
-            root = self._trajectories.read_for_plan(source.plan, plan, source.number)
-        except UsdfootError as error:
-            message = f"{error}. The root goes along the footsteps instead"
-            return (Problem(severity="warning", where=str(source.plan.GetPath()), message=message),)
-        self._roots.update({source.name: root} if root else {})
-        return ()
-
-    def _scene_plan(self, source: AgentSource) -> tuple[FootstepPlan, tuple[Problem, ...]]:
-        """The plan that the scene gives an agent, and warnings.
-
-        Raises:
-            UsdfootError: If there is none.
-        """
-        planned = self._planned.get(source.name)
-        if isinstance(planned, UsdfootError):
-            raise planned
-        if planned is not None:
-            return planned, ()
-        return plan_of(self._asked.get(source.name) or ask_plan(source.plan, self._transforms), self.info.units)
-
-    def _plan_of_name(self, name: str) -> FootstepPlan | None:
-        """The plan that the scene gives the agent of a name; of one that has none there, what it last walked."""
-        source = next((source for source in self._everyone if source.name == name), None)
-        if source is None:
-            return None
-        given = source.trajectory is None and source.path is None
-        walked = None if given else self._overrides.executed_plan(name)
-        return self._scene_plan(source)[0] if walked is None and source.trajectory is None else walked
-
-
-def _spans(walks: Iterable[FootstepPlan | RootTrajectory], info: StageInfo) -> FloatArray:
-    """Time codes at which each of W walks begins and ends, a plan with its first strike and last liftoff, (W, 2)."""
-    return info.units.times_to_codes(np.array([(walk.start, walk.end) for walk in walks]).reshape(-1, 2))
-
-
-def _frame_codes(spans: FloatArray, info: StageInfo, frames: tuple[int, int] | None, most: int) -> FloatArray:
-    """Whole time codes, those asked for or those around all walks, shape (F,)."""
-    if frames is not None:
-        if frames[1] < frames[0]:
-            raise SceneError("frames", f"{frames[0]}:{frames[1]} is empty", "give the first and the last time code")
-        check_limit("frames", "frames", frames[1] - frames[0] + 1, most)
-        return np.arange(frames[0], frames[1] + 1, dtype=float)
-    if not len(spans):
-        return np.zeros(1)
-    start, end = spans.min(), spans.max()
-    check_limit(info.identifier, "frames", end - start + 1, most)
-    return np.arange(np.floor(start + _ROUNDING), np.ceil(end - _ROUNDING) + 1.0)
-
-
-def _outside(spans: FloatArray, codes: FloatArray) -> list[Problem]:
-    """A warning if nobody walks in the frames."""
-    if not len(spans) or ((spans[:, 0] <= codes[-1]) & (spans[:, 1] >= codes[0])).any():
-        return []
-    message = (
-        f"frames: nobody walks in {codes[0]:g}:{codes[-1]:g}, all hold a pose. plans and trajectories lie in "
-        f"{spans.min():g}:{spans.max():g}"
-    )
-    return [Problem(severity="warning", where="frames", message=message)]
 
 
 def _require_agents(info: StageInfo, everyone: Sequence[AgentSource], usable: int, problems: Sequence[Problem]) -> None:

@@ -110,7 +110,9 @@ def read_skeleton(prim: Usd.Prim) -> RawSkeleton:
 def skeleton_in(raw: RawSkeleton, similarity: Similarity) -> Skeleton:
     """The skeleton seen in the target space of a similarity, at its first sample."""
     first = Similarity(scale=similarity.scale, rotation=similarity.rotation[:1], translation=similarity.translation[:1])
-    translations, rotations = fold_into_joints(first, raw.parents, raw.translations[None], raw.rotations[None])
+    translations, rotations = fold_into_joints(
+        first, raw.parents, translations=raw.translations[None], rotations=raw.rotations[None]
+    )
     return Skeleton(
         name=raw.path,
         joints=raw.joints,
@@ -209,11 +211,12 @@ class StartTransforms:
 
     def is_moving(self, prim: Usd.Prim) -> bool:
         """Whether a transform on the prim or above it changes over time."""
-        parent = prim.GetParent()
-        above = self._moving.get(parent.GetPath())
-        if above is None:
-            above = self._moving[parent.GetPath()] = is_moving(parent)
-        return above or _moves(prim)
+        if not prim or prim.IsPseudoRoot():
+            return False
+        path = prim.GetPath()
+        if path not in self._moving:
+            self._moving[path] = self.is_moving(prim.GetParent()) or _moves(prim)
+        return self._moving[path]
 
 
 def _matrices(attribute: Usd.Attribute, joints: Sequence[str]) -> FloatArray | None:
@@ -265,4 +268,4 @@ def check_skeletons(skeletons: Sequence[Usd.Prim], limits: Limits) -> None:
     """Raises SceneError if a skeleton has too many joints."""
     for prim in skeletons:
         joints = UsdSkel.Skeleton(prim).GetJointsAttr().Get() or ()
-        check_limit(prim.GetPath(), "joints", len(joints), limits.joints)
+        check_limit(prim.GetPath(), "joints", len(joints), limit=limits.joints)

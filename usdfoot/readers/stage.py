@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from pxr import Sdf, Tf, Usd, UsdGeom, UsdSkel
 
-from usdfoot.bridge.reasons import usd_reason
 from usdfoot.bridge.scene import StageInfo
 from usdfoot.bridge.schema import applied_apis, declared_type
 from usdfoot.bridge.units import StageUnits
+from usdfoot.bridge.usd_errors import usd_reason
 from usdfoot.errors import SceneError
 from usdfoot.model.limits import DEFAULT_LIMITS, check_limit
 from usdfoot.model.report import Problem
@@ -213,7 +213,7 @@ def walk_stage(stage: Usd.Stage, *, most: int = DEFAULT_LIMITS.prims) -> Iterato
     """
     for number, prim in enumerate(Usd.PrimRange(stage.GetPseudoRoot(), Usd.TraverseInstanceProxies())):
         if number > most:
-            check_limit(stage.GetRootLayer().identifier, "prims", number, most)
+            check_limit(stage.GetRootLayer().identifier, "prims", number, limit=most)
         yield prim
 
 

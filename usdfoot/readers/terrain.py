@@ -11,18 +11,17 @@ from pxr import Usd, UsdGeom, UsdSkel
 
 from usdfoot.bridge.schema import has_api
 from usdfoot.bridge.tokens import Schema
-from usdfoot.bridge.tokens import Terrain as Token
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import TerrainError
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits, check_limit
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
-from usdfoot.readers.instanced_meshes import PlacedMesh, is_scattered, placed_meshes
+from usdfoot.readers.instanced_meshes import PlacedMesh, is_scattered, meshes_in_place, placed_meshes
 from usdfoot.readers.plans import is_plan
-from usdfoot.readers.skeleton import is_moving, matrices_of
+from usdfoot.readers.skeleton import StartTransforms
 from usdfoot.readers.skins import inherited_target
-from usdfoot.readers.stage import StagePrims, authored, start_code
+from usdfoot.readers.stage import StagePrims, start_code
 from usdfoot.readers.transform_codes import changes_place, changes_value
 from usdfoot.readers.triangles import cut_polygons
 
@@ -41,7 +40,8 @@ _THINNEST = 1e-12
 class _MeshTriangles:
     """Triangles of one mesh in K places, each a mesh of its own."""
 
-    path: str
+    paths: tuple[str, ...]
+    """In each place."""
     points: FloatArray
     """World positions [m], shape (K, P, 3)."""
     triangles: IntArray
@@ -71,10 +71,11 @@ def read_terrain(
     scattered = [prim for prim in outermost if _is_marked(prim)]
     if not marked and chosen:
         _logger.info("no UsdfootTerrainAPI, terrain by name: %s", ", ".join(str(mesh.GetPath()) for mesh in chosen))
-    parts, problems = [], [*_without_meshes(marked, [*meshes, *solids, *scattered]), *_moving([*chosen, *scattered])]
+    parts, transforms = [], StartTransforms(stage)
+    problems = [*_without_meshes(marked, [*meshes, *solids, *scattered]), *_moving([*chosen, *scattered], transforms)]
     if not marked and not chosen:
         problems += _shapes_named(prims.shapes)
-    placed = [_in_place(stage, mesh) for mesh in chosen]
+    placed = meshes_in_place(chosen, transforms)
     for instancer in scattered:
         try:
             placed += placed_meshes(stage, instancer, limits=limits)
@@ -101,18 +102,12 @@ def _joined(parts: Sequence[_MeshTriangles]) -> Terrain:
     triangles = [part.triangles + start for part, start in zip(parts, starts[:-1], strict=True)]
     meshes = [part.places + first for part, first in zip(parts, firsts[:-1], strict=True)]
     return Terrain(
-        meshes=tuple(part.path for part, count in zip(parts, counts, strict=True) for _ in range(count)),
+        meshes=tuple(path for part in parts for path in part.paths),
         points=np.concatenate([np.zeros((0, 3)), *points]),
         triangles=np.concatenate([np.zeros((0, 3), dtype=int), *triangles]),
         mesh_indices=np.concatenate([np.zeros(0, dtype=int), *meshes]),
         walkable=np.repeat(np.array([part.walkable for part in parts], dtype=bool), counts),
     )
-
-
-def _in_place(stage: Usd.Stage, prim: Usd.Prim) -> PlacedMesh:
-    """A mesh, cube or plane where it is."""
-    matrices = matrices_of(prim, np.array([start_code(stage).GetValue()]))
-    return PlacedMesh(prim=prim, instancer=prim, matrices=matrices)
 
 
 def _read_mesh(stage: Usd.Stage, placed: PlacedMesh, units: StageUnits) -> _MeshTriangles:
@@ -138,11 +133,11 @@ def _read_mesh(stage: Usd.Stage, placed: PlacedMesh, units: StageUnits) -> _Mesh
     faces = np.where(turned[shown, None, None], triangles[:, [0, 2, 1]], triangles)
     faces += len(points) * np.arange(len(faces))[:, None, None]
     return _MeshTriangles(
-        path=str(placed.instancer.GetPath()),
+        paths=tuple(path for path, is_shown in zip(placed.paths, shown.tolist(), strict=True) if is_shown),
         points=world[shown],
         triangles=faces[has_area[shown]],
         places=np.nonzero(has_area[shown])[0],
-        walkable=_is_walkable(prim, placed.instancer),
+        walkable=placed.walkable,
     )
 
 
@@ -184,17 +179,6 @@ def _areas(points: FloatArray, triangles: IntArray) -> FloatArray:
     """Areas of triangles (T, 3) of points in K places (K, P, 3), shape (K, T)."""
     a, b, c = (points[:, triangles[:, corner]] for corner in range(3))
     return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=-1)
-
-
-def _is_walkable(mesh: Usd.Prim, instancer: Usd.Prim) -> bool:
-    """The value authored nearest to the mesh, on itself or a prim above, or else to its instancer; without, true."""
-    for prim in (mesh, instancer):
-        while prim and not prim.IsPseudoRoot():
-            value = authored(prim, Token.WALKABLE)
-            if value is not None:
-                return bool(value)
-            prim = prim.GetParent()
-    return True
 
 
 def _is_marked(prim: Usd.Prim) -> bool:
@@ -244,7 +228,7 @@ def _without_meshes(marked: Sequence[Usd.Prim], meshes: Sequence[Usd.Prim]) -> l
     return problems
 
 
-def _moving(prims: Sequence[Usd.Prim]) -> list[Problem]:
+def _moving(prims: Sequence[Usd.Prim], transforms: StartTransforms) -> list[Problem]:
     """A warning for each prim that moves or changes its shape."""
     remedy = "feet keep to where it is at the stage's start. let a terrain stand still"
     return [
@@ -252,7 +236,7 @@ def _moving(prims: Sequence[Usd.Prim]) -> list[Problem]:
             severity="warning", where=str(prim.GetPath()), message=f"{prim.GetPath()}: is terrain that moves, {remedy}"
         )
         for prim in prims
-        if (is_moving(prim) and changes_place(prim))
+        if (transforms.is_moving(prim) and changes_place(prim))
         or (prim.IsA(UsdGeom.PointBased) and changes_value(UsdGeom.PointBased(prim).GetPointsAttr()))
     ]
 
@@ -276,4 +260,4 @@ def _check_size(meshes: Sequence[PlacedMesh], limits: Limits) -> None:
         corners = mesh.GetFaceVertexIndicesAttr().Get(Usd.TimeCode.EarliestTime()) or ()
         faces = mesh.GetFaceVertexCountsAttr().Get(Usd.TimeCode.EarliestTime()) or ()
         count += max(0, len(corners) - 2 * len(faces)) * len(placed.matrices)
-        check_limit(placed.instancer.GetPath(), "triangles", count, limits.triangles)
+        check_limit(placed.paths[0], "triangles", count, limit=limits.triangles)

@@ -12,9 +12,9 @@ from usdfoot.bridge.tokens import Plan
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import PlanError
 from usdfoot.maths import planar, quaternion
-from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.plan import FootstepPlan
-from usdfoot.model.trajectory import RootTrajectory, root_distances
+from usdfoot.model.trajectory import RootTrajectory, find_breaks, root_distances
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.stage import targets
 from usdfoot.readers.transform_codes import is_animated, transform_codes
@@ -44,6 +44,8 @@ class _Cloud:
     """World [m], shape (N, 3)."""
     yaws: FloatArray | None
     """Of a PointInstancer with orientations [rad], shape (N,)."""
+    shown: BoolArray
+    """Whether a PointInstancer shows it then, shape (N,)."""
 
 
 @dataclass(kw_only=True)
@@ -123,16 +125,24 @@ class TrajectoryReader:
             )
         return trajectory
 
-    def read_all(self, prim: Usd.Prim) -> tuple[tuple[int | None, RootTrajectory], ...]:
-        """All trajectories a prim holds, each with its id among points; ids seen only once are left out.
+    def read_all(self, prim: Usd.Prim) -> tuple[tuple[int | None, RootTrajectory | PlanError], ...]:
+        """All trajectories a prim holds, each with its id among points, or why one of them cannot be read.
+
+        Points that a PointInstancer hides or has deactivated are not there; a point that jumps, or is gone for long, is
+        another one from then on, and one seen only once none.
 
         Raises:
             PlanError: If the prim holds none.
         """
         if not (prim.IsA(UsdGeom.Points) or prim.IsA(UsdGeom.PointInstancer)):
             return ((None, self.read(prim, None)),)
-        numbers, counts = np.unique(self._cloud(prim).ids, return_counts=True)
-        return tuple((int(number), self._point(prim, int(number))) for number in numbers[counts > 1])
+        cloud = self._cloud(prim)
+        rows = np.flatnonzero(cloud.shown)
+        jumps, gaps = find_breaks(cloud.times[rows], cloud.positions[rows])
+        gaps &= np.diff(np.unique(cloud.times, return_inverse=True)[1][rows]) > 1  # others have samples in between
+        cuts = np.flatnonzero((np.diff(cloud.ids[rows]) != 0) | jumps | gaps) + 1
+        parts = [part for part in np.split(rows, cuts) if len(part) > 1]
+        return tuple((int(cloud.ids[part[0]]), _part_of(cloud, part, str(prim.GetPath()))) for part in parts)
 
     def _point(self, prim: Usd.Prim, number: int | None) -> RootTrajectory:
         if number is None:
@@ -142,13 +152,7 @@ class TrajectoryReader:
         if first == stop:
             known = np.unique(cloud.ids)
             raise PlanError(prim.GetPath(), f"has no id {number} at any time", "its ids are those listed", known)
-        own = slice(first, stop)
-        return RootTrajectory(
-            name=f"{prim.GetPath()} id {number}",
-            times=cloud.times[own],
-            positions=cloud.positions[own],
-            yaws=None if cloud.yaws is None else np.unwrap(cloud.yaws[own]),
-        )
+        return _trajectory_of(cloud, np.arange(first, stop), str(prim.GetPath()))
 
     def _cloud(self, prim: Usd.Prim) -> _Cloud:
         key = str(prim.GetPath())
@@ -161,6 +165,23 @@ class TrajectoryReader:
         if isinstance(cloud, PlanError):
             raise cloud
         return cloud
+
+
+def _trajectory_of(cloud: _Cloud, rows: IntArray, where: str) -> RootTrajectory:
+    """Raises PlanError as RootTrajectory does."""
+    return RootTrajectory(
+        name=f"{where} id {cloud.ids[rows[0]]}",
+        times=cloud.times[rows],
+        positions=cloud.positions[rows],
+        yaws=None if cloud.yaws is None else np.unwrap(cloud.yaws[rows]),
+    )
+
+
+def _part_of(cloud: _Cloud, rows: IntArray, where: str) -> RootTrajectory | PlanError:
+    try:
+        return _trajectory_of(cloud, rows, where)
+    except PlanError as error:
+        return error
 
 
 def _rotation_is_sampled(prim: Usd.Prim) -> bool:
@@ -200,15 +221,24 @@ def _read_cloud(prim: Usd.Prim, units: StageUnits) -> _Cloud:
         if len(np.unique(numbers)) != len(numbers):
             raise PlanError(prim.GetPath(), f"has an id twice at time code {code:g}", "each point has its own")
         yaws = _instance_yaws(units, orientations, float(code), matrix, len(numbers))
-        parts.append((numbers, np.full(len(numbers), code), places @ matrix[:3, :3] + matrix[3, :3], yaws))
-    numbers, stamps, places, headings = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
+        shown = _shown(prim, float(code), len(numbers))
+        parts.append((numbers, np.full(len(numbers), code), places @ matrix[:3, :3] + matrix[3, :3], yaws, shown))
+    numbers, stamps, places, headings, shown = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
     order = np.lexsort((stamps, numbers))
     return _Cloud(
         ids=numbers[order],
         times=units.codes_to_times(stamps[order]),
         positions=units.points_to_canonical(places[order]),
         yaws=headings[order] if orientations is not None else None,
+        shown=shown[order],
     )
+
+
+def _shown(prim: Usd.Prim, code: float, count: int) -> BoolArray:
+    """Which points a PointInstancer shows at a time code: not those that are inactive or invisible; shape (N,)."""
+    instancer = UsdGeom.PointInstancer(prim)
+    mask = instancer.ComputeMaskAtTime(code + _JUST_AFTER) if instancer else ()
+    return np.array(mask, dtype=bool) if len(mask) == count else np.ones(count, dtype=bool)
 
 
 def _values_at(attribute: Usd.Attribute, code: float, count: int) -> FloatArray:

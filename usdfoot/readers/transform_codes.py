@@ -39,7 +39,7 @@ def transform_codes(prim: Usd.Prim) -> FloatArray:
             pieces = np.ceil(np.diff(samples) / spacing)
         else:
             pieces = np.ceil(_turns(operation, samples) / _LARGEST_TURN)
-        check_limit(prim.GetPath(), "frames", float(pieces.sum()), DEFAULT_LIMITS.frames)
+        check_limit(prim.GetPath(), "frames", float(pieces.sum()), limit=DEFAULT_LIMITS.frames)
         between += [
             np.linspace(samples[index], samples[index + 1], int(pieces[index]) + 1)
             for index in np.flatnonzero(pieces > 1.0)

@@ -12,7 +12,7 @@ from pxr import Sdf, Usd
 
 from usdfoot.bridge.names import unique_name
 from usdfoot.bridge.units import StageUnits
-from usdfoot.errors import UsdfootError
+from usdfoot.errors import PlanError, UsdfootError
 from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
 from usdfoot.model.plan import FootstepPlan
@@ -63,7 +63,7 @@ def read_walkers(
     casting = Casting.to_look(stage, prims, units, foreign=[source.plan for source in sources])
     walkers, errors = [], {}
     turns: Counter[Sdf.Path] = Counter()
-    curves: dict[Sdf.Path, tuple[WalkingPath, ...] | UsdfootError] = {}
+    curves: dict[Sdf.Path, tuple[WalkingPath | PlanError, ...] | UsdfootError] = {}
     for source in sources:
         if source.path is None:
             continue
@@ -72,6 +72,8 @@ def read_walkers(
             found = _curves(source.path, units, curves)
             path = found[turns[where] % len(found)]
             turns[where] += 1
+            if isinstance(path, UsdfootError):
+                raise path
             character = casting.character_of(source)
             body = proportions_of(character.skeleton, character.biped)
             agent = str(source.prim.GetPath())
@@ -90,6 +92,9 @@ def read_walkers(
                 errors[str(prim.GetPath())] = error
                 continue
             for path in found:
+                if isinstance(path, UsdfootError):
+                    errors[path.where] = path
+                    continue
                 name = unique_name(prim.GetName(), names)
                 walkers.append(Walker(name=name, agent="", path=path, proportions=body))
     return tuple(walkers), errors
@@ -136,8 +141,8 @@ def only_proportions(prims: StagePrims, units: StageUnits, *, foreign: Sequence[
 
 
 def _curves(
-    prim: Usd.Prim, units: StageUnits, known: dict[Sdf.Path, tuple[WalkingPath, ...] | UsdfootError]
-) -> tuple[WalkingPath, ...]:
+    prim: Usd.Prim, units: StageUnits, known: dict[Sdf.Path, tuple[WalkingPath | PlanError, ...] | UsdfootError]
+) -> tuple[WalkingPath | PlanError, ...]:
     """Curves of a prim, read once."""
     path = prim.GetPath()
     if path not in known:

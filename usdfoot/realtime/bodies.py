@@ -45,7 +45,7 @@ class Bodies:
         """Blended poses, feet not yet planted."""
         library = self.library
         joints = np.delete(np.arange(len(library.source.skeleton.joints)), library.source.biped.pelvis)
-        poses = blend_frames(library.device, self.rows.segments, self.segments, self.clock, joints=joints)
+        poses = blend_frames(library.device, self.rows.segments, rows=self.segments, clock=self.clock, joints=joints)
         if self.nudges is not None:
             bodies = poses.pelvis_positions, poses.pelvis_rotations, poses.rotations
             self.nudges.move_bodies(self.agents, self.time, bodies)

@@ -20,12 +20,15 @@ from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
 from usdfoot.planning.predictions import build_gaits
 from usdfoot.planning.proportions import proportions_of
+from usdfoot.realtime.arguments import agent_numbers, finite_array, float_array, number_array
 from usdfoot.realtime.bodies import Bodies
 from usdfoot.realtime.crowd_pose import CrowdPose, rest_joints
 from usdfoot.realtime.footsteps import Footsteps
 from usdfoot.realtime.nudges import Nudges
 from usdfoot.realtime.preparing import prepare_stretch
+from usdfoot.realtime.roster import Roster, problem_of_agent
 from usdfoot.realtime.rows import Rows
+from usdfoot.realtime.slots import with_rows
 from usdfoot.realtime.steering import Steering
 from usdfoot.realtime.tables import REACH_BACK, cut_stretch
 from usdfoot.realtime.windows import CLEAN, Windows
@@ -53,10 +56,10 @@ class ControllerOptions:
 class Controller:
     """Walks N agents over footsteps given while they walk.
 
-    Everyone starts standing. Give footsteps at least two ahead of the one that the body stands on: then the motion is
-    that of the whole plan. With fewer the body prepares to halt, and goes on from there when the next one comes. What
-    has been prepared is kept; a new footstep prepares only the parts of steps that it completes, for all agents that
-    have one in a few array operations.
+    Everyone starts standing; agents come and go while others walk. Give footsteps at least two ahead of the one that
+    the body stands on: then the motion is that of the whole plan. With fewer the body prepares to halt, and goes on
+    from there when the next one comes. What has been prepared is kept; a new footstep prepares only the parts of steps
+    that it completes, for all agents that have one in a few array operations.
 
     Args:
         library: Clips of the character.
@@ -68,7 +71,8 @@ class Controller:
 
     Raises:
         ClipError: If no clip has a usable step, or one foot never swings.
-        UsdfootError: If a position or yaw is not finite, or Warp's device is not the processor, whose memory is shared.
+        UsdfootError: If an argument is of another shape or not finite, or Warp's device is not the processor, whose
+            memory is shared.
     """
 
     def __init__(
@@ -81,11 +85,7 @@ class Controller:
         terrain: Terrain | None = None,
         options: ControllerOptions | None = None,
     ) -> None:
-        positions, yaws = np.array(positions, dtype=float), np.array(yaws, dtype=float)
-        if positions.shape != (len(yaws), 3) or not (np.isfinite(positions).all() and np.isfinite(yaws).all()):
-            raise UsdfootError(
-                "Controller", f"positions {positions.shape} and yaws {yaws.shape}", "give finite (N, 3), (N,)"
-            )
+        self._time = float(finite_array("start", start, ()))
         start_warp()
         if not wp.get_device().is_cpu:
             raise UsdfootError("Controller", f"cannot work on {wp.get_device()}", 'make it warp.set_device("cpu")')
@@ -94,27 +94,88 @@ class Controller:
         self._library = library if isinstance(library, PreparedLibrary) else prepare_library(library, engine)
         self._ground = Ground(terrain or _no_terrain())
         source, examples = self._library.source, self._library.examples
-        body = proportions_of(source.skeleton, source.biped)
-        gaits = build_gaits(examples, self._library.spaces, style=self._library.style, leg_length=body.leg_length)
-        self.stance_width = gaits.stance_width
+        self._body = proportions_of(source.skeleton, source.biped)
+        self._gaits = build_gaits(
+            examples, self._library.spaces, style=self._library.style, leg_length=self._body.leg_length
+        )
+        self.stance_width = self._gaits.stance_width
         """Between the feet of a stand [m]."""
-        self._leg_length = body.leg_length
         swings = (examples.durations - np.maximum(examples.swing_liftoffs, 0.0))[:-1]
         self.usual_swing = float(np.median(swings))
         """Time of a swing whose liftoff nobody gave [s]."""
-        feet = np.stack([positions + _aside(yaws, side, gaits.stance_width) for side in (0, 1)], axis=1)
-        self._windows = Windows(feet, yaws, start=start, usual_swing=self.usual_swing)
-        count, joints = len(yaws), len(source.skeleton.joints)
-        self._rows = Rows(count)
-        self._nudges = Nudges(count, joints, pelvis=source.biped.pelvis)
-        self._steering = Steering(count, gaits, body=body, options=engine.follow)
-        self._origins, self._starts = positions.copy(), np.full(count, start)
-        self._time = start
+        self._windows, self._nudges, self._steering = self._standing(np.zeros((0, 3)), np.zeros(0))
+        self._rows, self._roster = Rows(0), Roster()
+        self._origins, self._starts = np.zeros((0, 3)), np.zeros(0)
         self._rest = rest_joints(source)
-        self._prepare()
+        self.add(positions, yaws)
 
     def __len__(self) -> int:
-        return len(self._windows)
+        """How many rows a pose has: one for each agent, also for those who were removed."""
+        return len(self._roster)
+
+    @property
+    def there(self) -> IntArray:
+        """Numbers of the agents who are there, increasing."""
+        return self._roster.numbers
+
+    def add(self, positions: FloatArray, yaws: FloatArray) -> IntArray:
+        """Has more agents stand from now on.
+
+        Nobody else is touched by it. Numbers of agents who were removed are given again first.
+
+        Args:
+            positions: Ground under the middle of the feet, world [m], shape (M, 3).
+            yaws: Which way they face [rad], shape (M,).
+
+        Returns:
+            Their numbers, shape (M,).
+
+        Raises:
+            UsdfootError: If the arrays are not of these shapes, or a value is not finite.
+        """
+        count = len(number_array("yaws", yaws).reshape(-1))
+        positions, yaws = finite_array("positions", positions, (count, 3)), finite_array("yaws", yaws, (count,))
+        agents = self._roster.enter(count)
+        if not count:
+            return agents
+        windows, nudges, steering = self._standing(positions, yaws)
+        self._windows.put(agents, windows)
+        self._nudges.put(agents, nudges)
+        self._steering.put(agents, steering)
+        self._rows.open(agents)
+        self._origins = with_rows(self._origins, agents, positions)
+        self._starts = with_rows(self._starts, agents, np.full(count, self._time))
+        self._prepare()
+        return agents
+
+    def remove(self, agents: IntArray) -> tuple[Problem, ...]:
+        """Takes agents away. The others keep their numbers and are not touched by it.
+
+        Args:
+            agents: Shape (M,).
+
+        Returns:
+            Those that are not there.
+
+        Raises:
+            UsdfootError: If they are no whole numbers in a row.
+        """
+        agents = agent_numbers(agents)
+        known = self._roster.knows(agents)
+        self._roster.leave(agents[known])
+        self._steering.active[agents[known]] = False
+        self._windows.retire(agents[known])
+        return tuple(problem_of_agent("error", agent, self._roster.absence(agent)) for agent in agents[~known])
+
+    def _standing(self, positions: FloatArray, yaws: FloatArray) -> tuple[Windows, Nudges, Steering]:
+        """What agents have who stand from now on."""
+        feet = np.stack([positions + _aside(yaws, side, self.stance_width) for side in (0, 1)], axis=1)
+        source = self._library.source
+        return (
+            Windows(feet, yaws, start=self._time, usual_swing=self.usual_swing),
+            Nudges(len(yaws), len(source.skeleton.joints), pelvis=source.biped.pelvis),
+            Steering(len(yaws), self._gaits, body=self._body, options=self._options.engine.follow),
+        )
 
     @property
     def footing(self) -> Footsteps:
@@ -140,32 +201,36 @@ class Controller:
         Returns:
             Footsteps that were refused, with all that follow of the same agent, and warnings of those that came too
             late and strike later. The others are not touched by either.
+
+        Raises:
+            UsdfootError: If there are not as many agents as footsteps, or they are no whole numbers in a row.
         """
-        agents = np.asarray(agents, dtype=np.intp)
-        faults, windows = footsteps.faults(), self._windows
-        for row in np.flatnonzero((agents < 0) | (agents >= len(self))):
-            faults[int(row)] = f"there is no agent {agents[row]}; they are 0 to {len(self) - 1}"
+        agents = agent_numbers(agents, count=len(footsteps), of="footsteps")
+        faults, windows, known = footsteps.faults(), self._windows, self._roster.knows(agents)
+        faults |= {row: self._roster.absence(int(agents[row])) for row in np.flatnonzero(~known).tolist()}
         if instead:
             windows.forget(np.unique(np.delete(agents, list(faults))), now=self._time)
         problems: list[Problem] = []
         refused = np.zeros(len(self), dtype=bool)
         for rows in _rounds(agents):
             whole = np.array([row not in faults for row in rows.tolist()], dtype=bool)
-            problems += [_problem("error", agents[row], faults[row]) for row in rows[~whole].tolist()]
-            refused[agents[rows[~whole & (agents[rows] >= 0) & (agents[rows] < len(self))]]] = True
+            problems += [problem_of_agent("error", agents[row], faults[row]) for row in rows[~whole].tolist()]
+            refused[agents[rows[~whole & known[rows]]]] = True
             own = rows[whole]
             own = own[~refused[agents[own]]]
             wrong, full = windows.refuses(agents[own], footsteps[own], now=self._time)
             sides = "the other foot has to move next; left and right alternate"
-            problems += [_problem("error", agent, sides) for agent in agents[own[wrong]]]
+            problems += [problem_of_agent("error", agent, sides) for agent in agents[own[wrong]]]
             crowded = "knows as many footsteps ahead as it can; give the next ones later"
-            problems += [_problem("error", agent, crowded) for agent in agents[own[full & ~wrong]]]
+            problems += [problem_of_agent("error", agent, crowded) for agent in agents[own[full & ~wrong]]]
             refused[agents[own[wrong | full]]] = True
             own = own[~(wrong | full)]
             late = windows.append(agents[own], footsteps[own], now=self._time)
             for row in np.flatnonzero(late > 1e-6):
-                problems.append(_problem("warning", agents[own[row]], f"a footstep came late by {late[row]:.3g} s"))
-        self._steering.active[np.unique(agents[(agents >= 0) & (agents < len(self))])] = False
+                problems.append(
+                    problem_of_agent("warning", agents[own[row]], f"a footstep came late by {late[row]:.3g} s")
+                )
+        self._steering.active[agents[known]] = False
         return tuple(problems)
 
     def steer(self, agents: IntArray, velocities: FloatArray, yaws: FloatArray) -> tuple[Problem, ...]:
@@ -180,14 +245,20 @@ class Controller:
 
         Returns:
             Those refused, since a value is not finite or there is no such agent.
+
+        Raises:
+            UsdfootError: If the arrays are not of these shapes.
         """
-        agents = np.asarray(agents, dtype=np.intp)
-        whole = np.isfinite(velocities).all(axis=1) & np.isfinite(yaws)
-        there = (agents >= 0) & (agents < len(self))
+        agents = agent_numbers(agents)
+        velocities = float_array("velocities", velocities, (len(agents), 2))
+        yaws = float_array("yaws", yaws, (len(agents),))
+        whole, there = np.isfinite(velocities).all(axis=1) & np.isfinite(yaws), self._roster.knows(agents)
         good = whole & there
         self._steering.set(agents[good], velocities[good], yaws[good])
-        problems = [_problem("error", agent, "velocity or yaw is not a finite number") for agent in agents[~whole]]
-        problems += [_problem("error", agent, f"there are agents 0 to {len(self) - 1}") for agent in agents[~there]]
+        problems = [
+            problem_of_agent("error", agent, "velocity or yaw is not a finite number") for agent in agents[~whole]
+        ]
+        problems += [problem_of_agent("error", agent, self._roster.absence(agent)) for agent in agents[~there]]
         return tuple(problems)
 
     def pose(self, time: float) -> CrowdPose:
@@ -196,6 +267,7 @@ class Controller:
         Raises:
             UsdfootError: If the time is, or is not finite.
         """
+        time = float(float_array("time", time, ()))
         if not self._time <= time < np.inf:
             raise UsdfootError("time", f"is {time}", f"time goes on from {self._time} s")
         windows = self._windows
@@ -204,11 +276,14 @@ class Controller:
             pass
         self._halt(windows.wanting(time))
         self._prepare()
-        bodies = self._bodies(np.arange(len(self)), time, nudged=True)
+        agents, self._time = self.there, time
+        if not agents.size:
+            return self._rest.pose(time, len(self))
+        bodies = self._bodies(agents, time, nudged=True)
         poses = bodies.pose()
         bodies.plant(poses)
-        self._time = time
-        return self._rest.finish(poses, bodies.roots(), self._origins, time, windows.halted)
+        pose = self._rest.finish(poses, bodies.roots(), self._origins[agents], time, windows.halted[agents])
+        return pose if len(agents) == len(self) else pose.among(self._rest.pose(time, len(self)), agents)
 
     def _halt(self, agents: IntArray) -> None:
         if agents.size:
@@ -218,7 +293,7 @@ class Controller:
             yaws = windows.at(windows.yaws, agents, number)
             across = np.where(sides == 0, 1.0, -1.0)[:, None] * _aside(yaws, 0, 2.0 * self.stance_width)
             places = windows.at(windows.positions, agents, number) + across
-            windows.halt(agents, farthest=self._options.farthest_stand * self._leg_length, beside=places)
+            windows.halt(agents, farthest=self._options.farthest_stand * self._body.leg_length, beside=places)
 
     def _prepare(self) -> None:
         """Prepares what changed, and has those go on from their present poses whom it moves."""
@@ -304,10 +379,6 @@ def _rounds(agents: IntArray) -> Sequence[IntArray]:
     begins = np.flatnonzero(fresh)
     ranks = np.arange(len(agents)) - np.repeat(begins, np.diff(np.append(begins, len(agents))))
     return [order[ranks == rank] for rank in range(int(ranks.max(initial=-1)) + 1)]
-
-
-def _problem(severity: str, agent: int, message: str) -> Problem:
-    return Problem(severity=severity, where=f"agent {agent}", message=f"agent {agent}: {message}")
 
 
 def _no_terrain() -> Terrain:

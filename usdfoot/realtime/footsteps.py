@@ -8,6 +8,7 @@ import numpy as np
 
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.realtime.arguments import number_array
 
 __all__ = ["Footsteps"]
 
@@ -17,7 +18,7 @@ class Footsteps:
     """M footsteps in the canonical world; those of one agent in order of strike.
 
     Raises:
-        PlanError: If the arrays differ in length.
+        UsdfootError: If the arrays differ in length, or hold no numbers.
     """
 
     sides: IntArray
@@ -32,9 +33,12 @@ class Footsteps:
     """When the ball is to leave the ground [s], shape (M,)."""
 
     def __post_init__(self) -> None:
-        lengths = {name: len(values) for name, values in vars(self).items()}
-        if len(set(lengths.values())) != 1 or self.positions.shape[1:] != (3,):
-            listing = ", ".join(f"{name} {np.shape(values)}" for name, values in vars(self).items())
+        for name, values in vars(self).items():
+            object.__setattr__(self, name, number_array(name, values))
+        count = self.sides.shape[:1]
+        shapes = {name: (*count, 3) if name == "positions" else count for name in vars(self)}
+        if self.sides.ndim != 1 or any(values.shape != shapes[name] for name, values in vars(self).items()):
+            listing = ", ".join(f"{name} {values.shape}" for name, values in vars(self).items())
             raise PlanError("Footsteps", f"arrays differ in length ({listing})", "give one entry a footstep in each")
 
     def __len__(self) -> int:

@@ -14,6 +14,7 @@ import warp as wp
 from usdfoot.engine.legs import rotation_by
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.realtime.slots import Slots
 
 __all__ = ["Nudges", "Snapshot"]
 
@@ -61,7 +62,7 @@ def nudge_bodies(
             rotations[frame, joint] = rotation_by(share * turns[agent, joint]) * rotations[frame, joint]
 
 
-class Nudges:
+class Nudges(Slots):
     """Differences of all agents and when they began to fade.
 
     Args:

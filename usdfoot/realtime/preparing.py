@@ -68,7 +68,7 @@ def _weighed(
     wanted = stretch.changed & ~setup.segments.stands
     if wanted.any():
         reaches = np.full(len(stretch.agents), reach)
-        setup, blend, _ = reach_footsteps(setup, library.spaces, wanted, blend, reach=reaches)
+        setup, blend, _ = reach_footsteps(setup, library.spaces, wanted, blend=blend, reach=reaches)
     setup = align_events(setup, blend)
     changed = stretch.numbers >= stretch.dirty[setup.contacts.agents]
     setup = _on_ground(setup, ground, np.flatnonzero(changed), planned, options)

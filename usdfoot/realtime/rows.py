@@ -13,9 +13,9 @@ import numpy as np
 import warp as wp
 
 from usdfoot.engine.clock_kernel import ClockArrays
-from usdfoot.engine.feet import ContactFeet, device_feet, foot_table, unplanted_feet
+from usdfoot.engine.contact_feet import ContactFeet, device_feet, foot_table, unplanted_feet
+from usdfoot.engine.foot_rows import FootArrays
 from usdfoot.engine.kernels import SegmentArrays
-from usdfoot.engine.plant import FootArrays
 from usdfoot.engine.planting import Planting
 from usdfoot.engine.poses import Poses, Seams, Setup, blend_frames
 from usdfoot.engine.root import RootPath
@@ -27,6 +27,7 @@ __all__ = ["RowPoses", "Rows"]
 
 SEAMS = tuple(field.name for field in fields(Seams))
 PATHS = tuple(field.name for field in fields(RootPath))
+TIMES = ("stand_ends", "strikes", "begins", "sides", "numbers")
 Views = dict[str, np.ndarray]
 """Arrays of a device struct as the host sees them, by name."""
 
@@ -43,7 +44,7 @@ class RowPoses:
     def pose(self, rows: IntArray, times: FloatArray, *, joints: IntArray) -> Poses:
         """Blended poses of segments `rows` (F,) of the setup at `times` [s] (F,)."""
         clock = times - self.setup.contacts.starts[self.setup.segments.agents[rows]]
-        return blend_frames(self.setup.library, self.segments, self.rows[rows], clock, joints=joints)
+        return blend_frames(self.setup.library, self.segments, rows=self.rows[rows], clock=clock, joints=joints)
 
 
 class Rows:
@@ -69,12 +70,48 @@ class Rows:
         self.numbers = np.full((agents, RING), -1)
         """Of the contacts, -1 where there is none."""
         self._feet = {name: _rings(values, agents) for name, values in vars(unplanted_feet(1)).items()}
-        self._detours = np.zeros((agents, RING, 0, 3))
+        self._detours: FloatArray = np.zeros((agents, RING, 0, 3))
         self._paths: dict[str, FloatArray] = {}
         self.segments, self.feet = SegmentArrays(), FootArrays()
         self._segment_views: Views = {}
         self._clock_views: Views = {}
         self._foot_views: Views = {}
+
+    def open(self, agents: IntArray) -> None:
+        """Has agents (M,), also new ones, begin as if nothing had ever been prepared of them."""
+        self._make_room(int(agents.max()) + 1)
+        fresh = Rows(len(agents))
+        for kept, values in zip(self._tables(), fresh._tables(), strict=True):
+            kept[agents] = values
+        self._detours[agents] = 0.0
+
+    def _tables(self) -> list[np.ndarray]:
+        """What the host has of every contact, shape (N, RING, ...) each; without the detours, whose size is found."""
+        return [*self.blends, *(getattr(self, name) for name in TIMES), *self._feet.values()]
+
+    def _make_room(self, agents: int) -> None:
+        """Has room for so many agents; where there is none for half as many again, since all is copied."""
+        before = len(self.numbers)
+        if agents <= before:
+            return
+        larger = Rows(max(agents, before + before // 2))
+        for new, values in zip(larger._tables(), self._tables(), strict=True):
+            new[:before] = values
+        self.blends, self._feet = larger.blends, larger._feet
+        for name in TIMES:
+            setattr(self, name, getattr(larger, name))
+        added = len(self.numbers) - before
+        self._detours = _lengthened(self._detours, added)
+        if not self._paths:
+            return
+        none = 2 * RING * before  # all zeros, and so a row of nobody
+        count, feet = 2 * RING * len(self.numbers) + 1, RING * len(self.numbers)
+        self._paths = {name: _lengthened(values, count - none - 1) for name, values in self._paths.items()}
+        self._segment_views = _allocate(self.segments, self.segments, count, kind=SegmentArrays)
+        self._clock_views = _allocate(self.segments.clocks, self.segments.clocks, count, kind=ClockArrays)
+        self._foot_views = _allocate(self.feet, self.feet, feet, kind=FootArrays)
+        after = self._segment_views["seams_after"]
+        after[after == none] = count - 1
 
     def known(self, stretch: Stretch, source: RowPoses) -> Planting | None:
         """What was prepared of a stretch's contacts; None before the first preparation."""
@@ -191,15 +228,22 @@ def _rings(values: FloatArray, agents: int) -> FloatArray:
     return np.tile(values[None], (agents, RING, *[1] * (values.ndim - 1)))
 
 
+def _lengthened(values: FloatArray, more: int) -> FloatArray:
+    """Values (N, ...) with so many rows of zeros after them."""
+    return np.concatenate([values, np.zeros((more, *values.shape[1:]), dtype=values.dtype)])
+
+
 def _allocate(target: object, like: object, count: int, *, kind: wp.struct) -> Views:
-    """Arrays of `count` rows for every array of a device struct; what shows them to the host."""
+    """Arrays of `count` rows for every array of a device struct, with those it has itself; shows them to the host."""
     views: Views = {}
     for name in kind.vars:
         values = getattr(like, name)
         if isinstance(values, wp.array):
             rows = wp.zeros((count, *values.shape[1:]), dtype=values.dtype)
-            setattr(target, name, rows)
             views[name] = rows.numpy()
+            if target is like:
+                views[name][: len(values)] = values.numpy()
+            setattr(target, name, rows)
     return views
 
 

@@ -16,6 +16,7 @@ from usdfoot.planning.prints import settle_landings
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.strides import Stances, next_steps
 from usdfoot.realtime.footsteps import Footsteps
+from usdfoot.realtime.slots import Slots
 from usdfoot.realtime.windows import RING, Windows
 
 __all__ = ["Steering"]
@@ -49,7 +50,7 @@ class _Course:
         return positions, self.headings[agents] + np.clip(self.turns[agents], -most, most)
 
 
-class Steering:
+class Steering(Slots):
     """What agents were last told about where to go.
 
     Args:

@@ -6,6 +6,7 @@ import numpy as np
 
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.realtime.footsteps import Footsteps
+from usdfoot.realtime.slots import Slots
 
 __all__ = ["RING", "Windows"]
 
@@ -29,7 +30,7 @@ CLEAN = np.iinfo(np.int64).max
 """No contact has changed."""
 
 
-class Windows:
+class Windows(Slots):
     """What the agents know of their footsteps: contact n of an agent is in place n % RING of its rings.
 
     The first two contacts are where it stands from the start. An agent *halts* when it needs a footstep it does not
@@ -206,6 +207,11 @@ class Windows:
         self.dirty[agents] = np.minimum(self.dirty[agents], np.where(changed, last, last + 1))
         self.halted[agents] = self.caught[agents] = False
         return late
+
+    def retire(self, agents: IntArray) -> None:
+        """Has agents who are gone want nothing any more."""
+        self.halted[agents] = True
+        self.dirty[agents] = CLEAN
 
     def leave(self, agents: IntArray, times: FloatArray) -> None:
         """Says when the feet that are to move next leave the ground [s]."""

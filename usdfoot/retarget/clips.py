@@ -95,8 +95,8 @@ def _retarget(source: Rig, worlds: Sequence[WorldClip], target: Rig, *, plant: b
     """World clips on the target."""
     poses = world_poses(source, worlds)
     frames = build_frames(source, target, find_evidence(source, poses))
-    sizes = measure_sizes(source, target, frames, poses)
-    wanted = transfer_rotations(source, target, frames, poses.turns)
+    sizes = measure_sizes(source, target, frames=frames, poses=poses)
+    wanted = transfer_rotations(source, target, frames, turns=poses.turns)
     centres = hip_goals(source, poses, sizes)
     _, around, _ = pose_target(target, wanted, np.zeros_like(centres))
     pelvis = centres - around[:, list(target.biped.hips)].mean(axis=1)
@@ -104,12 +104,12 @@ def _retarget(source: Rig, worlds: Sequence[WorldClip], target: Rig, *, plant: b
     feet, thighs = (
         poses.frames_of(pair, [frames[0][joint] for joint in pair]) for pair in (source.biped.ankles, source.biped.hips)
     )
-    balls = ball_goals(source, poses, feet, sizes, plant=plant)
+    balls = ball_goals(source, poses, feet=feet, sizes=sizes, plant=plant)
     ankles = balls - quaternion.rotate(feet, np.stack([foot.ball for foot in sizes.feet]))
-    drops = lowering(poses, legs_of(source, poses.places), legs, ankles)[:, None] * UP
+    drops = lowering(poses, legs_of(source, poses.places), legs, ankles=ankles)[:, None] * UP
     pelvis = pelvis - drops
     hinges = quaternion.rotate(thighs, HINGE)
-    bends = bend_two_bones(legs.thighs, legs.shins, hinges, ankles - legs.hips + drops[:, None])
+    bends = bend_two_bones(legs.thighs, legs.shins, hinges, reach=ankles - legs.hips + drops[:, None])
     for pair, bend in zip((target.biped.hips, target.biped.knees), bends, strict=True):
         wanted |= {joint: quaternion.compose(bend[:, side], wanted[joint]) for side, joint in enumerate(pair)}
     rotations, places, turns = pose_target(target, wanted, pelvis)

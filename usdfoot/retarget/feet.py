@@ -58,7 +58,7 @@ class Sizes:
     """How much farther out each foot stands than the source's in the target's size [m]."""
 
 
-def measure_sizes(source: Rig, target: Rig, frames: tuple[Frames, Frames], poses: WorldPoses) -> Sizes:
+def measure_sizes(source: Rig, target: Rig, *, frames: tuple[Frames, Frames], poses: WorldPoses) -> Sizes:
     """Sizes of two rigs and of the source's clips, which may have proportions of their own."""
     own, leg = (rest_leg_length(rig.skeleton, rig.biped) for rig in (source, target))
     before, feet = _feet(source, frames[0]), _feet(target, frames[1])
@@ -107,7 +107,7 @@ def hip_goals(source: Rig, poses: WorldPoses, sizes: Sizes) -> FloatArray:
     return scale * middle + sizes.hip_rise * UP - sizes.hip_lag * ahead
 
 
-def ball_goals(source: Rig, poses: WorldPoses, feet: FloatArray, sizes: Sizes, *, plant: bool) -> FloatArray:
+def ball_goals(source: Rig, poses: WorldPoses, *, feet: FloatArray, sizes: Sizes, plant: bool) -> FloatArray:
     """Where the target's ball joints have to be [m], shape (N, 2, 3).
 
     Args:

@@ -38,9 +38,9 @@ def build_frames(source: Rig, target: Rig, evidence: Evidence) -> tuple[Frames, 
     trunk, neck = _postures(source, target)
     worlds = (_upper_body(source, trunk, neck), _upper_body(target, IDENTITY, IDENTITY))
     for side in (0, 1):
-        parts = [leg_frames(source, target, evidence, side), foot_frames(source, target, evidence, side)]
+        parts = [leg_frames(source, target, evidence, side=side), foot_frames(source, target, evidence, side=side)]
         if source.body.arms[side] is not None and target.body.arms[side] is not None:
-            parts.append(arm_frames(source, target, evidence, side))
+            parts.append(arm_frames(source, target, evidence, side=side))
         for found in parts:
             for own, more in zip(worlds, found, strict=True):
                 own |= more

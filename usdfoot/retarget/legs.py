@@ -44,7 +44,7 @@ def legs_of(rig: Rig, places: FloatArray) -> Legs:
     return Legs(hips=hips, thighs=knees - hips, shins=ankles - knees)
 
 
-def lowering(poses: WorldPoses, source: Legs, target: Legs, ankles: FloatArray) -> FloatArray:
+def lowering(poses: WorldPoses, source: Legs, target: Legs, *, ankles: FloatArray) -> FloatArray:
     """How far the target's pelvis is lowered so that the feet on the ground are within reach [m], shape (N,).
 
     Args:

@@ -55,7 +55,7 @@ def frame_of_axes(y: FloatArray, x: FloatArray, *, keep: str) -> FloatArray:
 
 
 def leg_frames(
-    source: Rig, target: Rig, evidence: Evidence, side: int
+    source: Rig, target: Rig, evidence: Evidence, *, side: int
 ) -> tuple[dict[int, FloatArray], dict[int, FloatArray]]:
     """Frames (4,) of thigh and shin by joint, of either rig. Knees of legs that hang down bend about +X."""
     limbs = []
@@ -70,7 +70,7 @@ def leg_frames(
 
 
 def arm_frames(
-    source: Rig, target: Rig, evidence: Evidence, side: int
+    source: Rig, target: Rig, evidence: Evidence, *, side: int
 ) -> tuple[dict[int, FloatArray], dict[int, FloatArray]]:
     """The same of upper arm, lower arm and hand.
 
@@ -124,7 +124,7 @@ def _limb_frames(source: _Limb, target: _Limb, told: FloatArray | None) -> tuple
 
 
 def foot_frames(
-    source: Rig, target: Rig, evidence: Evidence, side: int
+    source: Rig, target: Rig, evidence: Evidence, *, side: int
 ) -> tuple[dict[int, FloatArray], dict[int, FloatArray]]:
     """Frames (4,) of foot and toes by joint: +Y up and +Z along the foot when it is flat.
 

@@ -50,7 +50,7 @@ def world_poses(rig: Rig, worlds: Sequence[WorldClip]) -> WorldPoses:
     """All samples of world clips, by forward kinematics in the clips' own proportions."""
     translations, rotations = [world.clip.translations for world in worlds], [world.clip.rotations for world in worlds]
     joints = np.arange(len(rig.skeleton.joints))
-    places, turns = joint_kinematics(rig.skeleton, translations, rotations, joints)
+    places, turns = joint_kinematics(rig.skeleton, translations, rotations, joints=joints)
     return WorldPoses(worlds=worlds, places=places, turns=turns)
 
 

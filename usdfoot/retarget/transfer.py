@@ -28,7 +28,7 @@ class _Chain:
 
 
 def transfer_rotations(
-    source: Rig, target: Rig, frames: tuple[Frames, Frames], turns: FloatArray
+    source: Rig, target: Rig, frames: tuple[Frames, Frames], *, turns: FloatArray
 ) -> dict[int, FloatArray]:
     """World rotations of the target's joints, by joint, shape (N, 4).
 

@@ -20,7 +20,9 @@ from usdfoot.model.coverage import EmptyCircle, SpaceCoverage
 from usdfoot.model.examples import Examples
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
 from usdfoot.spaces.footsteps import FootstepSpace, FootstepWeights, build_footstep_space, solve_footsteps
-from usdfoot.spaces.library import FootstepSpaces, SideSpace, left_landings
+from usdfoot.spaces.landings import left_landings
+from usdfoot.spaces.library import FootstepSpaces
+from usdfoot.spaces.side_space import SideSpace
 
 __all__ = ["cover_spaces", "expected_errors", "find_empty_circles"]
 
@@ -37,7 +39,7 @@ SMALLEST = 0.1
 
 
 def cover_spaces(
-    skeleton: Skeleton, biped: Biped, examples: Examples, spaces: FootstepSpaces, *, most_circles: int = 5
+    skeleton: Skeleton, biped: Biped, examples: Examples, *, spaces: FootstepSpaces, most_circles: int = 5
 ) -> tuple[SpaceCoverage, ...]:
     """Coverage of every style, gait and foot.
 
@@ -53,7 +55,9 @@ def cover_spaces(
     for (style, flight, side), space in sorted(spaces.spaces.items()):
         key = id(space.footsteps)
         if key not in known:  # mirror images share a space
-            errors = expected_errors(skeleton, biped.pelvis, examples, space, spaces.landings[space.examples])
+            errors = expected_errors(
+                skeleton, biped.pelvis, examples, space=space, landings=spaces.landings[space.examples]
+            )
             leg = biped.maximal_leg_length
             known[key] = errors, find_empty_circles(space.footsteps, errors, leg=leg, flight=flight, most=most_circles)
         errors, circles = known[key]
@@ -77,7 +81,7 @@ def cover_spaces(
 
 
 def expected_errors(
-    skeleton: Skeleton, pelvis: int, examples: Examples, space: SideSpace, landings: FloatArray
+    skeleton: Skeleton, pelvis: int, examples: Examples, *, space: SideSpace, landings: FloatArray
 ) -> FloatArray:
     """Mean distance of the joints to expect at each vertex of a space [m], shape (V,); NaN where nothing else is left.
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.spaces.locate import TriangleGrid, build_grid, find_triangles
-from usdfoot.spaces.segments import project_on_segments
+from usdfoot.spaces.projection import project_on_segments
 from usdfoot.spaces.triangulation import boundary_edges, drop_slivers, merge_points, polyline, triangulate
 
 __all__ = ["FootstepSpace", "FootstepWeights", "build_footstep_space", "solve_footsteps"]
@@ -82,8 +82,8 @@ def build_footstep_space(
 def solve_footsteps(space: FootstepSpace, queries: FloatArray) -> FootstepWeights:
     """Blend weights that land on the queries, or as near as the space allows ([B] 4.3, 5).
 
-    Inside the hull they are the barycentric coordinates in the query's triangle; outside, those of the orthogonal
-    projection onto the hull.
+    Inside the hull they are the barycentric coordinates in the query's triangle ([B] Eq. 1); outside, those of the
+    orthogonal projection onto the hull.
 
     Args:
         space: From `build_footstep_space`.

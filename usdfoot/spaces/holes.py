@@ -10,7 +10,8 @@ from usdfoot.errors import UsdfootError
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import LEFT, RIGHT
 from usdfoot.spaces.footsteps import build_footstep_space, solve_footsteps
-from usdfoot.spaces.library import FootstepSpaces, SideSpace
+from usdfoot.spaces.library import FootstepSpaces
+from usdfoot.spaces.side_space import SideSpace
 from usdfoot.spaces.triangulation import signed_areas
 
 __all__ = ["Hole", "HoleOptions", "find_holes", "triangle_gaps"]

@@ -18,29 +18,24 @@ import numpy as np
 from usdfoot.analysis.gaits import has_flight
 from usdfoot.analysis.timing import HUMAN_LEG
 from usdfoot.errors import ClipError
-from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray, StyleArray
 from usdfoot.model.biped import LEFT, RIGHT, SIDES
 from usdfoot.model.examples import Examples
 from usdfoot.spaces.corner_kernel import SpaceArrays
 from usdfoot.spaces.device_spaces import device_spaces, device_velocities
+from usdfoot.spaces.end_poses import EndPoses, build_end_poses
 from usdfoot.spaces.features import DOUBT, FeatureScales, StepFeatures, example_features, step_coordinates
-from usdfoot.spaces.footsteps import FootstepSpace, build_footstep_space, solve_footsteps
-from usdfoot.spaces.mirror import mirror_partners
-from usdfoot.spaces.neighbours import NeighbourSpace, build_neighbour_space, solve_neighbours
-from usdfoot.spaces.poses import EndPoses, build_end_poses
+from usdfoot.spaces.footsteps import solve_footsteps
+from usdfoot.spaces.landings import end_landings, left_landings, root_velocities
+from usdfoot.spaces.mirror_partners import mirror_partners
+from usdfoot.spaces.neighbours import solve_neighbours
 from usdfoot.spaces.root_choice_kernel import VelocityArrays
-from usdfoot.spaces.root_velocity import RootVelocitySpace, build_root_velocity_space
-from usdfoot.spaces.tetrahedra import TetrahedronSpace, build_tetrahedron_space
+from usdfoot.spaces.side_space import SideSpace, blend_doubts, build_side_space
 
 __all__ = [
     "FootstepSpaces",
-    "SideSpace",
     "StepWeights",
     "build_spaces",
-    "end_landings",
-    "left_landings",
-    "root_velocities",
     "solve_steps",
 ]
 
@@ -50,22 +45,6 @@ and the heel still stands, so the ball's contacts show a flight that is none."""
 
 SAME_LANDING = 1e-3
 """Mirror images that land this near each other's mirrored landing share a space [m]; legs of unequal length do not."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class SideSpace:
-    """The space of one style, gait and swing side, in left-swing coordinates; its examples count from 0."""
-
-    footsteps: FootstepSpace
-    """Examples by landing."""
-    neighbours: NeighbourSpace
-    """Examples by landing and features."""
-    roots: RootVelocitySpace
-    """Examples by root velocity."""
-    tetrahedra: TetrahedronSpace
-    """Examples by landing and root speed."""
-    examples: IntArray
-    """Index into the library's examples of each example of the space, shape (E',)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,12 +96,23 @@ class FootstepSpaces:
     @cached_property
     def device(self) -> SpaceArrays:
         """The spaces as device arrays."""
-        return device_spaces(self)
+        return self._on_device(self.coordinates)
+
+    @cached_property
+    def device_from_poses(self) -> SpaceArrays:
+        """The same with the poses that examples start from among the coordinates, if there are `poses`."""
+        starts = [] if self.poses is None else [self.poses.starts]
+        return self._on_device(np.column_stack([self.coordinates, *starts]))
 
     @cached_property
     def device_velocities(self) -> list[VelocityArrays]:
         """The root velocities of each of the `spaces`, in their order, as device arrays."""
-        return device_velocities(self)
+        return device_velocities(list(self.spaces.values()), velocities=self.velocities, coordinates=self.coordinates)
+
+    def _on_device(self, coordinates: FloatArray) -> SpaceArrays:
+        return device_spaces(
+            list(self.spaces.values()), landings=self.landings, velocities=self.velocities, coordinates=coordinates
+        )
 
     def find(self, style: str, flight: bool, side: int) -> SideSpace:
         """The space of a style, gait and swing side; that of the other gait if there is no example of this.
@@ -156,36 +146,10 @@ class StepWeights:
     """Landing the weights give, (x, z) in the heading at the step's end [m], shape (N, 2)."""
 
 
-def end_landings(examples: Examples) -> FloatArray:
-    """Landings in the heading at the step's end, (x, z) [m], shape (E, 2).
-
-    A blended step is turned about the support ball until it ends in the planned heading. Seen from there a landing does
-    not depend on how much its own clip turned, so the barycentric weights stay exact whatever the turn.
-    """
-    return planar.rotate(-examples.turns, examples.landings)
-
-
-def root_velocities(examples: Examples) -> FloatArray:
-    """Mean velocity of the root over each step in the heading at its end, (x, z) [m/s], shape (E, 2).
-
-    The root is midway between consecutive footsteps ([B] 4.2): it moves by half of what the swing foot does.
-    """
-    strides = 0.5 * (examples.landings - examples.departures)
-    return planar.rotate(-examples.turns, strides) / np.asarray(examples.durations, dtype=float)[:, None]
-
-
-def left_landings(landings: FloatArray, swing_sides: IntArray) -> FloatArray:
-    """Landings (N, 2) as if the left foot swung: x negated where the right one does. Its own inverse."""
-    signs = np.where(np.asarray(swing_sides) == RIGHT, -1.0, 1.0)
-    return np.asarray(landings, dtype=float) * np.stack([signs, np.ones_like(signs)], axis=-1)
-
-
 def build_spaces(
     examples: Examples,
     *,
     pelvis: int = 0,
-    merge_distance: float = 0.005,
-    minimal_altitude: float = 0.02,
     root_merge_distance: float = 0.1,
     polar: bool = True,
     scales: FeatureScales | None = None,
@@ -197,8 +161,6 @@ def build_spaces(
     Args:
         examples: The library's steps.
         pelvis: Its joint.
-        merge_distance: Landings at most this far apart [m] become one vertex.
-        minimal_altitude: Slivers along the hull lower than this [m] are dropped.
         root_merge_distance: Root velocities at most this far apart [m/s] share one example.
         polar: Root velocities are weighted by polar gradient bands; else by Cartesian ones.
         scales: Differences between steps that count the same when neighbours are chosen.
@@ -214,38 +176,28 @@ def build_spaces(
 
     def build(members: IntArray) -> SideSpace:
         if synthetic is not None:
-            coordinates[members, DOUBT] = _doubts(landings[members], coordinates[members], synthetic[members])
-        footsteps = build_footstep_space(
-            landings[members], merge_distance=merge_distance, minimal_altitude=minimal_altitude
-        )
-        neighbours = build_neighbour_space(footsteps, landings[members], coordinates[members])
-        roots = build_root_velocity_space(velocities[members], polar=polar, merge_distance=root_merge_distance)
-        tetrahedra = build_tetrahedron_space(
-            footsteps, landings[members], np.linalg.norm(velocities[members], axis=1), merge_distance=merge_distance
-        )
-        return SideSpace(
-            footsteps=footsteps, neighbours=neighbours, roots=roots, tetrahedra=tetrahedra, examples=members
+            coordinates[members, DOUBT] = blend_doubts(landings[members], coordinates[members], synthetic[members])
+        return build_side_space(
+            members,
+            landings=landings,
+            coordinates=coordinates,
+            velocities=velocities,
+            polar=polar,
+            root_merge_distance=root_merge_distance,
         )
 
     partners = mirror_partners(examples)
-    styles = np.array(examples.styles)
-    ahead = landings[:, 1] > BACKWARD
-    runs = ahead & has_flight(examples.durations, examples.support_liftoffs, landings, leg_length=leg_length)
-    walks = ~(ahead & has_flight(examples.durations, examples.support_liftoffs, np.zeros_like(landings)))
     spaces: dict[tuple[str, bool, int], SideSpace] = {}
-    for style in dict.fromkeys(examples.styles):
-        for gait, members in ((False, walks), (True, runs)):
-            left, right = (
-                np.flatnonzero((styles == style) & members & (examples.swing_sides == side)) for side in (0, 1)
-            )
-            if left.size:
-                spaces[style, gait, LEFT] = build(left)
-            paired = left.size > 0 and np.array_equal(np.sort(partners[left]), right)
-            if paired and np.abs(landings[left] - landings[partners[left]]).max() <= SAME_LANDING:
-                coordinates[partners[left], DOUBT] = coordinates[left, DOUBT]
-                spaces[style, gait, RIGHT] = replace(spaces[style, gait, LEFT], examples=partners[left])
-            elif right.size:
-                spaces[style, gait, RIGHT] = build(right)
+    for style, gait, members in _groups(examples, landings, leg_length):
+        left, right = (members[examples.swing_sides[members] == side] for side in (LEFT, RIGHT))
+        if left.size:
+            spaces[style, gait, LEFT] = build(left)
+        paired = left.size > 0 and np.array_equal(np.sort(partners[left]), right)
+        if paired and np.abs(landings[left] - landings[partners[left]]).max() <= SAME_LANDING:
+            coordinates[partners[left], DOUBT] = coordinates[left, DOUBT]
+            spaces[style, gait, RIGHT] = replace(spaces[style, gait, LEFT], examples=partners[left])
+        elif right.size:
+            spaces[style, gait, RIGHT] = build(right)
     return FootstepSpaces(
         spaces=spaces,
         landings=landings,
@@ -257,22 +209,14 @@ def build_spaces(
     )
 
 
-def _doubts(landings: FloatArray, coordinates: FloatArray, synthetic: BoolArray) -> FloatArray:
-    """How far off the recorded examples are that would be blended into each synthetic one, scaled, shape (E',).
-
-    To any wanted step the mean square distance of examples is that of their mean and their own spread about it. With
-    the spread a blend seems no nearer than what it is blended from.
-    """
-    doubts = np.zeros(len(landings))
-    recorded, made = np.flatnonzero(~synthetic), np.flatnonzero(synthetic)
-    if recorded.size and made.size:
-        known = build_neighbour_space(
-            build_footstep_space(landings[recorded]), landings[recorded], coordinates[recorded]
-        )
-        solved = solve_neighbours(known, landings[made], coordinates[made])
-        apart = coordinates[recorded[solved.examples]] - coordinates[made, None]
-        doubts[made] = np.sqrt(np.sum(solved.weights * np.sum(apart**2, axis=-1), axis=1))
-    return doubts
+def _groups(examples: Examples, landings: FloatArray, leg_length: float) -> Iterator[tuple[str, bool, IntArray]]:
+    """Styles, flights and the examples of each; what may be either gait is in both."""
+    styles, ahead = np.array(examples.styles), landings[:, 1] > BACKWARD
+    runs = ahead & has_flight(examples.durations, examples.support_liftoffs, landings, leg_length=leg_length)
+    walks = ~(ahead & has_flight(examples.durations, examples.support_liftoffs, np.zeros_like(landings)))
+    for style in dict.fromkeys(examples.styles):
+        for gait, members in ((False, walks), (True, runs)):
+            yield style, gait, np.flatnonzero((styles == style) & members)
 
 
 def solve_steps(

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import warp as wp
 
-from usdfoot.spaces.root_kernels import BandArrays, ask_bands, find_influence
+from usdfoot.spaces.gradient_band_kernel import BandArrays, ask_bands, find_influence
 from usdfoot.spaces.root_weight_kernel import Corners, is_inside, mean_corner, weigh_corners
 
 __all__ = ["PICKED", "VelocityArrays", "choose_roots"]

@@ -10,7 +10,7 @@ import warp as wp
 from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.device import start_warp
-from usdfoot.spaces.root_kernels import BandArrays, find_influences
+from usdfoot.spaces.gradient_band_kernel import BandArrays, find_influences
 from usdfoot.spaces.triangulation import boundary_edges, merge_points, polyline, triangulate
 
 __all__ = [

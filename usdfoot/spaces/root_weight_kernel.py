@@ -11,12 +11,9 @@ __all__ = [
     "find_beta",
     "find_given_up",
     "find_largest",
-    "find_largest_each",
     "is_inside",
     "mean_corner",
     "mix_root",
-    "mix_root_each",
-    "replace_each",
     "replaces_corner",
     "weigh_corners",
 ]
@@ -45,6 +42,7 @@ class RootMix:
 
 @wp.func
 def cross(first: wp.vec2d, second: wp.vec2d) -> wp.float64:
+    """Twice the signed area of the triangle that two vectors span."""
     return first[0] * second[1] - first[1] * second[0]
 
 
@@ -76,7 +74,7 @@ def mean_corner(corners: Corners, weights: wp.vec3d) -> wp.vec2d:
 
 @wp.func
 def weigh_corners(corners: Corners, point: wp.vec2d) -> wp.vec3d:
-    """Weights, not negative, sum 1, of the point of a triangle nearest to the query; it may be degenerate."""
+    """Weights ([B] Eq. 1), not negative, of the point of a triangle nearest to the query; it may be degenerate."""
     areas = areas_at(corners, point)
     total = areas[0] + areas[1] + areas[2]
     if wp.abs(total) >= SMALLEST_AREA and wp.min(areas * wp.sign(total)) >= ZERO:
@@ -134,7 +132,11 @@ def find_given_up(root_weight: wp.float64, beta: wp.float64) -> wp.float64:
 def mix_root(corners: Corners, weights: wp.vec3d, root: wp.vec2d, root_weight: wp.float64, closest: bool) -> RootMix:
     """Weights of the corners when the root's examples, which land on `root`, weigh lambda4 ([B] Eq. 4 and 5).
 
-    `weights` are the footstep's barycentric coordinates; `closest` says where to land beyond beta.
+    Up to beta lambda_i = b_i(q) - lambda4 b_i(r), which lands on the footstep q. Above, on the segment to the root's
+    landing r, lambda_i = (1 - lambda4) / (1 - beta) (b_i(q) - beta b_i(r)), which misses q by
+    (lambda4 - beta) / (1 - beta) |r - q|. A degenerate triangle has beta 0.
+
+    `weights` are the footstep's barycentric coordinates b(q); `closest` says where to land beyond beta.
     """
     mix = RootMix()
     mix.beta = find_beta(corners, weights, root)
@@ -192,54 +194,3 @@ def find_largest(
         else:
             high = middle
     return low
-
-
-@wp.kernel(enable_backward=False)
-def mix_root_each(
-    corners: wp.array(dtype=Corners),
-    weights: wp.array(dtype=wp.vec3d),
-    roots: wp.array(dtype=wp.vec2d),
-    root_weights: wp.array(dtype=wp.float64),
-    closest: bool,
-    mixes: wp.array(dtype=RootMix),
-):
-    """`mix_root` of every step."""
-    step = wp.tid()
-    mixes[step] = mix_root(corners[step], weights[step], roots[step], root_weights[step], closest)
-
-
-@wp.kernel(enable_backward=False)
-def find_largest_each(
-    corners: wp.array(dtype=Corners),
-    weights: wp.array(dtype=wp.vec3d),
-    roots: wp.array(dtype=wp.vec2d),
-    tolerances: wp.array(dtype=wp.float64),
-    offsets: wp.array(dtype=wp.vec2d),
-    closest: bool,
-    largest: wp.array(dtype=wp.float64),
-):
-    """`find_largest` of every step."""
-    step = wp.tid()
-    largest[step] = find_largest(corners[step], weights[step], roots[step], tolerances[step], offsets[step], closest)
-
-
-@wp.kernel(enable_backward=False)
-def replace_each(
-    queries: wp.array(dtype=wp.vec2d),
-    landings: wp.array2d(dtype=wp.vec2d),
-    epsilons: wp.array(dtype=wp.float64),
-    corners: wp.array(dtype=Corners),
-    chosen: wp.array(dtype=wp.vec3i),
-):
-    """Corners (in place) that give way to root examples, and which: -1 if none ([B] Algorithm 1, lines 1 to 14)."""
-    step = wp.tid()
-    own = corners[step]
-    which = wp.vec3i(-1, -1, -1)
-    for corner in range(3):
-        for example in range(landings.shape[1]):
-            landing = landings[step, example]
-            if which[corner] < 0 and replaces_corner(own, corner, landing, queries[step], epsilons[step]):
-                own[corner] = landing
-                which[corner] = example
-    corners[step] = own
-    chosen[step] = which

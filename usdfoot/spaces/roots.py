@@ -10,7 +10,8 @@ import warp as wp
 
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray, StyleArray
 from usdfoot.spaces.features import StepFeatures, step_coordinates
-from usdfoot.spaces.library import FootstepSpaces, left_landings
+from usdfoot.spaces.landings import left_landings
+from usdfoot.spaces.library import FootstepSpaces
 from usdfoot.spaces.root_choice_kernel import PICKED, choose_roots
 
 __all__ = ["ROOT_EXAMPLES", "RootSteps", "fewer_roots", "find_roots"]

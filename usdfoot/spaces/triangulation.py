@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import Delaunay, cKDTree
 
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
-from usdfoot.spaces.segments import project_on_segments
+from usdfoot.spaces.projection import project_on_segments
 
 __all__ = ["boundary_edges", "drop_slivers", "merge_points", "polyline", "signed_areas", "triangulate"]
 

@@ -110,7 +110,7 @@ def change_root_weight(usdviewApi: Any) -> None:
 
 def change_seam(usdviewApi: Any) -> None:
     """Animate the selected agents with another way from step to step."""
-    seam = ask_choice(usdviewApi.qMainWindow, "How one step passes into the next", SEAMS, SEAMS[0])
+    seam = ask_choice(usdviewApi.qMainWindow, "How one step passes into the next", SEAMS, current=SEAMS[0])
     if seam is not None:
         _do(usdviewApi, lambda: animate_again(*_asked(usdviewApi), seam=seam), lambda take: _told(take.report))
 
@@ -184,7 +184,7 @@ def jump_to_worst(usdviewApi: Any) -> None:
 
 def _toggle(usdviewApi: Any, kind: str) -> None:
     def toggled() -> Iterable[Problem]:
-        problems = toggle_overlay(*_asked(usdviewApi), kind)
+        problems = toggle_overlay(*_asked(usdviewApi), kind=kind)
         usdviewApi.dataModel.viewSettings.displayGuide = True
         return problems
 

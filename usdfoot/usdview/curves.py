@@ -51,6 +51,8 @@ def plan_along_selected(stage: Usd.Stage, selection: Selection, time: Usd.TimeCo
     walkers = []
     for prim in curves:
         for path in read_paths(prim, units):
+            if isinstance(path, UsdfootError):
+                raise path
             if authored(prim, Token.START_TIME) is None and not time.IsDefault():
                 path = replace(path, start_time=float(units.codes_to_times(time.GetValue())))
             name = unique_name(prim.GetName(), taken)

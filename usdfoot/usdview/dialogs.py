@@ -16,7 +16,7 @@ def ask_number(window: Any, label: str, value: float, *, low: float, high: float
     return float(number) if agreed else None
 
 
-def ask_choice(window: Any, label: str, choices: Sequence[str], current: str) -> str | None:
+def ask_choice(window: Any, label: str, choices: Sequence[str], *, current: str) -> str | None:
     """One of several words, None if the person changed their mind."""
     word, agreed = QtWidgets.QInputDialog.getItem(
         window, "Usdfoot", label, list(choices), choices.index(current), False

@@ -24,7 +24,7 @@ from usdfoot.writers.overlay import overlay_layer, write_overlay
 __all__ = ["draw", "redraw", "remove_overlays", "save_overlay", "shown_kinds", "toggle_overlay"]
 
 
-def toggle_overlay(stage: Usd.Stage, selection: Selection, time: Usd.TimeCode, kind: str) -> tuple[Problem, ...]:
+def toggle_overlay(stage: Usd.Stage, selection: Selection, time: Usd.TimeCode, *, kind: str) -> tuple[Problem, ...]:
     """Hide an overlay that is shown; show one that is not, drawn for the selected agents, or for all.
 
     Args:
@@ -44,11 +44,11 @@ def toggle_overlay(stage: Usd.Stage, selection: Selection, time: Usd.TimeCode, k
     if kind in shown_kinds(stage):
         _hide(stage, kind)
         return ()
-    return draw(stage, selected_agents(stage, selection), (kind,))
+    return draw(stage, selected_agents(stage, selection), kinds=(kind,))
 
 
 def draw(
-    stage: Usd.Stage, agents: tuple[str, ...], kinds: tuple[str, ...], options: InspectOptions | None = None
+    stage: Usd.Stage, agents: tuple[str, ...], *, kinds: tuple[str, ...], options: InspectOptions | None = None
 ) -> tuple[Problem, ...]:
     """Draw overlays into the session layer, in place of those of the same kinds; gives back what could not be drawn.
 
@@ -85,7 +85,7 @@ def redraw(stage: Usd.Stage) -> tuple[Problem, ...]:
     for agents in dict.fromkeys(names):
         kinds = tuple(kind for kind, own in zip(shown, names, strict=True) if own == agents)
         left = tuple(name for name in agents if name in there)
-        problems += draw(stage, left, kinds) if left else ()
+        problems += draw(stage, left, kinds=kinds) if left else ()
     return tuple(problems)
 
 

@@ -19,20 +19,22 @@ __all__ = ["check_foreign", "tidy"]
 
 _CHUNK_FILE = re.compile(r"(agents|footsteps|anims)\.\d{4}\.usdc")
 _REPLACED = (File.CROWD, File.REPORT, File.AGENTS, File.FOOTSTEPS, File.ANIMS, File.EXPANDED)
-_UNFINISHED = re.compile(r"\.\d+\.(?P<name>.+)")
-"""Temporary names, as `writers/staging.py` gives them."""
+_UNFINISHED = re.compile(r"\.\d+(-[0-9a-f]{16})?\.(?P<name>.+)")
+"""Temporary names, as `writers/staging.py` gives them, and as it once did."""
 
 
 def check_foreign(folder: Path) -> None:
     """Raise an OutputError if files would be replaced or removed of which none is a crowd's.
 
-    One that is is enough: others may be damaged, or of a run that was killed.
+    One that is is enough: others may be damaged, or of a run that was killed. The smallest are asked first, since a
+    layer of ten thousand agents takes a second to be opened.
 
     Args:
         folder: Of the crowd, a real path; need not be there.
     """
     there = [path for path in sorted(folder.glob("*")) if _is_written(path.name)]
-    if there and not any(_is_ours(path) for path in there):
+    by_size = sorted(there, key=lambda path: path.lstat().st_size)
+    if there and not any(_is_ours(path) for path in by_size):
         what = "has files that usdfoot would replace and did not write"
         raise OutputError(folder, what, "name another folder, or move them", [path.name for path in there])
 

@@ -49,7 +49,7 @@ def author_clip(prim: Sdf.PrimSpec, clip: Clip, character: Character, units: Sta
     skeleton = character.skeleton
     author(prim, "joints", ValueTypes.TokenArray, Vt.TokenArray(skeleton.joints), uniform=True)
     translations, rotations = unfold_from_joints(
-        character.skeleton_to_agent, skeleton.parents, clip.translations, clip.rotations
+        character.skeleton_to_agent, skeleton.parents, translations=clip.translations, rotations=clip.rotations
     )
     translations = (translations / character.inherited_scales[:, None]).astype(np.float32)
     codes = rounded_codes(units.times_to_codes(clip.times)).tolist()

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from pxr import Sdf, Tf, Vt
 
-from usdfoot.bridge.reasons import usd_reason
 from usdfoot.bridge.tokens import Plan
 from usdfoot.bridge.units import StageUnits
+from usdfoot.bridge.usd_errors import usd_reason
 from usdfoot.errors import OutputError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.plan import FootstepPlan, PlanDraft

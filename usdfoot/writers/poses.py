@@ -14,18 +14,15 @@ from usdfoot.bridge.similarity import unfold_from_joints
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray, IntArray
-from usdfoot.model.biped import Biped
+from usdfoot.model.carried import CarriedJoints, find_carried
 from usdfoot.model.device import start_warp
 from usdfoot.model.motion import Motion
-from usdfoot.model.skeleton import Skeleton, forward_kinematics
+from usdfoot.model.skeleton import forward_kinematics
 from usdfoot.writers.extents import prim_extents
 from usdfoot.writers.layers import rounded_codes
 from usdfoot.writers.pose_kernels import keep_signs
 
 __all__ = ["PosedAgent", "RestingCharacter", "pose_agents", "rest_character"]
-
-SAME_PLACE = 1e-3
-"""Joints that rest nearer to each other than this part of the leg are in one place."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,9 +52,8 @@ class RestingCharacter:
     """Their rotations, shape (J, 4)."""
     above: tuple[int, ...]
     """Joints above the pelvis."""
-    beside: tuple[tuple[int, int], ...]
-    """Joints neither above nor below the pelvis, parents first, each with the body's joint that it goes along with:
-    the one in whose place it rests, as Unreal's ik_foot_l on foot_l. -1: it keeps to its own parent."""
+    carried: CarriedJoints
+    """Joints beside the body that go along with it."""
     foot_length: float
     """Mean distance from ankle to ball [m]."""
 
@@ -74,21 +70,9 @@ def rest_character(character: Character) -> RestingCharacter:
         places=places,
         turns=turns,
         above=tuple(above),
-        beside=_beside(skeleton, biped, places),
+        carried=find_carried(skeleton, biped),
         foot_length=float(np.linalg.norm(across, axis=1).mean()),
     )
-
-
-def _beside(skeleton: Skeleton, biped: Biped, places: FloatArray) -> tuple[tuple[int, int], ...]:
-    """Joints neither above nor below the pelvis, each with the first joint of the body in its place, or -1."""
-    above = {biped.pelvis, *skeleton.ancestors(biped.pelvis)}
-    below = np.array([biped.pelvis in (joint, *skeleton.ancestors(joint)) for joint in range(len(places))])
-    beside = [joint for joint in np.flatnonzero(~below).tolist() if joint not in above]
-    body = np.flatnonzero(below)
-    distances = np.linalg.norm(places[beside][:, None] - places[body], axis=-1)
-    together = distances < SAME_PLACE * biped.maximal_leg_length
-    carriers = np.where(together.any(axis=1), body[np.argmax(together, axis=1)], -1)
-    return tuple(zip(beside, carriers.tolist(), strict=True))
 
 
 def pose_agents(motions: Sequence[tuple[Motion, RestingCharacter]], units: StageUnits) -> Iterator[PosedAgent]:
@@ -148,19 +132,19 @@ def _skeleton_poses(poses: _Poses, resting: RestingCharacter) -> tuple[FloatArra
     frames = len(poses.rotations)
     rotations = poses.rotations.copy()
     rotations[:, above] = skeleton.rest_rotations[above]
-    carried = [joint for joint, carrier in resting.beside if carrier >= 0]
+    carried = resting.carried.joints
     joints = np.unique([*np.flatnonzero(skeleton.parents < 0), pelvis, *carried])
     own = int(np.searchsorted(joints, pelvis))
     moved = np.tile(skeleton.rest_translations[joints], (frames, 1, 1))
     turned = rotations[:, joints].astype(float)
     moved[:, own], turned[:, own] = _pelvis_local(poses, resting)
-    if carried:
+    if carried.size:
         local = np.tile(skeleton.rest_translations, (frames, 1, 1)), rotations.astype(float)
         local[0][:, pelvis], local[1][:, pelvis] = moved[:, own], turned[:, own]
         where = np.searchsorted(joints, carried)
-        moved[:, where], turned[:, where] = (values[:, carried] for values in _with_carried(resting, *local))
+        moved[:, where], turned[:, where] = resting.carried.carry(*local)
     parents = np.where(skeleton.parents[joints] < 0, -1, 0)
-    moved, turned = unfold_from_joints(character.skeleton_to_agent, parents, moved, turned)
+    moved, turned = unfold_from_joints(character.skeleton_to_agent, parents, translations=moved, rotations=turned)
     rotations[:, joints] = turned
     on_device = wp.array(rotations, dtype=wp.quatf, copy=False)
     first = wp.array(poses.first.astype(np.int32), dtype=wp.int32)
@@ -170,29 +154,6 @@ def _skeleton_poses(poses: _Poses, resting: RestingCharacter) -> tuple[FloatArra
     translations[:] = skeleton.rest_translations / scale
     translations[:, joints] = moved / character.inherited_scales[joints, None]
     return translations, on_device.numpy()
-
-
-def _with_carried(
-    resting: RestingCharacter, translations: FloatArray, rotations: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Joint-local translations [m] (F, J, 3) and rotations (F, J, 4), joints beside the body going along with it."""
-    parents = resting.character.skeleton.parents
-    places, turns = forward_kinematics(parents, translations, rotations)
-    for joint, carrier in resting.beside:
-        parent = parents[joint]
-        if carrier >= 0:
-            undo = quaternion.inverse(resting.turns[carrier])
-            offset = quaternion.rotate(undo, resting.places[joint] - resting.places[carrier])
-            places[:, joint] = places[:, carrier] + quaternion.rotate(turns[:, carrier], offset)
-            turns[:, joint] = quaternion.compose(turns[:, carrier], quaternion.compose(undo, resting.turns[joint]))
-            back = quaternion.inverse(turns[:, parent]) if parent >= 0 else np.array([0.0, 0.0, 0.0, 1.0])
-            origin = places[:, parent] if parent >= 0 else np.zeros(3)
-            translations[:, joint] = quaternion.rotate(back, places[:, joint] - origin)
-            rotations[:, joint] = quaternion.compose(back, turns[:, joint])
-        elif parent >= 0:
-            places[:, joint] = places[:, parent] + quaternion.rotate(turns[:, parent], translations[:, joint])
-            turns[:, joint] = quaternion.compose(turns[:, parent], rotations[:, joint])
-    return translations, rotations
 
 
 def _pelvis_local(poses: _Poses, resting: RestingCharacter) -> tuple[FloatArray, FloatArray]:

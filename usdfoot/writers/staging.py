@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import logging
 import os
+import secrets
 import shutil
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
@@ -38,6 +39,7 @@ class StagedFiles:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+        self._mark = f"{os.getpid()}-{secrets.token_hex(8)}"  # other machines have processes of the same number
         self._temporary: dict[str, Path] = {}
         self._adopted: dict[str, Path] = {}
         self._hashes: dict[str, str] = {}
@@ -139,7 +141,7 @@ class StagedFiles:
     def _hidden(self, name: str) -> Path:
         final = self.folder / name
         self._check_place(final)
-        return final.with_name(f".{os.getpid()}.{final.name}")
+        return final.with_name(f".{self._mark}.{final.name}")
 
     def _check_place(self, final: Path) -> None:
         """Has the folder of a file be there, and within this one."""

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 from tests.engine.plans import way
 from usdfoot.engine.animate import PreparedLibrary
-from usdfoot.engine.shapes import sample_shapes
+from usdfoot.engine.blend_shapes import sample_shapes
 from usdfoot.model.clip import ShapeTrack
 
 

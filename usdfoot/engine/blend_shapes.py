@@ -43,7 +43,7 @@ def sample_shapes(library: ClipLibrary, examples: Examples) -> ExampleShapes | N
     count, samples = examples.rotations.shape[:2]
     steps = slice(0, count - 1)
     events = (examples.durations[steps], examples.swing_liftoffs[steps], examples.support_liftoffs[steps])
-    times = examples.start_times[steps, None] + times_of_phases(*events, samples)
+    times = examples.start_times[steps, None] + times_of_phases(*events, samples=samples)
     weights = np.zeros((count, samples, len(names)))
     for index, clip in enumerate(library.clips):
         if clip.shapes is None:
@@ -60,7 +60,7 @@ def sample_shapes(library: ClipLibrary, examples: Examples) -> ExampleShapes | N
 
 
 def blend_shapes(
-    shapes: ExampleShapes, setup: Setup, blend: StepBlend, arrays: SegmentArrays, rows: IntArray, times: FloatArray
+    shapes: ExampleShapes, setup: Setup, blend: StepBlend, *, arrays: SegmentArrays, rows: IntArray, times: FloatArray
 ) -> FloatArray:
     """Weights of segments `rows` (F,) at `times` [s] (F,), shape (F, B)."""
     segments = setup.segments

@@ -1,7 +1,4 @@
-"""Root weights: the blend of a footstep's triangle with the root velocity's examples ([B] 5, Algorithm 1).
-
-The engine calls the functions of `root_weight_kernel` step by step; these are the same for many steps at once.
-"""
+"""The device's root weights ([B] 5, Algorithm 1) of many steps at once, for arrays of the host."""
 
 from __future__ import annotations
 
@@ -10,20 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
+from usdfoot.engine.mix_kernel import REPLACEMENTS
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.device import start_warp
-from usdfoot.spaces.root_weight_kernel import Corners, RootMix, find_largest_each, mix_root_each, replace_each
-
-__all__ = [
-    "REPLACEMENTS",
-    "RootWeighted",
-    "find_largest_root_weight",
-    "replace_corners",
-    "solve_root_weight",
-]
-
-REPLACEMENTS = 3
-"""The root's heaviest examples that may replace a corner."""
+from usdfoot.spaces.root_weight_kernel import Corners, RootMix, find_largest, mix_root, replaces_corner
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,3 +129,54 @@ def find_largest_root_weight(
 
 def _triangles(corners: FloatArray, weights: FloatArray, roots: FloatArray) -> list[wp.array]:
     return [wp.array(corners, dtype=Corners), wp.array(weights, dtype=wp.vec3d), wp.array(roots, dtype=wp.vec2d)]
+
+
+@wp.kernel(enable_backward=False)
+def mix_root_each(
+    corners: wp.array(dtype=Corners),
+    weights: wp.array(dtype=wp.vec3d),
+    roots: wp.array(dtype=wp.vec2d),
+    root_weights: wp.array(dtype=wp.float64),
+    closest: bool,
+    mixes: wp.array(dtype=RootMix),
+):
+    """`mix_root` of every step."""
+    step = wp.tid()
+    mixes[step] = mix_root(corners[step], weights[step], roots[step], root_weights[step], closest)
+
+
+@wp.kernel(enable_backward=False)
+def find_largest_each(
+    corners: wp.array(dtype=Corners),
+    weights: wp.array(dtype=wp.vec3d),
+    roots: wp.array(dtype=wp.vec2d),
+    tolerances: wp.array(dtype=wp.float64),
+    offsets: wp.array(dtype=wp.vec2d),
+    closest: bool,
+    largest: wp.array(dtype=wp.float64),
+):
+    """`find_largest` of every step."""
+    step = wp.tid()
+    largest[step] = find_largest(corners[step], weights[step], roots[step], tolerances[step], offsets[step], closest)
+
+
+@wp.kernel(enable_backward=False)
+def replace_each(
+    queries: wp.array(dtype=wp.vec2d),
+    landings: wp.array2d(dtype=wp.vec2d),
+    epsilons: wp.array(dtype=wp.float64),
+    corners: wp.array(dtype=Corners),
+    chosen: wp.array(dtype=wp.vec3i),
+):
+    """Corners (in place) that give way to root examples, and which: -1 if none ([B] Algorithm 1, lines 1 to 14)."""
+    step = wp.tid()
+    own = corners[step]
+    which = wp.vec3i(-1, -1, -1)
+    for corner in range(3):
+        for example in range(landings.shape[1]):
+            landing = landings[step, example]
+            if which[corner] < 0 and replaces_corner(own, corner, landing, queries[step], epsilons[step]):
+                own[corner] = landing
+                which[corner] = example
+    corners[step] = own
+    chosen[step] = which
