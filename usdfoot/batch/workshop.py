@@ -119,7 +119,7 @@ class Workshop:
                 files=task.files,
                 references=[references[motion.name] for motion in motions],
                 names=[name for name in task.agents if name in written],
-                base=kept.layers,
+                base=kept.prims,
                 notes=ChunkNotes(
                     content_hash=task.content_hash,
                     agent_hashes={name: hashed for name, hashed in hashes.items() if name in written},

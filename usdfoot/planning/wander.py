@@ -213,6 +213,8 @@ def join_footsteps(
 
 def _on_ground(world: World, point: FloatArray) -> FloatArray:
     """The point (3,) on the ground of the level below or just above it."""
+    if not np.isfinite(point).all():
+        raise PlanError("goal", f"is at {point}", "give a goal three finite numbers")
     if world.ground is None or not world.ground.has_terrain:
         return point
     sample = world.ground.heights(point[None, [0, 2]], point[[1]])

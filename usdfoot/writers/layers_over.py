@@ -35,7 +35,10 @@ def layer_over(output: str | os.PathLike[str], info: StageInfo, *, default_prim:
         end_code=info.end_code,
     )
     layer = new_layer(layer_format, text=target.suffix != ".usdc")
-    layer.defaultPrim = default_prim
+    if default_prim:
+        layer.defaultPrim = default_prim
+    else:
+        layer.ClearDefaultPrim()
     layer.subLayerPaths = [relative_asset(info.identifier, target.parent)]
     return target, layer
 

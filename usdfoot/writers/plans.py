@@ -87,7 +87,10 @@ def _layer_of(
         units=units, frames_per_second=frames_per_second, start_code=float(min(codes)), end_code=float(max(ends))
     )
     layer = new_layer(layer_format, text=True)
-    layer.defaultPrim = Sdf.Path(PLANS_SCOPE).name if plans else ""
+    if plans:
+        layer.defaultPrim = Sdf.Path(PLANS_SCOPE).name
+    else:
+        layer.ClearDefaultPrim()
     with Sdf.ChangeBlock():
         for edit in edits:
             author_plan_edit(layer, edit, units)

@@ -125,7 +125,7 @@ class _Joined:
         self._sets.append(np.where(used == END_OF_SET, END_OF_SET, first + np.searchsorted(fields, used)))
         return np.asarray(places[starts])
 
-    def _append(self, content: bytes | bytearray) -> int:
+    def _append(self, content: bytes | memoryview) -> int:
         """Writes content, up to a multiple of 8 bytes; gives back where it is."""
         place = self._size
         self._size += self._stream.write(content) + self._stream.write(bytes(-len(content) % 8))
