@@ -281,7 +281,9 @@ class Controller:
         bodies = self._bodies(agents, time, nudged=True)
         poses = bodies.pose()
         bodies.plant(poses)
-        pose = self._rest.finish(poses, bodies.roots(), self._origins[agents], time, windows.halted[agents])
+        pose = self._rest.finish(
+            poses, bodies.roots(), origins=self._origins[agents], time=time, halted=windows.halted[agents]
+        )
         return pose if len(agents) == len(self) else pose.among(self._rest.pose(time, len(self)), agents)
 
     def _halt(self, agents: IntArray) -> None:
@@ -309,8 +311,8 @@ class Controller:
             windows,
             agents,
             np.maximum(firsts, 0),
-            self._library,
-            rows.blends,
+            library=self._library,
+            blends=rows.blends,
             origins=self._origins[agents],
             starts=self._starts[agents],
             options=self._options.engine,
@@ -319,7 +321,7 @@ class Controller:
             stretch,
             windows,
             rows,
-            self._library,
+            library=self._library,
             ground=self._ground,
             reach=self._options.ik_reach,
             options=self._options.engine,
