@@ -201,8 +201,10 @@ def _check_finite(
 
 def _check_legs(where: str, skeleton: Skeleton, biped: Biped, translations: FloatArray, rotations: FloatArray) -> None:
     """Raises ClipError if the first sample puts joints of a leg on one spot that are apart at rest."""
-    rest = _leg_bones(biped, skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
-    short = (rest > 0.0) & (_leg_bones(biped, skeleton.parents, translations[0], rotations[0]) == 0.0)
+    short = _leg_bones(biped, skeleton.parents, translations[0], rotations[0]) == 0.0
+    if not short.any():
+        return
+    short &= _leg_bones(biped, skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations) > 0.0
     flat = np.array([biped.knees, biped.ankles])[short]
     if flat.size:
         remedy = "author translations as they are below the joint above, and no scales of 0"
