@@ -23,7 +23,7 @@ __all__ = ["slow_to_clips"]
 
 
 def slow_to_clips(
-    stage: Any, prims: Any, units: StageUnits, agents: Sequence[GoalAgent]
+    stage: Any, prims: Any, units: StageUnits, *, agents: Sequence[GoalAgent]
 ) -> tuple[tuple[GoalAgent, ...], tuple[Problem, ...]]:
     """The agents, those that want to go faster than their clips do slowed down to them, and who that is.
 

@@ -77,7 +77,7 @@ def plan_scene_crowd(
     progress("read", 0, 0)
     found = _read(scene, options, with_goals=True)
     progress("plan", 0, 0)
-    agents, slowed = slow_to_clips(found.stage, found.prims, found.info.units, found.agents)
+    agents, slowed = slow_to_clips(found.stage, found.prims, found.info.units, agents=found.agents)
     seekers = tuple(agent.seeker for agent in agents)
     task = Scenario(seekers=seekers, obstacles=found.obstacles, bounds=None)
     plans, problems = plan_crowd(task, found.terrain, options=CrowdOptions(duration=duration))
