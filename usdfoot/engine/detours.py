@@ -21,7 +21,7 @@ from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.contact_table import EDGE_HEIGHT
 from usdfoot.model.ground import Ground
 
-__all__ = ["KNOTS", "plan_detours"]
+__all__ = ["BLIND_HEIGHT", "KNOTS", "plan_detours"]
 
 PASSES = 0.3
 """The swinging foot passes the standing leg where it is less than this ahead of or behind it [m]."""
