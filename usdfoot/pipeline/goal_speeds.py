@@ -37,7 +37,8 @@ def slow_to_clips(
         agents: With goals.
     """
     quick = [agent for agent in agents if _runs(agent) and authored(agent.source.prim, Token.MOTION) != Motion.PHYSICS]
-    libraries = read_agent_libraries(stage, prims, units, [agent.source for agent in quick])[0] if quick else {}
+    sources = [agent.source for agent in quick]
+    libraries = read_agent_libraries(stage, prims, units, sources=sources)[0] if quick else {}
     tops = {id(library): _top_speed(library) for library in libraries.values()}
     slowed, problems = [], []
     for agent in agents:
