@@ -128,9 +128,11 @@ def _change_samples(values: memoryview, place: int, numbers: Renumbering) -> Non
     place += struct.unpack_from("<q", values, place)[0]
     (count,) = struct.unpack_from("<Q", values, place)
     samples = np.frombuffer(values, dtype="<u8", count=count, offset=place + 8)
-    first = int(samples[0]) >> 48
-    is_plain = first & 0xFF in _PLAIN and not first & _SMALL
-    if is_plain and (samples >> _TYPE_PLACE == first).all() and (samples & _PAYLOAD).all():  # as nearly always
+    least, most = int(samples.min()), int(samples.max())
+    upper = least >> 48
+    if (
+        upper == most >> 48 and least & int(_PAYLOAD) and upper & 0xFF in _PLAIN and not upper & _SMALL
+    ):  # as nearly always
         samples += np.uint64(numbers.shift)
         return
     if not {*_kinds(samples).tolist()} <= _PLAIN | {_TOKEN}:
