@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from usdfoot.errors import PlanError
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.plan import FootstepPlan
@@ -17,6 +18,8 @@ __all__ = ["Collisions", "FootTable", "Instants", "feet_of", "find_collisions", 
 
 INSTANT = 0.1
 """Between the instants at which feet are compared [s]."""
+MOST_INSTANTS = 50_000_000
+"""Feet times instants that are compared at once, for memory's sake: some gigabytes."""
 STOREY = 0.5
 """Feet this far above one another do not touch [m]."""
 APART = 1e3
@@ -159,6 +162,15 @@ def _over_time(feet: FootTable) -> Instants:
     ends = np.where(feet.last, feet.liftoffs, feet.strikes[following] - 1e-9)
     begins = np.ceil(feet.strikes / INSTANT - 1e-9).astype(int)
     counts = np.maximum(np.floor(ends / INSTANT).astype(int) - begins + 1, 0)
+    if counts.sum() > MOST_INSTANTS:
+        longest = int(np.argmax(ends - feet.strikes))
+        raise PlanError(
+            "plans",
+            f"have feet at {counts.sum()} instants to compare, more than {MOST_INSTANTS}; the longest step is "
+            f"footstep {feet.numbers[longest]} of plan {feet.owners[longest]}, from {feet.strikes[longest]:.6g} to "
+            f"{ends[longest]:.6g} s",
+            "correct its times, or take fewer plans at once",
+        )
     steps = np.repeat(np.arange(len(counts)), counts)
     times = INSTANT * (begins[steps] + np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts))
     swings = np.maximum(feet.strikes[following] - feet.liftoffs, 1e-9)
