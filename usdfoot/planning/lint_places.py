@@ -27,7 +27,7 @@ CEILING = 0.5
 
 
 def find_ground_faults(
-    names: Sequence[str], feet: FootTable, laid: FloatArray, ground: Ground, limits: LintLimits
+    names: Sequence[str], feet: FootTable, laid: FloatArray, *, ground: Ground, limits: LintLimits
 ) -> list[Fault]:
     """What is wrong with where footsteps, laid on normals (N, 3), are on the terrain."""
     if not ground.has_terrain:
@@ -67,7 +67,7 @@ def find_ground_faults(
 
 
 def find_low_ceilings(
-    names: Sequence[str], feet: FootTable, legs: FloatArray, ground: Ground, limits: LintLimits
+    names: Sequence[str], feet: FootTable, legs: FloatArray, *, ground: Ground, limits: LintLimits
 ) -> list[Fault]:
     """Footsteps under terrain too low to stand upright, or inside of it."""
     if not ground.has_terrain:
@@ -90,7 +90,7 @@ def _is_low(above: FloatArray, legs: FloatArray, limits: LintLimits) -> BoolArra
 
 
 def find_walls(
-    names: Sequence[str], feet: FootTable, legs: FloatArray, ground: Ground, limits: LintLimits
+    names: Sequence[str], feet: FootTable, legs: FloatArray, *, ground: Ground, limits: LintLimits
 ) -> list[Fault]:
     """Footsteps to which a foot has to swing over ground higher above both its prints than legs step.
 
@@ -115,7 +115,7 @@ def find_walls(
 
 
 def find_bump_faults(
-    names: Sequence[str], feet: FootTable, obstacles: Sequence[Obstacle], limits: LintLimits
+    names: Sequence[str], feet: FootTable, obstacles: Sequence[Obstacle], *, limits: LintLimits
 ) -> list[Fault]:
     """Footsteps in obstacles, and steps through them."""
     soles, bodies = find_bumps(feet, obstacles)
