@@ -97,7 +97,7 @@ class Workshop:
             crowd.agents,
             motions,
             [*kept.problems, *clip_problems, *lost, *problems],
-            self._sources.of(crowd, motions),
+            sources=self._sources.of(crowd, motions),
             names=task.agents,
             trajectories={
                 motion.name: following_figures(followings[motion.name], motion)
@@ -119,7 +119,7 @@ class Workshop:
                 files=task.files,
                 references=[references[motion.name] for motion in motions],
                 names=[name for name in task.agents if name in written],
-                base=kept.layers,
+                base=kept.prims,
                 notes=ChunkNotes(
                     content_hash=task.content_hash,
                     agent_hashes={name: hashed for name, hashed in hashes.items() if name in written},

@@ -12,8 +12,8 @@ from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.ground import Ground
 from usdfoot.planning.bumps import find_bumps
-from usdfoot.planning.collisions import FootTable
 from usdfoot.planning.faults import WARNING, Fault, LintLimits, faults_at
+from usdfoot.planning.foot_table import FootTable
 from usdfoot.planning.world import Obstacle
 
 __all__ = ["find_bump_faults", "find_ground_faults", "find_low_ceilings", "find_walls"]
@@ -29,7 +29,7 @@ CEILING = 0.5
 
 
 def find_ground_faults(
-    names: Sequence[str], feet: FootTable, laid: FloatArray, ground: Ground, limits: LintLimits
+    names: Sequence[str], feet: FootTable, laid: FloatArray, *, ground: Ground, limits: LintLimits
 ) -> list[Fault]:
     """What is wrong with where footsteps, laid on normals (N, 3), are on the terrain."""
     if not ground.has_terrain:
@@ -69,7 +69,7 @@ def find_ground_faults(
 
 
 def find_low_ceilings(
-    names: Sequence[str], feet: FootTable, legs: FloatArray, ground: Ground, limits: LintLimits
+    names: Sequence[str], feet: FootTable, legs: FloatArray, *, ground: Ground, limits: LintLimits
 ) -> list[Fault]:
     """Footsteps under terrain too low to stand upright, or inside of it."""
     if not ground.has_terrain:
@@ -92,7 +92,7 @@ def _is_low(above: FloatArray, legs: FloatArray, limits: LintLimits) -> BoolArra
 
 
 def find_walls(
-    names: Sequence[str], feet: FootTable, legs: FloatArray, ground: Ground, limits: LintLimits
+    names: Sequence[str], feet: FootTable, legs: FloatArray, *, ground: Ground, limits: LintLimits
 ) -> list[Fault]:
     """Footsteps to which a foot has to swing over ground higher above both its prints than legs step.
 
@@ -117,7 +117,7 @@ def find_walls(
 
 
 def find_bump_faults(
-    names: Sequence[str], feet: FootTable, obstacles: Sequence[Obstacle], limits: LintLimits
+    names: Sequence[str], feet: FootTable, obstacles: Sequence[Obstacle], *, limits: LintLimits
 ) -> list[Fault]:
     """Footsteps in obstacles, and steps through them."""
     soles, bodies = find_bumps(feet, obstacles)

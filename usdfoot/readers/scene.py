@@ -121,7 +121,7 @@ class SceneReader:
             planned=self._plan_paths(stage, prims),
         )
         spans = spans_of(self._walks.read_all(self._chosen) if foreseen else (), self.info)
-        codes = find_frames(spans, self.info, frames, limits.frames)
+        codes = find_frames(spans, self.info, frames, most=limits.frames)
         self._frame_problems = frames_problems(spans, codes)
         foreign = (
             *(source.plan for source in listed.everyone),
