@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from usdfoot.errors import PlanError
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.planning.foot_table import FootTable, Instants, between, foot_axes, joined_instants
 
@@ -13,6 +14,8 @@ __all__ = ["NearFeet", "find_near_feet", "overlaps"]
 
 INSTANT = 0.1
 """Between the instants at which feet are compared [s]."""
+MOST_INSTANTS = 50_000_000
+"""Instants of swings that are compared at once, for memory's sake: some gigabytes."""
 STOREY = 0.5
 """Feet this far above one another do not touch [m]."""
 
@@ -124,6 +127,14 @@ def _presences(feet: FootTable) -> _Presences:
     left = np.where(feet.last, ends, np.clip(np.floor(feet.liftoffs / INSTANT).astype(np.int64), begins - 1, ends))
     stands = np.flatnonzero(left >= begins)
     counts = np.maximum(ends - left, 0)
+    if counts.sum() > MOST_INSTANTS:
+        longest = int(np.argmax(counts))
+        raise PlanError(
+            "plans",
+            f"have {counts.sum()} instants of swings to compare, more than {MOST_INSTANTS}; the longest swing is after "
+            f"footstep {feet.numbers[longest]} of plan {feet.owners[longest]}, until {INSTANT * ends[longest]:.6g} s",
+            "correct its times, or take fewer plans at once",
+        )
     swings = np.repeat(np.arange(len(counts)), counts)
     instants = left[swings] + 1 + np.arange(len(swings)) - np.repeat(np.cumsum(counts) - counts, counts)
     spans = np.maximum(feet.strikes[following] - feet.liftoffs, 1e-9)[swings]
