@@ -6,12 +6,13 @@ from numpy.testing import assert_allclose
 
 from tests.engine.plans import no_terrain
 from tests.planning.terrains import bridge, slab, spiral, terrain_of
+from usdfoot.analysis.timing import TimingRule
 from usdfoot.errors import PlanError
 from usdfoot.maths import planar, quaternion
 from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
 from usdfoot.planning.footholds import find_footholds, find_walls, firm_ends, foot_places, tread_steps
-from usdfoot.planning.gait import derive_gait
+from usdfoot.planning.gait import derive_gait, natural_lengths
 from usdfoot.planning.lint import lint_plans
 from usdfoot.planning.path import PathOptions, plan_path, plan_paths
 from usdfoot.planning.proportions import Proportions
@@ -180,10 +181,16 @@ def test_treads_are_the_cheapest_way_over_samples_and_feet():
         name="/Bent", points=np.array([(0.0, 0.0, 0.0), (0.3, 0.0, 0.6), (-0.2, 0.0, 0.9), (0.4, 0.0, 1.6)])
     )
     ways = lay_ways([straight(2.4), bent], [gait, gait], ground)
-    footholds = find_footholds(ways, [gait, gait], [body, body], ground)
+    footholds = find_footholds(ways, [gait, gait], [body, body], ground=ground)
     ends = firm_ends(ways, footholds, [gait, gait])
     taken = tread_steps(
-        ways, footholds, [gait, gait], [body, body], walls=np.full((len(ways.arcs), 2), np.inf), ends=ends, support=1
+        ways,
+        footholds,
+        [gait, gait],
+        bodies=[body, body],
+        walls=np.full((len(ways.arcs), 2), np.inf),
+        ends=ends,
+        support=1,
     )
     for way in (0, 1):
         own = slice(int(ways.first[way]), int(ways.first[way + 1]))
@@ -218,14 +225,14 @@ def test_treads_are_chosen_so_that_no_foot_swings_through_the_corner_of_a_wall()
     gait, body = derive_gait(), Proportions()
     points = np.array([(0.0, 0.0, -0.9), (0.0, 0.0, -0.15), (0.03, 0.0, -0.03), (0.15, 0.0, 0.0), (0.9, 0.0, 0.0)])
     ways = lay_ways([WalkingPath(name="/Round", points=points)], [gait], ground)
-    footholds, through = find_footholds(ways, [gait], [body], ground), []
+    footholds, through = find_footholds(ways, [gait], [body], ground=ground), []
     ends = firm_ends(ways, footholds, [gait])
     for walls in (np.full((len(ways.arcs), 2), np.inf), find_walls(ways, ground)):
-        treads = tread_steps(ways, footholds, [gait], [body], walls=walls, ends=ends, support=1)
+        treads = tread_steps(ways, footholds, [gait], bodies=[body], walls=walls, ends=ends, support=1)
         treads = np.concatenate([ends[[0, 0], 0], treads])
         sides = np.arange(len(treads)) % 2
         widths, outward = footholds.widths[treads, sides], np.zeros(len(treads))
-        places, _ = foot_places(ways.points[treads], ways.headings[treads], sides, widths, outward)
+        places, _ = foot_places(ways.points[treads], ways.headings[treads], sides, widths=widths, toe_out=outward)
         swings = np.linspace(places[:-2], places[2:], 30).reshape(-1, 2)
         through.append((ground.heights(swings, np.ones(len(swings))).heights > 0.1).sum())
     assert through[0] > 0 and through[1] == 0
@@ -270,6 +277,14 @@ def test_paths_too_short_or_empty_are_refused():
     with pytest.raises(PlanError, match="speed is -1"):
         straight(speed=-1.0)
     assert len(plan_path(straight(0.3), LEVEL)) == 4
+
+
+def test_who_runs_faster_steps_longer_and_never_slower():
+    speeds = np.linspace(2.5, 8.0, 56)  # beyond 4 m/s longer leaps are no faster
+    lengths = natural_lengths(speeds, TimingRule())
+    cadences = speeds / lengths
+    assert np.all(np.diff(lengths) > 0.0)
+    assert cadences == pytest.approx(np.full(56, cadences[0]), rel=1e-6)
 
 
 def test_what_is_not_given_follows_from_the_body():

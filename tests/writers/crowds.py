@@ -160,7 +160,7 @@ def character_of(path: Path, *, tilt: float = 0.0, size: float = 1.0, codes: Seq
         biped=biped,
         rest_scales=raw.scales,
         inherited_scales=raw.inherited_scales,
-        bounds=read_bounds(str(path), "/Hero", "Group/Skeleton", raw.joints),
+        bounds=read_bounds(str(path), "/Hero", skeleton_path="Group/Skeleton", joints=raw.joints),
         still_extent=None,
     )
 

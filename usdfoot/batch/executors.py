@@ -158,7 +158,7 @@ def _watched(client: Any, scheduler: str, executor: _Cluster) -> Iterator[None]:
         over.set()
 
 
-def open_scene_early(executor: Executor, scene: str, inputs: str, limits: Limits) -> list[Future[None]]:
+def open_scene_early(executor: Executor, scene: str, inputs: str, *, limits: Limits) -> list[Future[None]]:
     """Has all workers of this machine open a scene; who cannot says so when it is asked for a chunk.
 
     Args:

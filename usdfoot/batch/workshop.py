@@ -97,7 +97,7 @@ class Workshop:
             crowd.agents,
             motions,
             [*kept.problems, *clip_problems, *lost, *problems],
-            self._sources.of(crowd, motions),
+            sources=self._sources.of(crowd, motions),
             names=task.agents,
             trajectories={
                 motion.name: following_figures(followings[motion.name], motion)

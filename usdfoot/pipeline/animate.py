@@ -223,7 +223,7 @@ def _open_shot(
     starting: list[Future[None]] = []
     if executor and len(listed.chosen) > FEW_CHUNKS * call.chunk_size:
         info = listed.info
-        starting = open_scene_early(executor, info.identifier, inputs_of(info, folder), call.limits)
+        starting = open_scene_early(executor, info.identifier, inputs_of(info, folder), limits=call.limits)
     from usdfoot.readers.scene import SceneReader  # takes as long as to list: workers do the same meanwhile
     from usdfoot.writers.crowd import check_output, crowd_format
     from usdfoot.writers.placing import place_characters
@@ -285,7 +285,7 @@ def _make_chunks(
     executor = executor if len(pending) > (FEW_CHUNKS if beside else 1) else None
     starting = shot.starting
     if executor and beside:
-        starting = starting or open_scene_early(executor, tasks[0].scene, tasks[0].inputs, tasks[0].limits)
+        starting = starting or open_scene_early(executor, tasks[0].scene, tasks[0].inputs, limits=tasks[0].limits)
         workshop.analyse_clips(shot.scene.crowd)
     made = run_chunks(
         [tasks[index] for index in pending], workshop, executor=executor, starting=starting if beside else None

@@ -8,7 +8,8 @@ import numpy as np
 
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.ground import Ground
-from usdfoot.planning.collisions import FootTable, find_collisions
+from usdfoot.planning.collisions import find_collisions
+from usdfoot.planning.foot_table import FootTable
 from usdfoot.planning.prints import settle_on_treads
 
 __all__ = ["keep_off_edges"]
@@ -18,7 +19,7 @@ def keep_off_edges(feet: FootTable, ground: Ground) -> FootTable:
     """The table with feet moved off the edges of treads, where that brings them into nobody else's."""
     points, near = feet.positions[:, [0, 2]], feet.positions[:, 1]
     settled = settle_on_treads(
-        ground, points, feet.yaws, near, heels=feet.heels, toes=feet.toes, half_widths=feet.half_widths
+        ground, points, feet.yaws, near=near, heels=feet.heels, toes=feet.toes, half_widths=feet.half_widths
     )
     return _where_free(feet, settled)
 

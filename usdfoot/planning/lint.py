@@ -13,8 +13,9 @@ from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.biped import SIDES
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
-from usdfoot.planning.collisions import FootTable, feet_of, find_collisions
+from usdfoot.planning.collisions import find_collisions
 from usdfoot.planning.faults import ERROR, WARNING, Fault, LintLimits, faults_at
+from usdfoot.planning.foot_table import FootTable, feet_of
 from usdfoot.planning.lint_places import find_bump_faults, find_ground_faults, find_low_ceilings, find_walls
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.world import Obstacle
@@ -78,10 +79,10 @@ def lint_alone(
     normals = quaternion.rotate(orientations, np.array([0.0, 1.0, 0.0]))
     return [
         *_steps(names, feet, legs, sizes, limits),
-        *find_ground_faults(names, feet, normals, ground, limits),
-        *find_low_ceilings(names, feet, legs, ground, limits),
-        *find_walls(names, feet, legs, ground, limits),
-        *find_bump_faults(names, feet, obstacles, limits),
+        *find_ground_faults(names, feet, normals, ground=ground, limits=limits),
+        *find_low_ceilings(names, feet, legs, ground=ground, limits=limits),
+        *find_walls(names, feet, legs, ground=ground, limits=limits),
+        *find_bump_faults(names, feet, obstacles, limits=limits),
     ]
 
 

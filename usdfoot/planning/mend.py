@@ -11,8 +11,9 @@ import numpy as np
 from usdfoot.maths.types import IntArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan, PlanDraft
-from usdfoot.planning.collisions import feet_of, find_collisions
+from usdfoot.planning.collisions import find_collisions
 from usdfoot.planning.feet_apart import set_feet_apart, uncross
+from usdfoot.planning.foot_table import feet_of
 from usdfoot.planning.lint import lint_alone
 from usdfoot.planning.prints import lay_prints
 from usdfoot.planning.proportions import Proportions
@@ -81,7 +82,7 @@ def mend_plans(plans: Sequence[FootstepPlan], ground: Ground, *, bodies: Sequenc
         feet = set_feet_apart(feet, narrowest=narrowest)
     moved = (feet.positions != start).any(axis=1)
     if ground.has_terrain:
-        prints = lay_prints(ground, feet.positions[:, [0, 2]], feet.yaws, feet.positions[:, 1])
+        prints = lay_prints(ground, feet.positions[:, [0, 2]], feet.yaws, near=feet.positions[:, 1])
         away = prints.positions[:, 1] - feet.positions[:, 1]
         laid = (moved | (np.abs(away) > OFF_GROUND)) & (np.abs(away) < NEAR_GROUND)
     else:

@@ -88,8 +88,8 @@ def plan_stones(
     stones: Stones,
     start: Stance,
     goal: Stance,
-    reach: Reach,
     *,
+    reach: Reach,
     body: Proportions | None = None,
     speed: float = 0.0,
     start_time: float = 0.0,
@@ -110,7 +110,7 @@ def plan_stones(
     Raises:
         PlanError: As `find_crossing`.
     """
-    crossing = find_crossing(stones, start, goal, reach)
+    crossing = find_crossing(stones, start, goal, reach=reach)
     flight_distance = 0.0 if reach.leaps else float(np.hypot(reach.farthest, reach.rise))  # beyond all steps: no flight
     times = time_footsteps(
         crossing.positions,
@@ -131,7 +131,7 @@ def plan_stones(
     )
 
 
-def find_crossing(stones: Stones, start: Stance, goal: Stance, reach: Reach) -> Crossing:
+def find_crossing(stones: Stones, start: Stance, goal: Stance, *, reach: Reach) -> Crossing:
     """The most comfortable way from stance to stance over footholds.
 
     Dijkstra over (foothold, foot on it, heading): a turn, then a step. A step costs 1 when it is comfortable, and more
@@ -207,7 +207,9 @@ def _step_edges(
     count = tree.count_neighbors(tree, reach.farthest)
     if count > MOST_PAIRS:
         raise PlanError(
-            name, f"has {count} pairs of footholds within a step, too many to search", "give fewer, or a wider spacing"
+            name,
+            f"has {count} pairs of footholds within a step, more than the {MOST_PAIRS} that are searched",
+            "name fewer meshes with --on, or widen --spacing",
         )
     pairs = tree.query_pairs(reach.farthest, output_type="ndarray").astype(np.intp)
     pairs = np.concatenate([pairs, pairs[:, ::-1]])
@@ -218,7 +220,7 @@ def _step_edges(
     for heading, yaw in enumerate(yaws):
         landings = planar.rotate(-yaw, offsets[:, [0, 2]])
         for side in (LEFT, RIGHT):
-            costs = step_costs(reach, landings, np.full(len(pairs), side), offsets[:, 1])
+            costs = step_costs(reach, landings, np.full(len(pairs), side), rises=offsets[:, 1])
             possible = np.isfinite(costs) & _may_end(pairs[:, 1], side, heading == goal_heading)
             source, target = pairs[possible].T
             rows = ((source * 2 + 1 - side) * len(yaws) + heading) * 2 + 1
@@ -302,5 +304,6 @@ def _unreachable(stones: Stones, graph: _Graph, costs: FloatArray, goal: Stance,
         f"the goal cannot be reached; the way over {int(reached[4:].sum())} of {len(stones.positions)} footholds "
         f"ends at {where} ({x:.2f}, {y:.2f}, {z:.2f}) m, {far[nearest]:.2f} m before the goal, and the next one not "
         f"reached is {gap:.2f} m from there",
-        f"a step reaches {reach.farthest:.2f} m and rises {reach.rise:.2f} m; add footholds, or let it leap",
+        f"a step reaches {reach.farthest:.2f} m and rises {reach.rise:.2f} m; add footholds"
+        + ("" if reach.leaps else ", or let it leap"),
     )

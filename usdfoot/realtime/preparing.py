@@ -28,8 +28,8 @@ def prepare_stretch(
     stretch: Stretch,
     windows: Windows,
     rows: Rows,
-    library: PreparedLibrary,
     *,
+    library: PreparedLibrary,
     ground: Ground,
     reach: float,
     options: EngineOptions,
@@ -55,7 +55,7 @@ def prepare_stretch(
         seams = no_seams(len(segments), len(setup.skeleton.joints))
     else:
         seams = measure_seams(setup, arrays, seams=remade)
-    source = rows.put_segments(stretch, place_segments(setup, arrays), seams, remade)
+    source = rows.put_segments(stretch, place_segments(setup, arrays), seams, remade=remade)
     known = rows.known(stretch, source)
     rows.put_feet(stretch, prepare_planting(setup, source, ground, known=known, due=stretch.due))
 

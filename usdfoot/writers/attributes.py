@@ -63,7 +63,7 @@ def author_attributes(prim: Sdf.PrimSpec, attributes: Mapping[str, Attribute]) -
     """Has a prim of a layer have the attributes, by name."""
     for name, attribute in attributes.items():
         type_name = Sdf.ValueTypeNames.Find(attribute.type_name)
-        spec = author(prim, name, type_name, _usd_value(attribute), uniform=attribute.uniform)
+        spec = author(prim, name, type_name, value=_usd_value(attribute), uniform=attribute.uniform)
         if attribute.interpolation:
             spec.SetInfo("interpolation", attribute.interpolation)
 

@@ -43,7 +43,7 @@ def layer_over(output: str | os.PathLike[str], info: StageInfo, *, default_prim:
     return target, layer
 
 
-def author_times(prim: Sdf.PrimSpec, name: str, times: FloatArray, units: StageUnits) -> None:
+def author_times(prim: Sdf.PrimSpec, name: str, times: FloatArray, *, units: StageUnits) -> None:
     """A uniform timecode[] attribute of times [s]."""
     codes = rounded_codes(units.times_to_codes(times)).tolist()
-    author(prim, name, Sdf.ValueTypeNames.TimeCodeArray, Sdf.TimeCodeArray(codes), uniform=True)
+    author(prim, name, Sdf.ValueTypeNames.TimeCodeArray, value=Sdf.TimeCodeArray(codes), uniform=True)

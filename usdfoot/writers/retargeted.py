@@ -120,6 +120,6 @@ def _write_clip(layer: Sdf.Layer, written: WrittenClip, character: Character, un
     """One SkelAnimation with UsdfootClipAPI."""
     prim = define_prim(layer, f"{CLIPS}/{written.name}", "SkelAnimation")
     apply_schemas(prim, [tokens.Schema.CLIP])
-    author_clip(prim, written.clip, character, units)
+    author_clip(prim, written.clip, character, units=units)
     author_events(prim, written.contacts, units)
     author_targets(prim, tokens.Clip.SKELETON, ["/".join(filter(None, [CHARACTER, character.skeleton_path]))])
