@@ -18,6 +18,7 @@ ROOMS_WITH_USD = {"bridge", "readers", "writers", "usdview", "validators"}
 EXTRAS = {"jupedsim", "shapely", "pxr.Usdviewq"}
 LONGEST_FILE = 400
 LONGEST_FUNCTION = 80
+MOST_POSITIONAL = 3
 MACHINE_PATHS = re.compile(r"(?<![\w.}/)-])/(?:home|root|work|tmp|Users|opt|mnt|usr/local)/\w")
 DOCUMENTS = ("README.md", "GUIDE.md", "BENCHMARKS.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md")
 TEXT_SUFFIXES = {".py", ".md", ".toml", ".usda", ".json", ".yaml", ".yml", ".cfg", ""}
@@ -80,6 +81,17 @@ def test_files_and_functions_are_short(path):
         if (size := (function.end_lineno or function.lineno) - function.lineno + 1) > LONGEST_FUNCTION
     }
     assert not long
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=label)
+def test_public_functions_take_few_arguments_by_position(path):
+    """Warp's functions aside: it knows no others."""
+    tree = parse(path)
+    scopes = [tree, *(node for node in ast.walk(tree) if isinstance(node, ast.ClassDef))]
+    for function in (node for scope in scopes for node in scope.body if isinstance(node, ast.FunctionDef)):
+        is_warp = any(ast.unparse(decorator).startswith("wp.") for decorator in function.decorator_list)
+        given = [argument.arg for argument in function.args.args if argument.arg not in ("self", "cls")]
+        assert function.name.startswith("_") or is_warp or len(given) <= MOST_POSITIONAL, f"{function.name}: {given}"
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=label)

@@ -231,6 +231,23 @@ def test_what_is_said_of_a_written_agent_goes_over_what_the_scene_says(shot):
     assert (crouched.ik_reach, rooted.ik_reach) == pytest.approx((0.1, 0.3))
 
 
+def test_what_is_said_of_a_written_agent_and_no_run_follows_is_named(shot):
+    scene, folder = shot
+    with edited(folder) as stage:
+        UsdGeom.Xformable(stage.GetPrimAtPath("/Crowd/Agents/Agent_0")).AddTranslateOp(opSuffix="aside").Set((1, 0, 0))
+        cast = stage.GetPrimAtPath("/Crowd/Agents/Agent_1").CreateRelationship("usdfoot:agent:character", False)
+        cast.SetTargets(["/World/Cast/Other"])
+    report = animate(scene, folder, chunk_size=1)
+    assert report.kept == AGENTS and not validate(folder / File.CROWD).passed
+    said = [problem.message for problem in report.problems if problem.where.startswith("overrides.usda")]
+    where = "overrides.usda /Crowd/Agents"
+    assert len(said) == 2
+    assert said[0].startswith(
+        f"{where}/Agent_0: the agent is moved off its footsteps. move /Crowd/Plans/Agent_0 instead"
+    )
+    assert said[1] == f"{where}/Agent_1: usdfoot:agent:character is not followed here. author it in the scene"
+
+
 def test_agents_hidden_in_the_scene_are_hidden_in_the_crowd_and_share_their_prototype(shot):
     scene, folder = shot
     stage = Usd.Stage.Open(str(scene))

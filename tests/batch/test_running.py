@@ -1,10 +1,12 @@
 """Chunks whose workers vanish are named; what is a fault of the program stays one."""
 
-from concurrent.futures import CancelledError, Future
+import time
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from types import SimpleNamespace
 
 import pytest
 
+from usdfoot.batch import workshop
 from usdfoot.batch.running import run_chunks
 from usdfoot.errors import OutputError
 
@@ -38,6 +40,24 @@ def test_chunks_that_a_cluster_lost_are_named_after_the_others_are_done(error):
     assert sorted([next(made), next(made)]) == [(1, 1), (2, 2)]
     with pytest.raises(OutputError, match=r"1 of 3 chunks were not made: anims\.0000\.usdc \(.*vanished\)\. run again"):
         next(made)
+
+
+def test_threads_of_one_process_make_one_chunk_at_a_time(monkeypatch):
+    """They share its scene: of two that read a character each, one could be given the other's."""
+    busy, most = [], []
+
+    class Slow:
+        def make(self, task):
+            busy.append(task)
+            most.append(len(busy))
+            time.sleep(0.02)
+            busy.remove(task)
+
+    monkeypatch.setattr(workshop, "_workshop", lambda *state: Slow())
+    names = ("scene", "inputs", "frames", "options", "limits", "folder", "keeps_examples")
+    with ThreadPoolExecutor(4) as threads:
+        list(threads.map(workshop.make_chunk, [SimpleNamespace(**dict.fromkeys(names)) for _ in range(6)]))
+    assert most == [1] * 6
 
 
 def test_a_fault_of_the_program_is_none_of_the_workers():

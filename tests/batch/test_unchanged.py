@@ -118,3 +118,9 @@ def test_chunks_of_which_the_report_tells_are_not_opened(crowd_scene, folder, mo
     monkeypatch.setattr("usdfoot.readers.chunks._opened", lambda path, **_: opened.append(path.name))
     assert animate(crowd_scene, folder, chunk_size=1).kept == AGENTS - 1
     assert not opened
+
+
+def test_a_scene_with_value_clips_is_read_again_as_its_files_do_not_tell(crowd_scene, folder, monkeypatch):
+    assert find_earlier(crowd_scene, folder, options=MotionOptions(), call=CALL).unchanged
+    monkeypatch.setattr("usdfoot.pipeline.unchanged.has_value_clips", lambda scene, most_prims: True)
+    assert find_earlier(crowd_scene, folder, options=MotionOptions(), call=CALL).unchanged is None

@@ -175,6 +175,17 @@ def test_soles_lie_on_a_slope(animate, walker_library, tilt_x, tilt_z):
     assert vertical.min() > BALL_HEIGHT - 2e-3
 
 
+@pytest.mark.parametrize("uphill", [0.2, 0.4])
+def test_who_stands_on_a_slope_has_the_heels_down(animate, walker_library, uphill):
+    flat = way(length=0.3, stand_first=1.0, stand_last=1.0)
+    plan = replace(flat, positions=flat.positions + flat.positions[:, 2:] * [0.0, uphill, 0.0])
+    motion = animate([plan], terrain=slope(0.0, uphill), rate=30.0)[0]
+    feet = in_world(walker_library.source, motion)
+    normal = np.array([0.0, 1.0, -uphill]) / np.hypot(1.0, uphill)
+    for frame in (feet.times < plan.strike_times[0] + 0.4, feet.times > plan.liftoff_times[-1] - 0.4):
+        assert np.abs(feet.heels[frame] @ normal).max() < 0.008
+
+
 @pytest.mark.parametrize("rise", [0.12, -0.12])
 def test_feet_clear_the_edges_of_stairs(animate, walker_library, rise):
     tread = 0.45

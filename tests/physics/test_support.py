@@ -8,9 +8,9 @@ import pytest
 from tests.physics.builders import human, walk
 from usdfoot.model.contact_table import lay_contacts
 from usdfoot.physics.footing import lay_footing
+from usdfoot.physics.leg_kernel import BACKWARD
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.spline import lay_knots
-from usdfoot.physics.stance_kernel import BACKWARD
 from usdfoot.physics.support import find_stance
 
 CONTACT = 5

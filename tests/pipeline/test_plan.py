@@ -250,6 +250,8 @@ def test_files_of_tracks_through_the_command_line(tmp_path, capsys):
     command = ["plan", "trajectories", str(tmp_path / "tracks.txt"), "-o", str(tmp_path / "plans.usda"), "-q"]
     assert main(command) == 2
     assert "in which unit" in capsys.readouterr().err
+    assert main([*command, "--unit", "m", "--rate", "25", "--prims", "/World/*"]) == 2
+    assert "--prims: is for a USD scene. leave it out with" in capsys.readouterr().err
     assert main([*command, "--unit", "m", "--rate", "25"]) == 0
     stage = Usd.Stage.Open(str(tmp_path / "plans.usda"))
     names = [prim.GetName() for prim in stage.GetPrimAtPath("/Plans").GetChildren()]
@@ -282,6 +284,20 @@ def test_lint_says_what_is_wrong_and_fixes_what_it_can(tmp_path, capsys):
     assert main(["plan", "lint", str(tmp_path / "empty.usda"), "-q"]) == 2
 
 
+def test_times_that_cannot_be_mended_are_named_as_they_stand(tmp_path):
+    """One strike after the next foot's: in order of strike the same foot would come twice."""
+    plans = plan_scene_paths(scene_with_path(tmp_path / "path.usda", agent=False), tmp_path / "plans.usda").file
+    stage = Usd.Stage.Open(str(plans))
+    strikes = stage.GetPrimAtPath("/Plans/Way").GetAttribute("usdfoot:plan:strikeTimes")
+    times = list(strikes.Get())
+    times[4] = times[6]
+    strikes.Set(Sdf.TimeCodeArray(times))
+    stage.GetRootLayer().Save()
+    (found,) = lint_scene(plans).faults
+    assert lint_scene(plans, fix=tmp_path / "fixed.usda").faults == (found,)
+    assert "footstep 4" in found.message
+
+
 def test_a_fixed_plan_stays_where_it_stands_and_only_what_was_wrong_is_authored(tmp_path):
     plans = plan_scene_paths(scene_with_path(tmp_path / "path.usda", agent=False), tmp_path / "plans.usda").file
     scene = new_stage(tmp_path / "scene.usda")
@@ -303,6 +319,7 @@ def test_a_fixed_plan_stays_where_it_stands_and_only_what_was_wrong_is_authored(
     fixed = lint_scene(tmp_path / "scene.usda", fix=tmp_path / "fixed.usda")
     layer = Sdf.Layer.FindOrOpen(str(fixed.file))
     assert fixed.clean and [spec.name for spec in layer.rootPrims] == ["World"]
+    assert not layer.pseudoRoot.HasInfo("defaultPrim")
     over = layer.GetPrimAtPath("/World/Steps/Mine")
     assert {spec.name for spec in over.properties} <= {"positions", "orientations"}
     composed(fixed.file, tmp_path / "scene.usda").GetRootLayer().Export(str(tmp_path / "good.usda"))

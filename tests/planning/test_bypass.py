@@ -94,6 +94,14 @@ def test_where_there_is_no_way_round_place_and_slope_are_named():
         go_round(path((0.2, 0.0, -5.0), (0.2, 0.0, -0.75)), ground(width=6.0), body=Proportions())
 
 
+def test_a_circle_that_is_all_too_steep_is_refused_as_such():
+    angles = np.linspace(0.0, 2.0 * np.pi, 60)
+    z = 0.3 * np.cos(angles) - 0.75
+    circle = path(*np.stack([0.3 * np.sin(angles), 1.6 * (z + 1.5), z], axis=1))
+    with pytest.raises(PlanError, match=r"/Path: begins over ground of 58 degrees at \(0\.00, 1\.68, -0\.45\) m"):
+        go_round(circle, ground(width=1.0), body=Proportions())
+
+
 @pytest.mark.parametrize("offset", [0.0, 0.01, 0.02, 0.03])
 def test_a_wall_that_slants_a_little_is_no_stair_and_stairs_that_do_are(offset):
     """Height maps have walls a sample wide, and a grid's cells may have their centres in them."""

@@ -56,7 +56,7 @@ def test_footholds_are_what_the_ground_says_place_by_place(pick):
     gaits = [derive_gait(body) for body in BODIES]
     ways = lay_ways(paths, gaits, ground)
     samples = np.arange(0, len(ways.arcs), pick or 1)
-    found = find_footholds(ways, gaits, BODIES, ground, samples=samples if pick else None)
+    found = find_footholds(ways, gaits, BODIES, ground=ground, samples=samples if pick else None)
     for row, sample in enumerate(samples):
         way = ways.rows[sample]
         for side, outward in ((0, 1.0), (1, -1.0)):
@@ -91,6 +91,6 @@ def test_without_terrain_every_place_is_firm():
         meshes=(), points=empty, triangles=empty.astype(int), mesh_indices=np.zeros(0, int), walkable=np.zeros(0, bool)
     )
     ground, gaits = Ground(nothing, fallback_height=0.7), [derive_gait()]
-    found = find_footholds(lay_ways([path], gaits, ground), gaits, BODIES[:1], ground)
+    found = find_footholds(lay_ways([path], gaits, ground), gaits, BODIES[:1], ground=ground)
     assert found.firm.all()
     assert np.all(found.heights == 0.7)

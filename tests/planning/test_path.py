@@ -180,10 +180,16 @@ def test_treads_are_the_cheapest_way_over_samples_and_feet():
         name="/Bent", points=np.array([(0.0, 0.0, 0.0), (0.3, 0.0, 0.6), (-0.2, 0.0, 0.9), (0.4, 0.0, 1.6)])
     )
     ways = lay_ways([straight(2.4), bent], [gait, gait], ground)
-    footholds = find_footholds(ways, [gait, gait], [body, body], ground)
+    footholds = find_footholds(ways, [gait, gait], [body, body], ground=ground)
     ends = firm_ends(ways, footholds, [gait, gait])
     taken = tread_steps(
-        ways, footholds, [gait, gait], [body, body], walls=np.full((len(ways.arcs), 2), np.inf), ends=ends, support=1
+        ways,
+        footholds,
+        [gait, gait],
+        bodies=[body, body],
+        walls=np.full((len(ways.arcs), 2), np.inf),
+        ends=ends,
+        support=1,
     )
     for way in (0, 1):
         own = slice(int(ways.first[way]), int(ways.first[way + 1]))
@@ -218,14 +224,14 @@ def test_treads_are_chosen_so_that_no_foot_swings_through_the_corner_of_a_wall()
     gait, body = derive_gait(), Proportions()
     points = np.array([(0.0, 0.0, -0.9), (0.0, 0.0, -0.15), (0.03, 0.0, -0.03), (0.15, 0.0, 0.0), (0.9, 0.0, 0.0)])
     ways = lay_ways([WalkingPath(name="/Round", points=points)], [gait], ground)
-    footholds, through = find_footholds(ways, [gait], [body], ground), []
+    footholds, through = find_footholds(ways, [gait], [body], ground=ground), []
     ends = firm_ends(ways, footholds, [gait])
     for walls in (np.full((len(ways.arcs), 2), np.inf), find_walls(ways, ground)):
-        treads = tread_steps(ways, footholds, [gait], [body], walls=walls, ends=ends, support=1)
+        treads = tread_steps(ways, footholds, [gait], bodies=[body], walls=walls, ends=ends, support=1)
         treads = np.concatenate([ends[[0, 0], 0], treads])
         sides = np.arange(len(treads)) % 2
         widths, outward = footholds.widths[treads, sides], np.zeros(len(treads))
-        places, _ = foot_places(ways.points[treads], ways.headings[treads], sides, widths, outward)
+        places, _ = foot_places(ways.points[treads], ways.headings[treads], sides, widths=widths, toe_out=outward)
         swings = np.linspace(places[:-2], places[2:], 30).reshape(-1, 2)
         through.append((ground.heights(swings, np.ones(len(swings))).heights > 0.1).sum())
     assert through[0] > 0 and through[1] == 0

@@ -70,7 +70,7 @@ def test_prints_take_on_height_and_slope_and_keep_their_direction(generator):
     ground = Ground(terrain_of([slab((-9.0, 9.0), (-9.0, 9.0), (0.0, 4.0))]))
     yaws = generator.uniform(-np.pi, np.pi, 20)
     points = generator.uniform(-8.0, 8.0, (20, 2))
-    prints = lay_prints(ground, points, yaws, np.zeros(20), step_up=9.0)
+    prints = lay_prints(ground, points, yaws, near=np.zeros(20), step_up=9.0)
     slope = 4.0 / 18.0
     assert_allclose(prints.positions[:, 1], (points[:, 1] + 9.0) * slope, atol=1e-6)
     up = quaternion.rotate(prints.orientations, np.array([0.0, 1.0, 0.0]))

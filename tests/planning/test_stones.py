@@ -43,7 +43,7 @@ def turned(stance: Stance, yaw: float) -> Stance:
 
 def test_even_stones_are_all_stepped_on_in_order():
     goal = stance_at(np.array([0.0, 0.0, 4.2]), 0.0, REACH)
-    crossing = find_crossing(stones_at(straight()), stance_at(np.zeros(3), 0.0, REACH), goal, REACH)
+    crossing = find_crossing(stones_at(straight()), stance_at(np.zeros(3), 0.0, REACH), goal, reach=REACH)
     assert crossing.footholds.tolist() == [-1, -1, 0, 1, 2, 3, 4, 5, -1, -1]
     assert np.all(np.diff(crossing.sides) != 0)
     assert crossing.sides[2] == 0, "the first stone lies on the left"
@@ -54,7 +54,7 @@ def test_it_is_the_cheapest_of_all_ways(generator):
     """Against every sequence of at most four of five stones, turns and all, tried one after the other."""
     stones = stones_at(generator.uniform([-0.6, 0.3], [0.6, 1.5], size=(5, 2)))
     start, goal = stance_at(np.zeros(3), 0.0, REACH), stance_at(np.array([0.1, 0.0, 1.9]), 0.0, REACH)
-    crossing = find_crossing(stones, start, goal, REACH)
+    crossing = find_crossing(stones, start, goal, reach=REACH)
     yaws = np.arange(HEADINGS) * 2.0 * np.pi / HEADINGS
     turns = planar.wrap_angle(yaws[None] - yaws[:, None])
     turning = np.where(np.abs(turns) <= REACH.turn + 1e-9, (turns / REACH.turn) ** 2, np.inf)
@@ -67,7 +67,7 @@ def test_it_is_the_cheapest_of_all_ways(generator):
         targets = [*(stones.positions[stone] for stone in way), goal.positions[sides[-1]]]
         for foot, target in zip(sides, targets, strict=True):
             landings = planar.rotate(-yaws, np.tile((target - place)[[0, 2]], (HEADINGS, 1)))
-            steps = step_costs(REACH, landings, np.full(HEADINGS, foot), np.full(HEADINGS, target[1] - place[1]))
+            steps = step_costs(REACH, landings, np.full(HEADINGS, foot), rises=np.full(HEADINGS, target[1] - place[1]))
             costs, place = np.min(costs[:, None] + turning, axis=0) + steps, target
         return float(costs[0])
 
@@ -78,9 +78,9 @@ def test_it_is_the_cheapest_of_all_ways(generator):
 def test_the_way_turns_with_the_stones(generator):
     stones = stones_at(generator.uniform([-0.5, 0.2], [0.5, 2.6], size=(14, 2)))
     start, goal = stance_at(np.zeros(3), 0.0, REACH), stance_at(np.array([0.0, 0.0, 3.0]), 0.0, REACH)
-    one = find_crossing(stones, start, goal, REACH)
+    one = find_crossing(stones, start, goal, reach=REACH)
     around = stones_at(planar.rotate(np.array(0.7), stones.positions[:, [0, 2]]))
-    other = find_crossing(around, turned(start, 0.7), turned(goal, 0.7), REACH)
+    other = find_crossing(around, turned(start, 0.7), turned(goal, 0.7), reach=REACH)
     assert other.footholds.tolist() == one.footholds.tolist()
     assert other.cost == pytest.approx(one.cost)
     assert_allclose(other.yaws, one.yaws + 0.7, atol=1e-9)
@@ -89,11 +89,11 @@ def test_the_way_turns_with_the_stones(generator):
 def test_a_plan_stands_at_both_ends_and_steps_only_on_stones():
     goal = stance_at(np.array([0.0, 0.0, 4.2]), 0.0, REACH)
     stones = stones_at(straight())
-    plan = plan_stones(stones, stance_at(np.zeros(3), 0.0, REACH), goal, REACH, name="/Plan")
+    plan = plan_stones(stones, stance_at(np.zeros(3), 0.0, REACH), goal, reach=REACH, name="/Plan")
     assert plan.starts_standing and plan.ends_standing and plan.name == "/Plan"
     assert_allclose(plan.positions[2:-2], stones.positions, atol=1e-12)
     slow, quick = (
-        plan_stones(stones, stance_at(np.zeros(3), 0.0, REACH), goal, REACH, speed=speed) for speed in (0.4, 0.8)
+        plan_stones(stones, stance_at(np.zeros(3), 0.0, REACH), goal, reach=REACH, speed=speed) for speed in (0.4, 0.8)
     )
     assert_allclose(slow.strike_times, 2.0 * quick.strike_times)
 
@@ -104,7 +104,7 @@ def test_between_stones_in_pairs_it_strides_and_only_leaps_if_it_may(leaps):
     body = Proportions(leg_length=0.7)
     stones = stones_at([(side, 0.84 * pair) for pair in (1, 2, 3) for side in (0.1, -0.1)])
     start, goal = (stance_at(np.array([0.0, 0.0, z]), 0.0, REACH) for z in (0.0, 0.84 * 4))
-    plan = plan_stones(stones, start, goal, replace(REACH, leaps=leaps), body=body)
+    plan = plan_stones(stones, start, goal, reach=replace(REACH, leaps=leaps), body=body)
     flights = plan.strike_times[1:] - plan.liftoff_times[:-1]
     assert (flights.max() > 0.0) == leaps
     assert not lint_steps(plan, body)
@@ -114,7 +114,7 @@ def test_where_there_is_no_way_the_error_says_how_far_one_leads():
     gap = np.delete(straight(10), [4, 5], axis=0)
     goal = stance_at(np.array([0.0, 0.0, 6.6]), 0.0, REACH)
     with pytest.raises(PlanError, match=r"4 of 8 footholds ends at foothold 3 .*4\.2. m before the goal.*1\.8. m from"):
-        find_crossing(stones_at(gap), stance_at(np.zeros(3), 0.0, REACH), goal, REACH)
+        find_crossing(stones_at(gap), stance_at(np.zeros(3), 0.0, REACH), goal, reach=REACH)
 
 
 def test_a_stone_too_high_is_not_stepped_on():
@@ -122,7 +122,7 @@ def test_a_stone_too_high_is_not_stepped_on():
     stones = Stones(name="/Stones", positions=places, normals=np.tile([0.0, 1.0, 0.0], (3, 1)))
     goal = stance_at(np.array([0.0, 0.0, 2.4]), 0.0, REACH)
     with pytest.raises(PlanError, match="1 of 3 footholds"):
-        find_crossing(stones, stance_at(np.zeros(3), 0.0, REACH), goal, REACH)
+        find_crossing(stones, stance_at(np.zeros(3), 0.0, REACH), goal, reach=REACH)
 
 
 def test_bad_stones_are_refused():

@@ -216,6 +216,8 @@ def test_what_cannot_be_is_said():
     closed = World(bounds=SQUARE, obstacles=(Obstacle(name="/Bar", outline=box_outline((-5.0, 1.0), (5.0, 1.4))),))
     with pytest.raises(PlanError, match=r"goal \(0\.00, 1\.20\) m: is within 0\.30 m of the obstacle /Wall"):
         walk(world=world, goals=[np.array([0.0, 0.0, 1.2])])
+    with pytest.raises(PlanError, match=r"goal: is at .* three finite numbers"):
+        walk(world=world, goals=[np.array([np.nan, 0.0, 0.0])])
     with pytest.raises(PlanError, match="outside the bounds"):
         walk(world=world, goals=[np.array([7.0, 0.0, 0.0])])
     with pytest.raises(PlanError, match="cannot be reached from"):

@@ -18,7 +18,7 @@ def read(stage, path="/World/walk", character="/World/Hero"):
     actor = read_character(stage.GetPrimAtPath(character), units, np.zeros(1))
     finder = ClipFinder(stage, collect_prims(stage))
     source = finder.source_of(stage.GetPrimAtPath(path), stage.GetPrimAtPath(f"{character}/{actor.skeleton_path}"))
-    return read_clip(source, actor.skeleton, actor.biped, units), actor
+    return read_clip(source, actor.skeleton, actor.biped, units=units), actor
 
 
 def positions(clip, actor):

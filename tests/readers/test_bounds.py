@@ -11,7 +11,7 @@ from usdfoot.readers.bounds import read_bounds
 
 
 def bounds_of(stage, path="/World/Hero", skeleton="Skeleton"):
-    return read_bounds(stage.GetRootLayer().identifier, path, skeleton, JOINTS)
+    return read_bounds(stage.GetRootLayer().identifier, path, skeleton_path=skeleton, joints=JOINTS)
 
 
 def test_skin_without_an_extent_pads_by_its_points():

@@ -48,9 +48,6 @@ def test_without_skel_root_and_reference_it_is_the_prim_above_the_skeleton():
     stage = new_stage()
     add_character(stage, "/World/Armature/Rig", Units(), root_type="Xform")
     assert found(stage) == "/World/Armature/Rig"
-    assert not read_character(
-        stage.GetPrimAtPath("/World/Armature/Rig"), read_stage_info(stage).units, np.zeros(1)
-    ).has_skel_root
 
 
 def test_several_different_ones_are_named():

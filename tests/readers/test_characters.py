@@ -42,7 +42,6 @@ def test_the_rest_pose_stands_in_canonical_space(units):
     assert_allclose(character.agent_rotation, (0, 0, 0, 1))
     assert character.agent_scale == 1.0
     assert character.skeleton_path == "Skeleton"
-    assert character.has_skel_root
     (bound,) = character.bounds
     assert_allclose(bound.padding, units.points(np.full(3, BALL_HEIGHT)).max(), rtol=1e-5)
     assert_array_equal(bound.sources, np.arange(len(JOINTS)))

@@ -1,5 +1,9 @@
 """A hostile file ends in an error that names it, not in an exhausted machine."""
 
+import socket
+import threading
+from contextlib import suppress
+
 import numpy as np
 import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdSkel
@@ -73,3 +77,27 @@ def test_the_command_line_sets_limits(tmp_path, capsys):
     assert main(["animate", str(scene), "-o", str(tmp_path / "out"), "-q", "--max-joints", "3"]) == 2
     assert "joints, more than 3" in capsys.readouterr().err
     assert isinstance(Usd.Stage.Open(str(scene)), Usd.Stage) and not (tmp_path / "out").exists()
+
+
+def test_a_scene_has_nothing_fetched_from_the_network(tmp_path):
+    """Asset paths are USD's to resolve, which knows no network unless a studio's own resolver does."""
+    asked = []
+
+    def serve():
+        with suppress(OSError):
+            while True:
+                asked.append(server.accept()[0].close())
+
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        threading.Thread(target=serve, daemon=True).start()
+        host = f"http://127.0.0.1:{server.getsockname()[1]}"
+        stage = simple_scene()
+        hero = next(prim for prim in stage.Traverse() if prim.IsA(UsdSkel.Root))
+        hero.CreateAttribute("inputs:file", Sdf.ValueTypeNames.Asset).Set(f"{host}/skin.<UDIM>.png")
+        hero.GetPayloads().AddPayload(f"{host}/payload.usd", "/Hero")
+        stage.GetRootLayer().subLayerPaths.append(f"{host}/layer.usd")
+        stage.GetRootLayer().Export(str(tmp_path / "scene.usda"))
+        animate_flags = ["-o", str(tmp_path / "out"), "-q", "--collect", "--workers", "1", "--motion", "physics"]
+        assert main(["animate", str(tmp_path / "scene.usda"), *animate_flags]) in (0, 1)
+        assert main(["animate", f"{host}/scene.usd", *animate_flags]) == 2
+    assert asked == []

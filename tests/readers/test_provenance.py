@@ -4,7 +4,7 @@ import pytest
 from pxr import Sdf, Usd
 
 from usdfoot.errors import SceneError
-from usdfoot.readers.provenance import read_scene_files
+from usdfoot.readers.provenance import has_value_clips, read_scene_files
 
 CLIPS = {"default": {"primPath": "/Walk"}}
 
@@ -29,7 +29,8 @@ def test_the_files_of_a_scene_are_found(tmp_path):
 
 
 def test_value_clips_are_opened_later_so_that_files_do_not_tell(tmp_path):
-    assert read_scene_files(write_scene(tmp_path / "scene.usda", clips=CLIPS), tmp_path) is None
+    assert has_value_clips(write_scene(tmp_path / "scene.usda", clips=CLIPS))
+    assert not has_value_clips(write_scene(tmp_path / "without.usda", clips={}))
 
 
 def test_what_is_changed_in_memory_is_not_in_the_file(tmp_path):

@@ -62,7 +62,7 @@ def test_clips_put_every_joint_where_usdskel_does(shared_data, name):
         source = finder.source_of(animation, prims.skeletons[0])
         skeleton = skeleton_in(source.skeleton, scaled(units.meters_per_unit))
         animated = [str(joint) for joint in UsdSkel.Animation(animation).GetJointsAttr().Get()]
-        clip = read_clip(source, skeleton, any_biped(skeleton, animated), units)
+        clip = read_clip(source, skeleton, any_biped(skeleton, animated), units=units)
         positions, _ = forward_kinematics(skeleton.parents, clip.translations, clip.rotations)
         codes = clip.times * units.time_codes_per_second
         some = np.unique(np.linspace(0, len(codes) - 1, 12).astype(int))

@@ -70,7 +70,7 @@ def test_a_scaled_root_lengthens_the_bones_below_it():
 def test_scales_multiply_down_the_hierarchy():
     parents = np.array([-1, 0, 1])
     scales = np.array([[[2.0] * 3, [3.0] * 3, [5.0] * 3]])
-    folded, inherited = fold_scales(parents, np.ones((4, 3, 3)), scales, "/Rig")
+    folded, inherited = fold_scales(parents, np.ones((4, 3, 3)), scales, where="/Rig")
     assert_allclose(inherited, [1.0, 2.0, 6.0])
     assert_allclose(folded[:, :, 0], np.tile([1.0, 2.0, 6.0], (4, 1)))
 

@@ -270,7 +270,7 @@ def test_concave_polygons_keep_their_area_and_winding(polygon, turns, reverse):
     corners = polygon[::-1] if reverse else polygon
     points = np.roll(np.array(corners, dtype=float), turns, axis=1)
     count = len(points)
-    triangles = cut_polygons(points, np.array([count]), np.arange(count), np.zeros(0, dtype=int))
+    triangles = cut_polygons(points, np.array([count]), np.arange(count), holes=np.zeros(0, dtype=int))
     assert len(triangles) == count - 2
     a, b, c = (points[triangles[:, i]] for i in range(3))
     crosses = 0.5 * np.cross(b - a, c - a)

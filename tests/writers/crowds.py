@@ -153,7 +153,6 @@ def character_of(path: Path, *, tilt: float = 0.0, size: float = 1.0, codes: Seq
         asset=str(path),
         asset_prim="/Hero",
         skeleton_path="Group/Skeleton",
-        has_skel_root=True,
         agent_rotation=stance,
         agent_scale=size,
         skeleton_to_agent=to_agent,
@@ -161,7 +160,7 @@ def character_of(path: Path, *, tilt: float = 0.0, size: float = 1.0, codes: Seq
         biped=biped,
         rest_scales=raw.scales,
         inherited_scales=raw.inherited_scales,
-        bounds=read_bounds(str(path), "/Hero", "Group/Skeleton", raw.joints),
+        bounds=read_bounds(str(path), "/Hero", skeleton_path="Group/Skeleton", joints=raw.joints),
         still_extent=None,
     )
 

@@ -22,7 +22,10 @@ from usdfoot.bridge.schema import has_api
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths import quaternion
 from usdfoot.model.clip import ShapeTrack
-from usdfoot.writers.footsteps import print_models, write_executed_plan
+from usdfoot.writers.attributes import layer_spec
+from usdfoot.writers.footsteps import executed_plan, print_models
+from usdfoot.writers.layers import LayerFormat
+from usdfoot.writers.staging import staged_files
 
 Z_UP = StageUnits(meters_per_unit=1.0, up_axis="Z", time_codes_per_second=24.0)
 
@@ -58,11 +61,15 @@ def test_plan_is_kept_as_given(tmp_path, units):
         assert prim.GetAttribute(name).GetVariability().name == "VariabilityUniform"
 
 
-def test_styles_of_the_plan_are_kept():
+def test_styles_of_the_plan_are_kept(tmp_path):
     plan = replace(four_steps("p"), styles=("", "sad", "sad", ""))
-    layer = Sdf.Layer.CreateAnonymous(".usda")
-    write_executed_plan(layer, "A", plan, results=results_of(4), prints=print_models(0.2, Z_UP), units=Z_UP)
-    assert tuple(layer.GetAttributeAtPath(f"/Crowd/Plans/A.{tokens.Plan.STYLES}").default) == plan.styles
+    path = f"{tokens.Prim.PLANS}/A"
+    spec = executed_plan(path, plan, results=results_of(4), prints=print_models(0.2, Z_UP), units=Z_UP)
+    layer_format = LayerFormat(units=Z_UP, frames_per_second=24.0, start_code=0.0, end_code=1.0)
+    with staged_files(tmp_path) as files:
+        files.add_specs("plan.usdc", layer_spec(layer_format, tokens.Prim.PLANS, {"A": spec}, data={}))
+    layer = Sdf.Layer.FindOrOpen(str(tmp_path / "plan.usdc"))
+    assert tuple(layer.GetAttributeAtPath(f"{path}.{tokens.Plan.STYLES}").default) == plan.styles
 
 
 def test_rotations_never_change_sign(tmp_path):

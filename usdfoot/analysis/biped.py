@@ -26,6 +26,9 @@ BALL_HEIGHT = 0.33
 """Height of the ball joint above the sole as a fraction of the distance from ankle to ball, where nothing tells more;
 that of the mocap skeletons of CMU (0.32) and Bandai Namco (0.36)."""
 
+BALL_HEIGHTS = (0.02, 0.6)
+"""Between these fractions of that distance a ball joint above the origin's plane may be that of a foot that stands."""
+
 TRUNK_HEIGHT = 0.2
 """Joints higher above the hips than this part of the hips' height are of the trunk or hang on it."""
 
@@ -119,7 +122,7 @@ def default_ball_heights(leg: FloatArray) -> FloatArray:
     """
     feet = np.linalg.norm(leg[:, 3] - leg[:, 2], axis=-1)
     heights = leg[:, 3, 1]
-    stands = np.all((heights > 0.02 * feet) & (heights < 0.6 * feet) & (leg[:, 2, 1] > heights))
+    stands = np.all((heights > BALL_HEIGHTS[0] * feet) & (heights < BALL_HEIGHTS[1] * feet) & (leg[:, 2, 1] > heights))
     level = abs(heights[0] - heights[1]) < 0.1 * feet.mean()
     return np.full(2, heights.mean() if stands and level else BALL_HEIGHT * feet.mean())
 

@@ -21,6 +21,12 @@ STEEPEST_SOLE = np.cos(np.radians(25.0))
 """A facet steeper than this is no sole: the foot has no heel to stand on, and stands as it is posed."""
 THINNEST_SOLE = 0.02
 """Less than this part of the way from ankle to ball below the joint is no sole: bones are drawn, not feet."""
+CALMEST = 0.15
+"""Part of the samples, those in which a foot rests most, that say what is up for it."""
+NEARBY = 0.4
+"""How long before and after a sample the foot's lowest place is looked for [s]."""
+LIFTED = 0.1
+"""A foot lifted by this part of its length is as restless as one that turns by 1 rad/s."""
 
 
 def heels_ahead(ahead: FloatArray, drop: FloatArray, ball_heights: FloatArray) -> FloatArray:
@@ -73,7 +79,7 @@ def heel_offsets(
     """
     inverses = quaternion.inverse(ankle_rotations)
     restless = unrest(ankles, balls, ankle_rotations, rate=rate)
-    calm = restless <= np.quantile(restless, 0.15, axis=0)
+    calm = restless <= np.quantile(restless, CALMEST, axis=0)
     ups = quaternion.rotate(inverses, np.array([0.0, 1.0, 0.0]))
     up = np.stack([np.median(ups[calm[:, side], side], axis=0) for side in range(2)])
     up = up / np.linalg.norm(up, axis=-1, keepdims=True)  # (2, 3)
@@ -88,10 +94,10 @@ def heel_offsets(
 def unrest(ankles: FloatArray, balls: FloatArray, ankle_rotations: FloatArray, *, rate: float) -> FloatArray:
     """How little each foot stands flat: by its height above the lowest nearby and its turning, shape (T, 2)."""
     heights = ankles[..., 1] + balls[..., 1]
-    lowest = minimum_filter1d(heights, 2 * samples_within(0.4, 1.0 / rate) + 1, axis=0, mode="nearest")
+    lowest = minimum_filter1d(heights, 2 * samples_within(NEARBY, 1.0 / rate) + 1, axis=0, mode="nearest")
     size = float(np.median(np.linalg.norm(balls - ankles, axis=-1)))
     spin = 2.0 * np.linalg.norm(np.gradient(ankle_rotations, axis=0), axis=-1) * rate  # [rad/s]
-    return (heights - lowest) / (0.1 * size + 1e-9) + spin
+    return (heights - lowest) / (LIFTED * size + 1e-9) + spin
 
 
 def ball_height_of_foot(points: FloatArray, ankle: FloatArray, ball: FloatArray) -> float | None:

@@ -63,8 +63,6 @@ class ContactFigures:
     """Largest distance between two positions of the ball over the planted frames [m], shape (K,)."""
     yaw_error: FloatArray
     """Angle between the foot's and the footstep's forward, seen along the print's normal at mid contact [rad], (K,)."""
-    planted: FrameRanges
-    """Planted whole frames: from flat to liftoff."""
 
 
 def frames_between(frame_times: FloatArray, starts: FloatArray, ends: FloatArray, *, offset: int = 0) -> FrameRanges:
@@ -105,7 +103,6 @@ def contact_figures(
         placement_error=np.where(empty, np.nan, sums / np.maximum(planted.counts, 1)),
         slide=np.where(empty, np.nan, largest_distances(balls, planted)),
         yaw_error=np.where(empty, np.nan, yaw_error),
-        planted=planted,
     )
 
 

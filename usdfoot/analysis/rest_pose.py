@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from usdfoot.analysis.biped import BALL_HEIGHT
+from usdfoot.analysis.biped import BALL_HEIGHT, BALL_HEIGHTS
 from usdfoot.analysis.biped_names import LEG_ROLES
 from usdfoot.analysis.feet import unrest
 from usdfoot.analysis.flat_feet import ahead
@@ -31,6 +31,9 @@ STRAIGHT = 0.93
 STRAIGHTENED = 0.99
 """The same of a leg that is made to stand: enough bend to show where the knee points."""
 STEEPEST_FOOT = np.radians(60.0)
+"""Feet of somebody who stands point down by less, from ankle to ball."""
+HEAD_HEIGHT = 0.2
+"""Something of somebody who stands is higher than the hips by more than this fraction of the leg."""
 LEVEL = 0.1
 """Difference in height of the balls of somebody who stands, as a fraction of the leg."""
 CALM = 0.05
@@ -62,7 +65,7 @@ def stands(skeleton: Skeleton, roles: Mapping[str, int]) -> bool:
         and np.ptp(balls[:, 1]) < LEVEL * legs.mean()
         and np.linalg.norm(forward) > 1.0
         and to_left @ [forward[1], -forward[0]] > 0.0
-        and positions[:, 1].max() > hips[:, 1].max() + 0.2 * legs.mean()
+        and positions[:, 1].max() > hips[:, 1].max() + HEAD_HEIGHT * legs.mean()
     )
 
 
@@ -169,7 +172,7 @@ def _ball_height(skeleton: Skeleton, clips: Sequence[Clip], legs: IntArray) -> f
         places, turns = joint_kinematics(skeleton, *everything, joints=joints)
         calm = _calm_samples(clips, places, turns)
         height = float(np.mean([np.median(places[calm[side], 3 + side, 1]) for side in range(2)]))
-        if 0.02 * size < height < 0.6 * size:
+        if BALL_HEIGHTS[0] * size < height < BALL_HEIGHTS[1] * size:
             return height
     return BALL_HEIGHT * size
 

@@ -28,6 +28,32 @@ NEGLIGIBLE = 1e-9
 """Samples of this part of the greatest weight do not count."""
 KERNEL_WIDTH = 0.06
 """Velocities so near to each other, as a part of the feet's top speed, may be one stance's."""
+TRAVELS = 0.3
+"""A clip whose pelvis gets on by more than this part of the feet's top speed, or of their slip, travels by itself."""
+LEAST_SLIP = 0.1
+"""Feet that slide by less than this part of their top speed stand."""
+LEAST_SLIP_SPEED = 0.125
+"""The same in leg lengths a second."""
+LOW = 0.2
+"""A ball stands below about this part of the height it is lifted to."""
+LEVEL = 0.1
+"""A ball stands while it rises and falls at less than about this part of its top speed."""
+ONE_STANCE = 0.2
+"""Velocities that tell of turning are about so near to the slip, as a part of the feet's top speed."""
+YAW_RATES = (0.2, 4.0)
+"""Least turning that is not by chance, and the most of anybody who walks [rad/s]."""
+ON_FLOOR = 0.02
+"""A point stands below about this height over its own floor, in leg lengths."""
+STRAYS = 8.0
+"""A point stands up to about so many times the usual distance of its velocity from the common one."""
+STRAY_LIMITS = (0.05, 0.6)
+"""Least and most of that, as a part of the points' top speed."""
+PRIOR = 0.005
+"""Weight of the common velocity beside points that stand, each 1 at most."""
+SMOOTHING = 0.02
+"""Standard deviation of the smoothing of the restored pace [s]."""
+FINE_RATE, FINEST_RATE = 120.0, 240.0
+"""Least numbers of samples a second for the common velocity, and for the path [Hz]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,11 +105,11 @@ def detect_root_motions(motions: Sequence[FootMotion], told: Sequence[str], bipe
 def _missing(motion: FootMotion, feet: _LowFeet, biped: Biped, told: str) -> RootMotion:
     """Travel missing from one clip."""
     drift = (motion.pelvis[-1] - motion.pelvis[0])[[0, 2]] / (motion.times[-1] - motion.times[0])
-    if told == "auto" and np.linalg.norm(drift) > 0.3 * feet.fastest:
+    if told == "auto" and np.linalg.norm(drift) > TRAVELS * feet.fastest:
         return NONE_MISSING
     slip = _commonest(feet.velocities, feet)
-    slips = np.linalg.norm(slip) > max(0.1 * feet.fastest, 0.125 * biped.maximal_leg_length)
-    if told == "auto" and not (slips and np.linalg.norm(drift) < 0.3 * np.linalg.norm(slip)):
+    slips = np.linalg.norm(slip) > max(LEAST_SLIP * feet.fastest, LEAST_SLIP_SPEED * biped.maximal_leg_length)
+    if told == "auto" and not (slips and np.linalg.norm(drift) < TRAVELS * np.linalg.norm(slip)):
         return NONE_MISSING
     yaw_rate = _missing_yaw_rate(feet, slip)
     velocities = feet.velocities
@@ -110,7 +136,7 @@ def _low_feet(motions: Sequence[FootMotion]) -> Iterator[_LowFeet]:
         rates=rates,
     )
     grids = [
-        fine_times(start, len(part), rate, fine_rate=120.0)
+        fine_times(start, len(part), rate, fine_rate=FINE_RATE)
         for start, part, rate in zip(starts, samples, rates, strict=True)
     ]
     fine = Runs.of_lengths(np.array([len(grid) for grid in grids]))
@@ -127,7 +153,7 @@ def _weighted(positions: FloatArray, velocities: FloatArray, yaw_rates: FloatArr
     low, high = np.quantile(positions[..., 1], [0.05, 0.95], axis=0)
     heights = (positions[..., 1] - low) / np.maximum(high - low, 1e-6)
     level = velocities[..., 1] / max(fastest, 1e-6)
-    weights = np.exp(-((np.maximum(heights, 0.0) / 0.2) ** 2) - (level / 0.1) ** 2)
+    weights = np.exp(-((np.maximum(heights, 0.0) / LOW) ** 2) - (level / LEVEL) ** 2)
     return _LowFeet(
         positions=positions[..., [0, 2]].reshape(-1, 2),
         velocities=velocities[..., [0, 2]].reshape(-1, 2),
@@ -139,11 +165,12 @@ def _weighted(positions: FloatArray, velocities: FloatArray, yaw_rates: FloatArr
 
 def _missing_yaw_rate(feet: _LowFeet, slip: FloatArray) -> float:
     """Turning [rad/s] that both standing feet agree on, else 0."""
-    near = feet.weights * np.exp(-np.sum((feet.velocities - slip) ** 2, axis=1) / (0.2 * feet.fastest + 1e-9) ** 2)
+    width = ONE_STANCE * feet.fastest + 1e-9
+    near = feet.weights * np.exp(-np.sum((feet.velocities - slip) ** 2, axis=1) / width**2)
     left, right = (-_weighted_median(feet.yaw_rates[side::2], near[side::2]) for side in range(2))
     agree = left * right > 0.0 and abs(left - right) < 0.5 * max(abs(left), abs(right))
     mean = 0.5 * (left + right)
-    return mean if agree and 0.2 < abs(mean) < 4.0 else 0.0
+    return mean if agree and YAW_RATES[0] < abs(mean) < YAW_RATES[1] else 0.0
 
 
 def _commonest(velocities: FloatArray, feet: _LowFeet) -> FloatArray:
@@ -192,7 +219,7 @@ def restored_path(
     Returns:
         Shifts (x, z) [m] (T, 2) and turns [rad] (T,), as `moved` takes them.
     """
-    grid = fine_times(motion.times[0], len(motion.times), clip.rate, fine_rate=240.0)
+    grid = fine_times(motion.times[0], len(motion.times), clip.rate, fine_rate=FINEST_RATE)
     points = np.concatenate([motion.balls, motion.heels], axis=1)  # (T, 4, 3)
     run = np.array([0, len(points)])
     splines = build_splines(
@@ -203,17 +230,16 @@ def restored_path(
     ground, slips = positions[..., [0, 2]], velocities[..., [0, 2]]
     slips = slips + root_motion.yaw_rate * np.stack([ground[..., 1], -ground[..., 0]], axis=-1)
     clearance = positions[..., 1] - np.quantile(positions[..., 1], 0.02, axis=0)
-    height = np.maximum(clearance, 0.0) / (0.02 * biped.maximal_leg_length)
+    height = np.maximum(clearance, 0.0) / (ON_FLOOR * biped.maximal_leg_length)
     low = np.exp(-(height**2))
     stray = np.linalg.norm(slips + root_motion.velocity, axis=-1)
-    usual = 8.0 * _weighted_median(stray.ravel(), low.ravel())
-    stray = stray / (np.clip(usual, 0.05 * _fastest(velocities), 0.6 * _fastest(velocities)) + 1e-9)
+    usual, fastest = STRAYS * _weighted_median(stray.ravel(), low.ravel()), _fastest(velocities)
+    stray = stray / (np.clip(usual, STRAY_LIMITS[0] * fastest, STRAY_LIMITS[1] * fastest) + 1e-9)
     weights = (low * np.exp(-(stray**2)))[..., None]  # (N, 4, 1)
-    prior = 0.005
-    standing = (np.sum(weights * slips, axis=1) - prior * root_motion.velocity) / (np.sum(weights, axis=1) + prior)
+    standing = (np.sum(weights * slips, axis=1) - PRIOR * root_motion.velocity) / (np.sum(weights, axis=1) + PRIOR)
     step = grid[1] - grid[0]
     yaws = root_motion.yaw_rate * (grid - origin_time)
-    pace = planar.rotate(yaws, -gaussian_filter1d(standing, 0.02 / step, axis=0, mode="nearest"))
+    pace = planar.rotate(yaws, -gaussian_filter1d(standing, SMOOTHING / step, axis=0, mode="nearest"))
     path = np.zeros_like(pace)
     path[1:] = np.cumsum(0.5 * (pace[1:] + pace[:-1]), axis=0) * step
     path = path - np.array([np.interp(origin_time, grid, path[:, axis]) for axis in range(2)])

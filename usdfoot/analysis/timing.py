@@ -15,6 +15,8 @@ HUMAN_LEG = 0.86
 """Leg from hip to ankle of the people that times and weights were measured on [m]; bodies of other sizes move alike."""
 EARTH_GRAVITY = 9.81
 """[m/s^2]."""
+RUN_FROUDE = 0.5
+"""Froude number, speed squared over gravity and leg length, at which people begin to run (Kram et al. 1997)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,7 +86,7 @@ def time_steps(distances: FloatArray, rule: TimingRule) -> StepTiming:
     froude_speed = np.sqrt(EARTH_GRAVITY * HUMAN_LEG)
     walking = np.minimum(60.0 * rule.walk_ratio / np.maximum(lengths, 1e-9), rule.longest_step)
     running = np.maximum(rule.run_step, lengths / rule.leap_speed)
-    fastest_walk = np.sqrt(0.5) * froude_speed
+    fastest_walk = np.sqrt(RUN_FROUDE) * froude_speed
     flies = lengths > (rule.flight_distance / size or np.sqrt(60.0 * rule.walk_ratio * fastest_walk))
     times = np.where(flies, running, np.maximum(walking, lengths / fastest_walk))
     overlaps = times * _overlap_shares(lengths / times / froude_speed, flies)
@@ -92,7 +94,10 @@ def time_steps(distances: FloatArray, rule: TimingRule) -> StepTiming:
 
 
 def _overlap_shares(speeds: FloatArray, flies: BoolArray) -> FloatArray:
-    """Double support over step time at speeds over sqrt(gravity leg length), negative where steps fly, shape (S,)."""
+    """Double support over step time at speeds over sqrt(gravity leg length), negative where steps fly, shape (S,).
+
+    Straight lines through the shares of stance that `time_steps` names.
+    """
     stance = np.where(flies, np.clip(0.54 - 0.14 * speeds, 0.2, 0.45), np.clip(0.715 - 0.23 * speeds, 0.53, 0.7))
     return 2.0 * stance - 1.0
 
@@ -101,7 +106,7 @@ def _at_speed(distances: FloatArray, steps: StepTiming, speed: float, rule: Timi
     """The steps with all times stretched alike, so that their mean speed is as given [m/s]."""
     times = steps.step_times * (distances.sum() / speed / steps.step_times.sum())
     speeds = distances / times / np.sqrt(rule.gravity * rule.leg_length)
-    flies = distances > rule.flight_distance if rule.flight_distance else speeds**2 > 0.5
+    flies = distances > rule.flight_distance if rule.flight_distance else speeds**2 > RUN_FROUDE
     return StepTiming(step_times=times, overlaps=times * _overlap_shares(speeds, flies))
 
 

@@ -31,6 +31,7 @@ _COLUMNS = {
 """Fields of `StepResults` by what the report calls them; its angles are in degrees."""
 _FORCES = {"forceImbalance": "force_imbalance", "clampTime": "clamp_time", "jumpHeight": "jump_height"}
 """Fields of `ForceResults`, which only motions have that physics makes."""
+_ENCODER = json.JSONEncoder(sort_keys=True, allow_nan=False)
 _IN_DEGREES = "yawError"
 _SUMMED = [(name, field) for name, field in _COLUMNS.items() if field in FIGURES]
 
@@ -89,7 +90,7 @@ def entry_of(
 
 def _steps_text(results: StepResults) -> str:
     """Figures of steps as JSON, seven digits of each: from numbers, its encoder would take most of an entry's time."""
-    weights, quoted = _numbers(results.clip_weights), {name: json_line(name) for name in results.clips}
+    weights, quoted = _numbers(results.clip_weights), {name: json_line(name) for name in set(results.clips)}
     clips = [f"{quoted[name]}: {weight}" for name, weight in zip(results.clips, weights, strict=True)]
     counts = results.clip_counts.tolist()
     ends = np.cumsum(results.clip_counts).tolist()
@@ -122,7 +123,7 @@ def _object(texts: Mapping[str, str]) -> JsonText:
 
 def json_line(value: object) -> str:
     """JSON without line breaks."""
-    return json.dumps(value, sort_keys=True, allow_nan=False)
+    return _ENCODER.encode(value)
 
 
 def _step_results(steps: Mapping[str, Any]) -> StepResults:

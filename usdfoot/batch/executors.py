@@ -158,7 +158,7 @@ def _watched(client: Any, scheduler: str, executor: _Cluster) -> Iterator[None]:
         over.set()
 
 
-def open_scene_early(executor: Executor, scene: str, inputs: str, limits: Limits) -> list[Future[None]]:
+def open_scene_early(executor: Executor, scene: str, inputs: str, *, limits: Limits) -> list[Future[None]]:
     """Has all workers of this machine open a scene; who cannot says so when it is asked for a chunk.
 
     Args:
@@ -170,10 +170,15 @@ def open_scene_early(executor: Executor, scene: str, inputs: str, limits: Limits
     Returns:
         One a worker, done when it has opened the scene.
     """
+    workers = getattr(executor, "workers", _cores())
+    return [executor.submit(_open_early, scene, inputs, limits) for _ in range(workers)]
+
+
+def _open_early(scene: str, inputs: str, limits: Limits) -> None:
+    """As `workshop.open_early`, all of which is loaded by the worker and not by who asks it to."""
     from usdfoot.batch.workshop import open_early
 
-    workers = getattr(executor, "workers", _cores())
-    return [executor.submit(open_early, scene, inputs, limits) for _ in range(workers)]
+    open_early(scene, inputs, limits)
 
 
 def _cores() -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -10,9 +11,9 @@ from pathlib import Path
 from usdfoot.batch.entries import AgentEntry
 from usdfoot.batch.records import parse_record
 from usdfoot.batch.tasks import ChunkTask
-from usdfoot.bridge.chunks import ChunkLayers
 from usdfoot.model.report import Problem
-from usdfoot.readers.chunks import open_chunk
+from usdfoot.readers.chunks import read_notes
+from usdfoot.writers.chunks import ChunkPrims, read_chunk
 
 __all__ = ["KeptAgents", "keep_agents"]
 
@@ -21,8 +22,8 @@ __all__ = ["KeptAgents", "keep_agents"]
 class KeptAgents:
     """Agents that need not be made."""
 
-    layers: ChunkLayers | None = None
-    """Who have them; None = nobody is kept."""
+    prims: ChunkPrims | None = None
+    """Theirs, and perhaps others; None = nobody is kept."""
     entries: Mapping[str, AgentEntry] = field(default_factory=dict)
     """What the report says of them, by agent."""
     problems: tuple[Problem, ...] = ()
@@ -30,21 +31,18 @@ class KeptAgents:
 
 
 def keep_agents(task: ChunkTask) -> KeptAgents:
-    """The agents of a chunk that are in an earlier chunk as the task wants them: the one that has most.
-
-    Specs are edited where they are and never copied from layer to layer, which would leave their fields in another
-    order and the file with other bytes than those of a chunk made at once. Hence agents that changed places and what
-    is no longer there are to be made.
-    """
+    """The agents of a chunk that are in an earlier chunk as the task wants them: the one that has most."""
     places = Counter(files for files in task.earlier if files).most_common(1)
-    found = open_chunk(Path(task.folder), places[0][0]) if places else None
-    if found is None:
+    notes = read_notes(Path(task.folder), places[0][0]) if places else None
+    if notes is None:
         return KeptAgents()
-    layers, notes = found
+    try:
+        prims = read_chunk(Path(task.folder), places[0][0])
+    except (OSError, ValueError, LookupError, struct.error):  # somebody wrote it with another program
+        return KeptAgents()
     record = parse_record(notes.record)
     names = {name for name, _ in notes.agent_hashes.items() & set(zip(task.agents, task.hashes, strict=True))}
     entries = {entry.name: entry for entry in record.agents if entry.name in names}
-    prims = {entry.prim for entry in entries.values()}
-    problems = tuple(problem for problem in record.problems if problem.where in prims)
-    in_order = list(entries) == [name for name in task.agents if name in entries]
-    return KeptAgents(layers=layers, entries=entries, problems=problems) if entries and in_order else KeptAgents()
+    where = {entry.prim for entry in entries.values()}
+    problems = tuple(problem for problem in record.problems if problem.where in where)
+    return KeptAgents(prims=prims, entries=entries, problems=problems) if entries else KeptAgents()

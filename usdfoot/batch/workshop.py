@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Collection
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -34,6 +35,9 @@ if TYPE_CHECKING:
     from usdfoot.physics.animate import PreparedBodies
 
 __all__ = ["MadeChunk", "Workshop", "make_chunk", "open_early"]
+
+_ONE_AT_A_TIME = threading.RLock()
+"""Threads of a process, as Dask's workers have, share its scene, of which what is read is kept for who asks next."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,6 +82,10 @@ class Workshop:
             SceneError: If none of the agents can be read.
             OutputError: If the folder cannot be written to.
         """
+        with _ONE_AT_A_TIME:
+            return self._make(task)
+
+    def _make(self, task: ChunkTask) -> MadeChunk:
         scene, kept = self._reader.read(names=task.agents), keep_agents(task)
         clip_problems = self._clip_problems(scene.crowd, kept.entries)
         crowd, followings, lost = plan_followers(
@@ -89,7 +97,7 @@ class Workshop:
             crowd.agents,
             motions,
             [*kept.problems, *clip_problems, *lost, *problems],
-            self._sources.of(crowd, motions),
+            sources=self._sources.of(crowd, motions),
             names=task.agents,
             trajectories={
                 motion.name: following_figures(followings[motion.name], motion)
@@ -111,7 +119,7 @@ class Workshop:
                 files=task.files,
                 references=[references[motion.name] for motion in motions],
                 names=[name for name in task.agents if name in written],
-                base=kept.layers,
+                base=kept.prims,
                 notes=ChunkNotes(
                     content_hash=task.content_hash,
                     agent_hashes={name: hashed for name, hashed in hashes.items() if name in written},
@@ -152,10 +160,11 @@ def _without(crowd: Crowd, names: Collection[str]) -> Crowd:
 def make_chunk(task: ChunkTask) -> MadeChunk:
     """Makes a chunk in any process.
 
-    The process keeps the scene open for the chunks to come, and only this scene.
+    The process keeps the scene open for the chunks to come, and only this scene. Its threads make one chunk at a time.
     """
     state = task.scene, task.inputs, task.frames, task.options, task.limits, task.folder, task.keeps_examples
-    return _workshop(*state).make(task)
+    with _ONE_AT_A_TIME:
+        return _workshop(*state).make(task)
 
 
 @lru_cache(maxsize=1)

@@ -1,30 +1,15 @@
-"""Chunk layers: what carries the agents of one chunk, and what it says of its making."""
+"""Chunk notes: what a chunk says of its making."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 
-from pxr import Sdf
-
-__all__ = ["ChunkLayers", "ChunkNotes", "JsonText"]
+__all__ = ["ChunkNotes", "JsonText"]
 
 
 class JsonText(str):
     """JSON already: goes into a file of JSON as it is."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class ChunkLayers:
-    """The layers of one chunk."""
-
-    agents: Sdf.Layer
-    footsteps: Sdf.Layer
-    anims: Sdf.Layer
-    agents_file: Path
-    anims_file: Path
-    """What the layers with samples were read from."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -81,8 +81,6 @@ class Character:
     """Prim path to reference in that layer."""
     skeleton_path: str
     """Path of the Skeleton relative to the character prim, "" if it is the character prim itself."""
-    has_skel_root: bool
-    """Whether the character prim is a SkelRoot or lies below one."""
     agent_rotation: FloatArray
     """Rotation without yaw that stands the character prim upright, stage axes, xyzw, shape (4,)."""
     agent_scale: float

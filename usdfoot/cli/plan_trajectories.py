@@ -35,6 +35,10 @@ in Python:
   report = plan_track_file("students001.txt", "plans.usdc", track_format=TrackFormat(unit="m", rate=25))
 """
 USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+FILE_FLAGS = {"unit": "", "rate": 0.0, "layout": "auto", "scene": None}
+"""Flags that mean nothing with a scene, and what they are when not given."""
+SCENE_FLAGS = {"agents": "*", "prims": ""}
+"""Those that mean nothing with a file."""
 LAYOUTS = ("auto", "eth", "obsmat", "juelich", "vsp")
 
 
@@ -63,12 +67,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Plan; 0 = everyone, 1 = some skipped."""
+    from usdfoot.errors import TrackError
     from usdfoot.pipeline.plan_trajectories import TrackFormat, plan_scene_trajectories, plan_track_file
     from usdfoot.planning.trajectories import TrajectoryOptions
 
+    is_scene = Path(arguments.source).suffix.lower() in USD_SUFFIXES
+    for flag, default in (FILE_FLAGS if is_scene else SCENE_FLAGS).items():
+        if getattr(arguments, flag) != default:
+            kind = "a file of pedestrian data" if is_scene else "a USD scene"
+            raise TrackError(f"--{flag}", f"is for {kind}", f"leave it out with {arguments.source}")
     options = TrajectoryOptions(smoothing_time=arguments.smoothing, apart=arguments.apart)
     with shown_progress(quiet=arguments.quiet) as progress:
-        if Path(arguments.source).suffix.lower() in USD_SUFFIXES:
+        if is_scene:
             report = plan_scene_trajectories(
                 arguments.source,
                 arguments.output,

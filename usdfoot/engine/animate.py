@@ -26,6 +26,7 @@ from usdfoot.engine.root import lay_root
 from usdfoot.engine.root_goals import root_goals
 from usdfoot.engine.seams import measure_seams
 from usdfoot.engine.segments import cut_segments
+from usdfoot.engine.slopes import ankle_sinks
 from usdfoot.engine.stand import with_stand
 from usdfoot.engine.styles import contact_styles
 from usdfoot.engine.time_warps import extreme_warps, longest_step
@@ -250,9 +251,9 @@ def prepare_steps(
     planned = guide_headings(lay_contacts([agent.plan for agent in agents]), agents)
     setup, blend, landings = blend_steps(library, agents, planned, options=options)
     contacts = lay_on_ground(setup.contacts, ground, planned=planned.positions, foot_lengths=library.rig.foot_lengths)
-    setup = replace(
-        setup, contacts=contacts, path=lay_root(contacts, setup.segments, step_height_share=options.step_height_share)
-    )
+    share, sinks = options.step_height_share, ankle_sinks(library.rig, contacts, ground)
+    path = lay_root(contacts, setup.segments, step_height_share=share, sinks=sinks)
+    setup = replace(setup, contacts=contacts, path=path)
     arrays = device_segments(setup, blend)
     seams = measure_seams(setup, arrays) if options.seam != "none" else None
     source = ClipPoses(setup=setup, arrays=place_segments(setup, arrays, seams))

@@ -21,7 +21,15 @@ from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.contact_table import EDGE_HEIGHT
 from usdfoot.model.ground import Ground
 
-__all__ = ["KNOTS", "plan_detours"]
+__all__ = ["BLIND_HEIGHT", "KNOTS", "plan_detours"]
+
+PASSES = 0.3
+"""The swinging foot passes the standing leg where it is less than this ahead of or behind it [m]."""
+FARTHEST_ASIDE = 0.15
+"""Most that it goes out of its way for that [m]."""
+RISES = 0.18
+"""Part of the swing's time, at either end, in which the clearance comes and goes: less than the fifth that design.md
+section 10 allows."""
 
 KNOTS = 13
 """Knots of a detour, even in the swing's time, both ends included."""
@@ -169,9 +177,9 @@ def _beside_leg(layout: Layout, rows: IntArray, balls: FloatArray) -> FloatArray
     heading = contacts.headings[rows + 1][:, None]
     apart = planar.rotate(-heading, (balls - contacts.positions[rows + 1][:, None])[..., [0, 2]])
     outward = np.where(contacts.sides[rows] == 0, 1.0, -1.0)[:, None]
-    ahead = np.clip(1.0 - np.abs(apart[..., 1]) / 0.3, 0.0, 1.0)
+    ahead = np.clip(1.0 - np.abs(apart[..., 1]) / PASSES, 0.0, 1.0)
     wanted = layout.options.foot_spacing * ahead**2 * (3.0 - 2.0 * ahead) * (ahead > 0.0)
-    missing = np.where(ahead > 0.0, np.clip(wanted - outward * apart[..., 0], 0.0, 0.15), 0.0)
+    missing = np.where(ahead > 0.0, np.clip(wanted - outward * apart[..., 0], 0.0, FARTHEST_ASIDE), 0.0)
     push = _envelope(missing * _aside_shares(balls[..., [0, 2]], NEAR_PRINT))
     offsets = planar.rotate(heading, np.stack([outward * push, np.zeros_like(push)], axis=-1))
     return np.stack([offsets[..., 0], np.zeros_like(push), offsets[..., 1]], axis=-1)
@@ -188,7 +196,7 @@ def _missing_heights(
 ) -> FloatArray:
     """What ball and heel (N, FINE, 3) lack to be over the terrain, with clearance in mid swing [m], shape (N, FINE)."""
     fractions = np.linspace(0.0, 1.0, FINE)
-    middle = np.clip(np.minimum(fractions, 1.0 - fractions) / 0.18, 0.0, 1.0)
+    middle = np.clip(np.minimum(fractions, 1.0 - fractions) / RISES, 0.0, 1.0)
     clearance = layout.options.clearance * middle**2 * (3.0 - 2.0 * middle)
     highest = np.maximum(layout.contacts.positions[rows, 1], layout.contacts.positions[rows + 2, 1])
     floors = np.minimum.reduceat(layout.contacts.positions[:, 1], layout.contacts.first[:-1])

@@ -21,6 +21,10 @@ __all__ = ["lead_swings", "lower_pelvis", "raise_heels", "roll_contacts", "settl
 FLAT_TIME = 0.12
 FLAT_SHARE = 0.25
 """Flat comes at most this long [s], and at most this part of the contact, after the strike (design.md section 2)."""
+TOES_UP = 0.01
+"""Feet whose toes are up by more than this at the strike come down with the heel first [rad]."""
+ROLL_SHARE = 0.3
+"""Part of the time from flat to the liftoff until the clip's pitch counts again."""
 
 HOVERING = np.radians([6.0, 12.0])
 """Heels that are never lower hover up to the first, from the second on they are meant to be up [rad]."""
@@ -48,13 +52,13 @@ def roll_contacts(
     frames, on_ground = lie_in_slopes(replace(layout, contacts=contacts), ground)
     flat_feet = np.array([foot.flat_rotation for foot in layout.rig.feet])
     durations = contacts.liftoffs - contacts.strikes
-    heel_first = (raises < -0.01) & ~_from_standing(layout.contacts)[rows]
+    heel_first = (raises < -TOES_UP) & ~_from_standing(layout.contacts)[rows]
     flats = contacts.strikes + np.where(heel_first, np.minimum(FLAT_TIME, FLAT_SHARE * durations), 0.0)
     rolled = {
         "frames": frames,
         "flat_rotations": quaternion.compose(frames, flat_feet[contacts.sides]),
         "flats": flats,
-        "roll_times": np.maximum(0.3 * (contacts.liftoffs - flats), 1e-3),
+        "roll_times": np.maximum(ROLL_SHARE * (contacts.liftoffs - flats), 1e-3),
         "on_ground": on_ground,
     }
     return with_values(feet, rows, rolled)

@@ -6,6 +6,11 @@ import warp as wp
 
 __all__ = ["Leg", "LegRig", "bend_leg", "leg_kinematics", "rotation_by"]
 
+STRAIGHT = wp.constant(0.0025)
+"""Squared sine of a knee's bend about below which the hinge says in which plane it bends."""
+SHORTEST, LONGEST = wp.constant(1.0e-3), wp.constant(0.9999)
+"""A leg is folded and stretched short of what is possible by this, or to this, part of thigh and shin."""
+
 
 @wp.struct
 class LegRig:
@@ -117,11 +122,11 @@ def bend_leg(
     hinge = wp.quat_rotate(leg.rotation_of_hip, rig.knee_axes[side])
     hinge = wp.normalize(hinge - wp.dot(hinge, along) * along)
     bend = wp.dot(axis, hinge)
-    axis = wp.normalize(axis + (wp.sqrt(bend * bend + 0.0025) - bend) * hinge)
+    axis = wp.normalize(axis + (wp.sqrt(bend * bend + STRAIGHT) - bend) * hinge)
     reach = target - leg.hip
     span = wp.length(reach)
-    shortest = wp.abs(upper - lower) + 1.0e-3 * (upper + lower)
-    length = wp.clamp(span, shortest, 0.9999 * (upper + lower))
+    shortest = wp.abs(upper - lower) + SHORTEST * (upper + lower)
+    length = wp.clamp(span, shortest, LONGEST * (upper + lower))
     cosine = (length * length - upper * upper - lower * lower) / (2.0 * upper * lower)
     cosine = wp.clamp(cosine, -1.0, 1.0)
     sine = wp.sqrt(1.0 - cosine * cosine)

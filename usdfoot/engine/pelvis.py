@@ -13,6 +13,12 @@ MOST_DROP = wp.constant(0.35)
 """Most that the pelvis comes down for a leg, over the leg's length."""
 MOST_SINK = wp.constant(1.3)
 """The pelvis comes down for a leg by at most so much of what the leg is too short by, the rest is across the ground."""
+JOIN = wp.constant(0.004)
+"""Width over which a drop comes in, and two drops pass into each other [m]."""
+CAPPED = wp.constant(0.002)
+"""Half the width over which MOST_SINK comes in [m]."""
+PULLED = wp.constant(0.005)
+"""Half the width over which the pull across the ground comes in [m]."""
 PULLS = wp.constant(5)
 """Rounds in which the pelvis is moved towards both feet, beyond the first."""
 
@@ -35,13 +41,13 @@ def needed_drop(rig: LegRig, leg: Leg, ankle: wp.vec3f) -> float:
     height = wp.sqrt(wp.max(longest * longest - flat, 0.0))
     drop = wp.min(offset[1] - height, MOST_DROP * longest)
     missing = wp.max(wp.length(offset) - longest, 0.0)
-    return drop - ramp(wp.max(drop, 0.0) - MOST_SINK * missing - 0.002, 0.002)
+    return drop - ramp(wp.max(drop, 0.0) - MOST_SINK * missing - CAPPED, CAPPED)
 
 
 @wp.func
 def lowered(eased: float, first: float, second: float) -> wp.vec3f:
     """Offset down by the smooth larger one of two drops on top of an eased one [m]."""
-    return wp.vec3f(0.0, -eased - second - soft_positive(first - second, 0.004), 0.0)
+    return wp.vec3f(0.0, -eased - second - soft_positive(first - second, JOIN), 0.0)
 
 
 @wp.func
@@ -51,7 +57,7 @@ def leg_pull(rig: LegRig, leg: Leg, offset: wp.vec3f, ankle: wp.vec3f) -> wp.vec
     apart = ankle - leg.hip - offset
     flat = wp.sqrt(apart[0] * apart[0] + apart[2] * apart[2])
     span = wp.sqrt(wp.max(longest * longest - apart[1] * apart[1], 0.0))
-    share = ramp(flat - span, 0.005) / wp.max(flat, 1.0e-3)
+    share = ramp(flat - span, PULLED) / wp.max(flat, 1.0e-3)
     return wp.vec3f(share * apart[0], 0.0, share * apart[2])
 
 
@@ -81,8 +87,8 @@ def pelvis_offset(
         right_hold: Share.
         eased: How far it is lowered anyway [m].
     """
-    first = soft_positive(needed_drop(rig, left, left_ankle) - eased, 0.004)
-    second = soft_positive(needed_drop(rig, right, right_ankle) - eased, 0.004)
+    first = soft_positive(needed_drop(rig, left, left_ankle) - eased, JOIN)
+    second = soft_positive(needed_drop(rig, right, right_ankle) - eased, JOIN)
     for_none = lowered(eased, 0.0, 0.0)
     for_left = lowered(eased, first, 0.0)
     for_right = lowered(eased, 0.0, second)

@@ -14,6 +14,8 @@ __all__ = ["measure_legs", "plant_feet", "swinging_foot"]
 
 SLACK = wp.constant(0.12)
 """From how much before its reach a swinging leg takes its foot along, over the leg's reach."""
+LEAST_SLACK = wp.constant(0.004)
+"""The same where the pelvis keeps wholly to the foot [m]."""
 EASE_TIME = wp.constant(0.25)
 """The pelvis sinks at most so long before a strike or liftoff that needs it low, and rises as long after [s]."""
 
@@ -104,7 +106,7 @@ def taken_along(rig: LegRig, leg: Leg, pose: FootPose, hold: float) -> FootPose:
     near.toes = pose.toes
     near.ground = pose.ground
     near.ankle = leg.hip + reach * (
-        1.0 - ramp(span - longest, 0.004 + SLACK * (1.0 - hold) * longest) / wp.max(span, 1.0e-3)
+        1.0 - ramp(span - longest, LEAST_SLACK + SLACK * (1.0 - hold) * longest) / wp.max(span, 1.0e-3)
     )
     return near
 

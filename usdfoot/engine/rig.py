@@ -25,6 +25,10 @@ STRAIGHT_KNEE = np.radians(3.0)
 """A knee of the rest pose bent by less does not tell which way it bends [rad]."""
 REST_REACH = 0.995
 """Largest part of the straight leg to use where no clip tells."""
+LONGEST_SHARE = 0.999
+"""Part of the clips' samples in which a leg is stretched no farther than it may be."""
+REACHES = (0.985, 0.9992)
+"""Least and most of that, as a part of the straight leg: the knee never snaps."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -257,5 +261,5 @@ def _knees(skeleton: Skeleton, biped: Biped, examples: Examples) -> tuple[FloatA
         stretches.append((np.linalg.norm(positions[..., -1, :], axis=-1) / total).ravel())
         axis = np.cross(thigh, shin).reshape(-1, 3).sum(axis=0)
         axes[side] = axis / np.linalg.norm(axis)
-    reach = np.quantile(np.concatenate(stretches), 0.999)
-    return axes, float(np.clip(reach, 0.985, 0.9992))
+    reach = np.quantile(np.concatenate(stretches), LONGEST_SHARE)
+    return axes, float(np.clip(reach, *REACHES))

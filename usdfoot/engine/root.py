@@ -28,12 +28,21 @@ class RootPath:
     """Begin and duration of each piece [s], shape (M,)."""
 
 
-def lay_root(contacts: ContactTable, segments: Segments, *, step_height_share: float) -> RootPath:
+def lay_root(
+    contacts: ContactTable, segments: Segments, *, step_height_share: float, sinks: FloatArray | None = None
+) -> RootPath:
     """Path through the middle of consecutive contacts at each strike, at rest in stands.
 
     The height goes monotonically between the means of the contacts' heights. The pelvis's ground lies lower where the
     feet stand at different heights, since the leg below must reach: `step_height_share` up from the lower foot. Where a
     flight ends it is level for an instant: it rises and falls in the push and the flight, not over the leg that lands.
+
+    Args:
+        contacts: As executed.
+        segments: Of all agents.
+        step_height_share: See above.
+        sinks: How much lower the ankle of each foot is that lies in its slope [m], shape (C,); the pelvis's ground is
+            as much lower where both stand. None = nowhere.
     """
     supports = segments.supports
     last = len(contacts.sides) - 1
@@ -41,6 +50,11 @@ def lay_root(contacts: ContactTable, segments: Segments, *, step_height_share: f
     before = np.where(segments.stands, supports - 1, supports)
     begins = _values(contacts, supports - 1, supports, step_height_share)
     ends = _values(contacts, before, following, step_height_share)
+    if sinks is not None:
+        stood = np.zeros(last + 1)  # by the later contact of each stand
+        stood[supports[segments.stands]] = 0.5 * (sinks[supports - 1] + sinks[supports])[segments.stands]
+        begins[:, 4] -= stood[supports]
+        ends[:, 4] -= stood[following]
     durations = np.maximum(segments.ends - segments.begins, 1e-6)
     secants = (ends - begins) / durations[:, None]
     inner = segments.joined[1:-1]

@@ -9,6 +9,7 @@ import numpy as np
 import warp as wp
 
 from usdfoot.engine.corrections import correct_steps, empty_blends
+from usdfoot.engine.landing_kernel import BlendArrays
 from usdfoot.engine.landings import blend_twists, with_steps
 from usdfoot.engine.mix_kernel import WIDTH, MixOptions, RootedStep
 from usdfoot.engine.poses import Setup, StepBlend
@@ -63,6 +64,25 @@ class RootedSteps:
             limited=np.zeros(count, dtype=bool),
         )
 
+    @classmethod
+    def of_steps(cls, mixed: Any, rooted: IntArray, count: int) -> RootedSteps:
+        """What the device says of the steps `rooted` (N,) among `count` segments, an array of `MixedStep` (N,)."""
+
+        def spread(values: FloatArray | BoolArray) -> Any:
+            whole = np.zeros(count, dtype=values.dtype)
+            whole[rooted] = values
+            return whole
+
+        return cls(
+            root_weights=spread(mixed["root_weight"]),
+            betas=spread(mixed["beta"]),
+            predicted_errors=spread(np.linalg.norm(mixed["expected"], axis=1)),
+            blend_errors=spread(np.linalg.norm(mixed["missed"], axis=1)),
+            hull_distances=spread(mixed["hull_distance"]),
+            given_up=spread(mixed["move"].any(axis=1)),
+            limited=spread(mixed["limited"].astype(bool)),
+        )
+
 
 def weigh_rooted(
     setup: Setup, spaces: FootstepSpaces, goals: RootGoals, *, blend: StepBlend, reach: FloatArray
@@ -84,20 +104,35 @@ def weigh_rooted(
     Returns:
         The setup with the rooted steps' contacts as executed, the blend with theirs, and how they land.
     """
-    rooted = np.flatnonzero(goals.rooted)
-    results = RootedSteps.none(len(setup.segments))
+    rooted, count = np.flatnonzero(goals.rooted), len(setup.segments)
     if not rooted.size:
-        return setup, blend, results
+        return setup, blend, RootedSteps.none(count)
     queries = replace(step_queries(setup, rooted), speeds=np.linalg.norm(goals.velocities[rooted], axis=1))
     roots = root_steps(setup, spaces, goals, rows=rooted, queries=queries)
     steps = _device_steps(setup, spaces, goals, rooted, queries, roots, reach=reach)
+    positions, blends, mixed = _mix(setup, spaces, rooted, queries, steps)
+    examples, weights = blends.examples.numpy().astype(np.intp), blends.weights.numpy()
+    twists = blend_twists(setup, queries, examples=examples, weights=weights)
+    return (
+        _planted(setup, positions),
+        with_steps(blend, rooted, examples=examples, weights=weights, twists=twists),
+        RootedSteps.of_steps(mixed, rooted, count),
+    )
+
+
+def _mix(
+    setup: Setup, spaces: FootstepSpaces, rooted: IntArray, queries: StepQueries, steps: wp.array
+) -> tuple[FloatArray, BlendArrays, Any]:
+    """Where the contacts stand then, (x, z) [m] (C, 2), blends of the segments `rooted` (N,), and what became of them.
+
+    Agents are mixed beside each other, the steps of one in turn: each starts where the last one landed.
+    """
     coordinates = step_coordinates(
         left_landings(queries.landings, queries.swing_sides),
         queries.features.as_left(queries.swing_sides),
         spaces.scales,
     )
-    agents = setup.segments.agents[rooted]
-    firsts = np.flatnonzero(np.diff(agents, prepend=-1))
+    firsts = np.flatnonzero(np.diff(setup.segments.agents[rooted], prepend=-1))
     planned = setup.contacts.positions[:, GROUND_AXES]
     positions = wp.array(planned, dtype=wp.vec2d)
     blends, mixed = empty_blends(len(rooted), WIDTH), wp.empty(len(rooted), dtype=MixedStep)
@@ -114,19 +149,7 @@ def weigh_rooted(
         ],
         outputs=[positions, wp.array(coordinates, dtype=wp.float64), blends, mixed],
     )
-    found, examples, weights = mixed.numpy(), blends.examples.numpy().astype(np.intp), blends.weights.numpy()
-    results.hull_distances[rooted] = found["hull_distance"]
-    results.root_weights[rooted], results.betas[rooted] = found["root_weight"], found["beta"]
-    results.predicted_errors[rooted] = np.linalg.norm(found["expected"], axis=1)
-    results.blend_errors[rooted] = np.linalg.norm(found["missed"], axis=1)
-    results.given_up[rooted] = found["move"].any(axis=1)
-    results.limited[rooted] = found["limited"]
-    twists = blend_twists(setup, queries, examples=examples, weights=weights)
-    return (
-        _planted(setup, positions.numpy()),
-        with_steps(blend, rooted, examples=examples, weights=weights, twists=twists),
-        results,
-    )
+    return positions.numpy(), blends, mixed.numpy()
 
 
 def root_steps(

@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from usdfoot.engine.poses import Layout
+from usdfoot.engine.rig import Rig
 from usdfoot.engine.standing_foot import SHORT_OF_UPRIGHT
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.contact_table import EDGE_HEIGHT, ContactTable
 from usdfoot.model.ground import Ground
 
-__all__ = ["lie_in_slopes", "planned_forwards"]
+__all__ = ["ankle_sinks", "lie_in_slopes", "planned_forwards"]
 
 MOST_TOES_UP = np.radians(38.0)
 """Feet stand no steeper uphill, their heels stay in the air: as far as ankles bend under load, by the weight-bearing
@@ -20,6 +21,10 @@ MOST_INVERSION, MOST_EVERSION = np.radians(35.0), np.radians(15.0)
 """Feet stand no steeper sideways, with the inner or the outer edge up (Brockett and Chapman's and others' clinical
 norms, World J. Orthop. 2017, 8(1), Table 5) [rad]."""
 
+STEP_UP = 0.1
+"""Ground up to this far above a print is looked at [m]."""
+ON_GROUND = 0.05
+"""A print stands on ground that is less than this above or below it [m]."""
 HEEL_RAISES = 6
 """How often the heel's ground is looked up where the raised heel is."""
 
@@ -36,13 +41,7 @@ def lie_in_slopes(layout: Layout, ground: Ground) -> tuple[FloatArray, BoolArray
         Rotations print to world, shape (C, 4), and whether walkable ground is under the ball, shape (C,).
     """
     contacts = layout.contacts
-    under = ground.heights(contacts.positions[:, [0, 2]], contacts.positions[:, 1], step_up=0.1)
-    near = np.abs(under.heights - contacts.positions[:, 1]) < 0.05
-    on_slope = ground.has_terrain & under.hit & near
-    across = np.cross(contacts.normals, planned_forwards(contacts))
-    up = np.where(on_slope[:, None], under.normals, contacts.normals)
-    ahead = np.cross(across, up)
-    ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
+    across, up, ahead, on_ground = _slopes(contacts, ground)
     slope = np.stack([np.cross(up, ahead), up, ahead], axis=-1)  # (C, 3, 3)
     lengths = layout.rig.foot_lengths[contacts.sides]
     rises = np.zeros(len(lengths))
@@ -52,7 +51,26 @@ def lie_in_slopes(layout: Layout, ground: Ground) -> tuple[FloatArray, BoolArray
         follow = found & ((gaps > 0.0) | (np.abs(gaps) < EDGE_HEIGHT) & (attempt == 0))
         rises = np.clip(rises + np.where(follow, gaps * up[:, 1], 0.0), -lengths, lengths)
         frames = _turned_feet(layout, slope, across, rises)
-    return frames, ~np.bool_(ground.has_terrain) | (under.hit & under.walkable & near)
+    return frames, on_ground
+
+
+def ankle_sinks(rig: Rig, contacts: ContactTable, ground: Ground) -> FloatArray:
+    """How much lower the ankles of feet are that lie in slopes they point up, than on level ground [m], shape (C,)."""
+    to_ball = np.array([quaternion.rotate(foot.flat_rotation, foot.ball_offset) for foot in rig.feet])[contacts.sides]
+    rises = np.clip(np.arcsin(_slopes(contacts, ground)[2][:, 1]), 0.0, MOST_TOES_UP)
+    return np.maximum(to_ball[:, 2] * np.sin(rises) - to_ball[:, 1] * (1.0 - np.cos(rises)), 0.0)
+
+
+def _slopes(contacts: ContactTable, ground: Ground) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
+    """Across the prints as planned, up and ahead in the slopes under the balls, unit (C, 3), and which are walkable."""
+    under = ground.heights(contacts.positions[:, [0, 2]], contacts.positions[:, 1], step_up=STEP_UP)
+    near = np.abs(under.heights - contacts.positions[:, 1]) < ON_GROUND
+    on_slope = ground.has_terrain & under.hit & near
+    across = np.cross(contacts.normals, planned_forwards(contacts))
+    up = np.where(on_slope[:, None], under.normals, contacts.normals)
+    ahead = np.cross(across, up)
+    ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
+    return across, up, ahead, ~np.bool_(ground.has_terrain) | (under.hit & under.walkable & near)
 
 
 def _turned_feet(layout: Layout, slope: FloatArray, across: FloatArray, rises: FloatArray) -> FloatArray:

@@ -14,6 +14,12 @@ MOST_RAISE = wp.constant(1.2)
 """Largest pitch of a foot on its ball [rad]."""
 SHORT_OF_UPRIGHT = wp.constant(0.05)
 """How far the ankle of a foot that is raised to reach stays behind its ball [rad], so that it keeps its heading."""
+JOIN = wp.constant(0.02)
+"""Width over which a heel's reasons to rise pass into each other [rad]."""
+UPRIGHT_WIDTH = wp.constant(0.03)
+"""Half the width over which SHORT_OF_UPRIGHT comes in [rad]."""
+REACHED = wp.constant(0.004)
+"""Width, in the cosine, over which a leg comes to be too short."""
 RAISE_TIME = wp.constant(0.15)
 """A heel that a liftoff needs higher than blended rises for at most so long before it [s]."""
 
@@ -58,7 +64,7 @@ def reaching_raise(
     foot -= wp.dot(foot, lateral) * lateral
     leg -= wp.dot(leg, lateral) * lateral
     lengths = wp.max(wp.length(foot) * wp.length(leg), 1.0e-6)
-    short = soft_positive(1.0 - square / (2.0 * lengths), 0.004)  # acos is infinitely steep where nothing is short
+    short = soft_positive(1.0 - square / (2.0 * lengths), REACHED)  # acos is infinitely steep where nothing is short
     apart = wp.acos(wp.max(1.0 - short, -1.0))
     now = raise_onto(foot, leg, lateral)
     upright = wp.min(raise_onto(foot, wp.vec3f(0.0, 1.0, 0.0), lateral), raise_onto(foot, normal, lateral))
@@ -95,10 +101,10 @@ def standing_foot(
     if rolling > 0.0:
         gain = smootherstep((time - own.flat) / own.roll_time)
     level = ball - wp.quat_rotate(flat, rig.ball_offsets[side])
-    raised = soft_positive(pitch - own.settle, 0.02)
-    raised -= ramp(raised - raise_onto(level - ball, own.normal, lateral) + SHORT_OF_UPRIGHT, 0.03)
+    raised = soft_positive(pitch - own.settle, JOIN)
+    raised -= ramp(raised - raise_onto(level - ball, own.normal, lateral) + SHORT_OF_UPRIGHT, UPRIGHT_WIDTH)
     needed = reaching_raise(level, ball, hip, own.normal, lateral, longest)
-    reaching = raised + soft_positive(needed - raised, 0.02)
+    reaching = raised + soft_positive(needed - raised, JOIN)
     left = (own.liftoff - time) / wp.clamp(own.liftoff - own.flat, 1.0e-3, RAISE_TIME)
     leaving = raised + own.leave_raise * (1.0 - smootherstep(left))
     turn = wp.quat_from_axis_angle(lateral, gain * wp.max(reaching, leaving))

@@ -91,7 +91,7 @@ def read_track_table(path: Path, *, layout: str = "auto") -> TrackTable:
         raise TrackError(path, f"cannot be read ({error.strerror})", "name a file of tracks") from error
     except UnicodeDecodeError as error:
         line = error.object.count(b"\n", 0, error.start) + 1
-        raise TrackError(path, f"is not UTF-8: line {line}", "save it as UTF-8") from error
+        raise TrackError(path, f"is not UTF-8: line {line}", "save it as UTF-8, or HDF5 as CSV") from error
     rows = text.splitlines()
     if layout == "vsp" or (layout == "auto" and "number of splines" in text[:200].lower()):
         return _read_splines(path, rows)

@@ -9,7 +9,7 @@ import numpy as np
 from usdfoot.errors import TerrainError
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 
-__all__ = ["Terrain"]
+__all__ = ["Terrain", "no_terrain"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,3 +37,11 @@ class Terrain:
         empty = np.setdiff1d(np.arange(len(self.meshes)), self.mesh_indices)
         if empty.size:
             raise TerrainError(self.meshes[empty[0]], "has no faces", "remove the mesh or UsdfootTerrainAPI from it")
+
+
+def no_terrain() -> Terrain:
+    """A terrain without meshes: feet stand on the levels of their footsteps."""
+    none = np.zeros(0, dtype=int)
+    return Terrain(
+        meshes=(), points=np.zeros((0, 3)), triangles=none.reshape(0, 3), mesh_indices=none, walkable=none.astype(bool)
+    )

@@ -17,11 +17,11 @@ from usdfoot.model.contact_table import ContactTable
 from usdfoot.physics.carriage import carried_offsets
 from usdfoot.physics.heading import heading_of
 from usdfoot.physics.kernels import GaitArrays, pose_legs, pose_upper_body
+from usdfoot.physics.leg_kernel import BACKWARD
 from usdfoot.physics.optimise import ComMotion, ComSample
 from usdfoot.physics.pelvis import pelvis_sways
 from usdfoot.physics.posture import Posture
 from usdfoot.physics.rhythm import SIGNALS, Rhythm
-from usdfoot.physics.stance_kernel import BACKWARD
 from usdfoot.physics.style import BodyStyle
 from usdfoot.physics.upper_body import UpperBody
 

@@ -22,22 +22,12 @@ NEAREST = 1e-9
 class Forces:
     """Forces per unit mass at M instants."""
 
-    wanted: FloatArray
-    """a - g: what the legs would have to give [m/s^2], shape (M, 3)."""
     residuals: FloatArray
-    """What they cannot give of it: [P]'s external force [m/s^2], shape (M, 3)."""
-    rays: FloatArray
-    """Unit vector from the support of the leg that pushes most to the centre of mass, shape (M, 3)."""
-    distances: FloatArray
-    """Its length [m], shape (M,)."""
+    """What the legs cannot give of a - g: [P]'s external force [m/s^2], shape (M, 3)."""
     pushes: FloatArray
-    """[P]'s F': its force, 0 if no leg pushes [m/s^2], shape (M,)."""
+    """[P]'s F' of the leg that pushes most, 0 if none does [m/s^2], shape (M,)."""
     planes: IntArray
     """Instants at which both legs push: the residual stands on the plane of both, shape (P,)."""
-    normals: FloatArray
-    """Unit normals of these planes, shape (P, 3)."""
-    areas: FloatArray
-    """Length of the cross product of both legs' vectors [m^2], shape (P,)."""
 
 
 def spline_samples(samples: Samples, controls: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -83,23 +73,14 @@ def leg_forces(
     areas = np.sqrt(np.einsum("mi,mi->m", normals, normals))
     apart = areas > NARROW * distances[:, 0] * distances[:, 1]
     planes = np.flatnonzero(standing.all(axis=1) & (shares > 0.0).all(axis=1) & apart)
-    normals, areas = normals[planes] / areas[planes, None], areas[planes]
+    normals = normals[planes] / areas[planes, None]
     pushes = np.where(standing, np.maximum(pushes, 0.0), 0.0)
     leg = pushes[:, 1] > pushes[:, 0]
     rays = np.where(leg[:, None], directions[:, 1], directions[:, 0])
     push = np.maximum(pushes[:, 0], pushes[:, 1])
     residuals = wanted - push[:, None] * rays
     residuals[planes] = np.einsum("mi,mi->m", normals, wanted[planes])[:, None] * normals
-    return Forces(
-        wanted=wanted,
-        residuals=residuals,
-        rays=rays,
-        distances=np.where(leg, distances[:, 1], distances[:, 0]),
-        pushes=push,
-        planes=planes,
-        normals=normals,
-        areas=areas,
-    )
+    return Forces(residuals=residuals, pushes=push, planes=planes)
 
 
 def sample_costs(samples: Samples, controls: FloatArray, *, gravity: float, comfort: float) -> FloatArray:

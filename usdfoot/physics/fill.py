@@ -15,7 +15,7 @@ from usdfoot.model.agent import Agent, Crowd
 from usdfoot.model.clip import AuthoredEvents, Clip, ClipLibrary
 from usdfoot.model.motion import Motion
 from usdfoot.model.report import Problem
-from usdfoot.model.terrain import Terrain
+from usdfoot.model.terrain import no_terrain
 from usdfoot.physics.animate import animate_hybrids
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.physics.stride_plans import LANDING, plan_stride
@@ -121,17 +121,10 @@ def _crowd(library: ClipLibrary, agents: Sequence[Agent]) -> Crowd:
     values, counts = np.unique(rates.round(6), return_counts=True)
     rate = float(values[np.argmax(counts)])
     last = max(agent.plan.end for agent in agents)
-    none = np.zeros(0, dtype=int)
     return Crowd(
         agents=tuple(agents),
         libraries=(library,),
-        terrain=Terrain(
-            meshes=(),
-            points=np.zeros((0, 3)),
-            triangles=np.zeros((0, 3), dtype=int),
-            mesh_indices=none,
-            walkable=none.astype(bool),
-        ),
+        terrain=no_terrain(),
         frame_times=np.arange(np.ceil(last * rate) + 1) / rate,
         frame_rate=rate,
     )

@@ -22,7 +22,7 @@ from usdfoot.physics.contact_kernel import (
 )
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.shared_arrays import empty_rows, shared, shared_record
-from usdfoot.physics.stance_kernel import find_body_yaws
+from usdfoot.physics.yaw_kernel import find_body_yaws
 
 __all__ = ["Footing", "device_contacts", "device_legs", "lay_footing"]
 

@@ -11,7 +11,8 @@ from usdfoot.physics.contact_kernel import ContactArrays, ContactFooting, LegArr
 from usdfoot.physics.energy_kernel import ProblemArrays, instant_share
 from usdfoot.physics.knot_kernel import KnotOptions, lay_agent_knots
 from usdfoot.physics.solve_kernel import WorkArrays, solve_agent
-from usdfoot.physics.stance_kernel import body_yaw, find_instant, yaw_turn
+from usdfoot.physics.stance_kernel import find_instant
+from usdfoot.physics.yaw_kernel import body_yaw, yaw_turn
 
 __all__ = ["WindowArrays", "solve_window"]
 

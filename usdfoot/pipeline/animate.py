@@ -87,14 +87,14 @@ def animate(
     earlier = find_earlier(stage, target, options=options, call=call)
     if earlier.unchanged:
         return earlier.unchanged
-    from usdfoot.batch.analysed import tidy_examples
-    from usdfoot.writers.crowd import write_crowd
-
     workers = executor if earlier.intact is None else None  # else little may be to be made
     shot = _open_shot(stage, target, call, options=options, executor=workers)
     records = _make_chunks(shot, executor, beside, progress, earlier=earlier)
     problems = _distinct((*shot.scene.crowd.problems, *(problem for record in records for problem in record.problems)))
     _require_agents(scene_file, records, problems)
+    from usdfoot.batch.analysed import tidy_examples
+    from usdfoot.writers.crowd import write_crowd
+
     progress("write", 0, 0)
     crowd_file, report_file = write_crowd(
         shot.scene,
@@ -219,15 +219,16 @@ def _open_shot(
     from usdfoot.batch.analysed import build_once
     from usdfoot.batch.tasks import agents_a_chunk, cut_chunks, inputs_of
     from usdfoot.readers.listing import list_scene
-    from usdfoot.readers.scene import SceneReader
-    from usdfoot.writers.crowd import check_output, crowd_format
-    from usdfoot.writers.placing import place_characters
 
     listed = list_scene(stage, agents=call.agents, limits=call.limits)
     starting: list[Future[None]] = []
     if executor and len(listed.chosen) > FEW_CHUNKS * call.chunk_size:
         info = listed.info
-        starting = open_scene_early(executor, info.identifier, inputs_of(info, folder), call.limits)
+        starting = open_scene_early(executor, info.identifier, inputs_of(info, folder), limits=call.limits)
+    from usdfoot.readers.scene import SceneReader  # takes as long as to list: workers do the same meanwhile
+    from usdfoot.writers.crowd import check_output, crowd_format
+    from usdfoot.writers.placing import place_characters
+
     reader = SceneReader(
         listed,
         frames=call.frames,
@@ -286,7 +287,7 @@ def _make_chunks(
     executor = executor if len(pending) > (FEW_CHUNKS if beside else 1) else None
     starting = shot.starting
     if executor and beside:
-        starting = starting or open_scene_early(executor, tasks[0].scene, tasks[0].inputs, tasks[0].limits)
+        starting = starting or open_scene_early(executor, tasks[0].scene, tasks[0].inputs, limits=tasks[0].limits)
         workshop.analyse_clips(shot.scene.crowd)
     made = run_chunks(
         [tasks[index] for index in pending], workshop, executor=executor, starting=starting if beside else None

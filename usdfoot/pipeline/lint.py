@@ -153,15 +153,23 @@ def _read_plans(
             draft, _ = read_draft(prim, info.units)
             try:
                 plans[name] = draft.checked()
-            except PlanError:
+            except PlanError as error:
                 if not mend:
                     raise
-                plans[name] = mend_times(draft).checked()
+                plans[name] = _mended(draft, error)
                 drafts[name] = draft
         except PlanError as error:
             text = f"{error.what}. {error.remedy}" if error.remedy else error.what
             faults.append(Fault(plan=name, footstep=-1, kind="malformed", severity="error", value=0.0, message=text))
     return plans, faults, drafts
+
+
+def _mended(draft: PlanDraft, error: PlanError) -> FootstepPlan:
+    """The plan with its times mended; raises what is wrong with it as it stands if that is not enough."""
+    try:
+        return mend_times(draft).checked()
+    except PlanError:
+        raise error from None
 
 
 def _read_crowd(scene: str | os.PathLike[str]) -> tuple[Scene | None, list[Problem]]:

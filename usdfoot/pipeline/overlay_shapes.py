@@ -51,7 +51,7 @@ def bar(name: str, color: tuple[float, float, float]) -> Shape:
 
 
 def web(
-    name: str, vertices: FloatArray, edges: IntArray, color: tuple[float, float, float], *, width: float, dot: float
+    name: str, vertices: FloatArray, edges: IntArray, *, color: tuple[float, float, float], width: float, dot: float
 ) -> Shape:
     """Flat ribbons along edges, and a square on each vertex.
 

@@ -169,7 +169,7 @@ def _web(name: str, space: SideSpace, side: int) -> Shape:
     edges = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]], footsteps.edges])
     vertices = left_landings(footsteps.vertices, np.full(len(footsteps.vertices), side))
     unique = np.unique(np.sort(edges, axis=1), axis=0)
-    return web(name, vertices, unique, WEB_COLOR, width=WEB_WIDTH, dot=DOT)
+    return web(name, vertices, unique, color=WEB_COLOR, width=WEB_WIDTH, dot=DOT)
 
 
 def join_rows(parts: Sequence[SpaceRows]) -> SpaceRows:

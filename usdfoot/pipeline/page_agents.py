@@ -107,7 +107,9 @@ def _picture_agent(agent: WrittenAgent, crowd: WrittenCrowd, measures: AgentMeas
     roots = read_root_positions(agent, crowd.units, agent.frame_codes)
     soles = measures.sole_heights.min(axis=2)
     pelvis = tracks.positions[:, agent.biped.pelvis, 1] - roots[:, 1]
-    steps = step_values(measures, results) | frame_values(agent.plan, tracks.times, pelvis, soles)
+    steps = step_values(measures, results) | frame_values(
+        agent.plan, tracks.times, pelvis_heights=pelvis, sole_heights=soles
+    )
     return AgentPicture(
         name=agent.name,
         source="",

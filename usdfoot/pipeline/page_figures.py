@@ -207,7 +207,7 @@ def step_values(measures: AgentMeasures, results: StepResults) -> dict[str, Floa
 
 
 def frame_values(
-    plan: FootstepPlan, times: FloatArray, pelvis_heights: FloatArray, sole_heights: FloatArray
+    plan: FootstepPlan, times: FloatArray, *, pelvis_heights: FloatArray, sole_heights: FloatArray
 ) -> dict[str, FloatArray]:
     """Values of the figures of footsteps that are taken from the frames [mm], by key, shape (N,) each.
 

@@ -169,7 +169,7 @@ def plan_scene_stones(
     progress("read", 0, 0)
     found = _read(scene, options, with_goals=True)
     libraries, problems = read_agent_libraries(
-        found.stage, found.prims, found.info.units, [agent.source for agent in found.agents]
+        found.stage, found.prims, found.info.units, sources=[agent.source for agent in found.agents]
     )
     made, faults = {}, list(problems)
     reaches: dict[int, Reach] = {}
@@ -268,7 +268,7 @@ def _cross(found: _Found, agent: GoalAgent, reach: Reach, on: str | None, spacin
         stones,
         stance_at(start, yaw, reach),
         stance_at(goal, ahead, reach),
-        reach,
+        reach=reach,
         body=seeker.body,
         speed=agent.authored_speed,
         name=seeker.name,

@@ -19,7 +19,7 @@ from usdfoot.model.totals import add_totals
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.provenance import CallRecord, call_of, options_of
 from usdfoot.pipeline.report import AnimateReport, combined_hash, input_hashes, relative_path
-from usdfoot.readers.provenance import read_provenance, read_scene_files
+from usdfoot.readers.provenance import has_value_clips, read_provenance, read_scene_files
 from usdfoot.writers.root import SUBLAYERS
 
 __all__ = ["EarlierCrowd", "find_earlier"]
@@ -73,11 +73,13 @@ def _is_same(scene: Any, folder: Path, options: MotionOptions, call: CallRecord)
         return False
     if said.get("version") != __version__ or not _is_asked(said, options, call):
         return False
-    info = read_scene_files(scene, folder, most_prims=call.limits.prims)
+    info = read_scene_files(scene, folder)
     if info is None:
         return False
     made_from = relative_path(info.identifier, folder), combined_hash(input_hashes(info, folder))
-    return made_from == (said.get("scene"), said.get("contentHash"))
+    if made_from != (said.get("scene"), said.get("contentHash")):
+        return False
+    return not has_value_clips(scene, most_prims=call.limits.prims)  # last, as every prim is looked at
 
 
 def _read_report(folder: Path) -> tuple[dict[str, Any], list[ChunkRecord]] | None:

@@ -72,6 +72,8 @@ def go_round(
         if (_on_spots(narrow, points) >= 0).all():
             return path
         led = _led(path.name, points, narrow, prices[fits], ground, world, near=NEAR)
+    if np.ptp(led, axis=0).max() < SPACING:
+        raise PlanError(path.name, f"begins {_where(points[0], ground, world)}", "lead it where one can stand")
     return replace(path, points=_rounded(_even(led), narrow))
 
 
@@ -185,11 +187,8 @@ def _rounded(points: FloatArray, spots: Spots) -> FloatArray:
     As wide as leads off no spot that is on the way.
     """
     on = spots.at(points[:, [0, 2]], points[:, 1], within=STEP, touching=False) >= 0
-    rounded = points
     for rounding in ROUNDINGS:
         reach = min(round(3.0 * rounding / SPACING), len(points) - 1)
-        if not reach:
-            break
         padded = np.pad(points, ((reach, reach), (0, 0)), mode="reflect", reflect_type="odd")
         smooth = gaussian_filter1d(padded, rounding / SPACING, axis=0)[reach:-reach]
         rounded = np.insert(smooth[:, [0, 2]], 1, points[:, 1], axis=1)

@@ -18,7 +18,7 @@ def keep_off_edges(feet: FootTable, ground: Ground) -> FootTable:
     """The table with feet moved off the edges of treads, where that brings them into nobody else's."""
     points, near = feet.positions[:, [0, 2]], feet.positions[:, 1]
     settled = settle_on_treads(
-        ground, points, feet.yaws, near, heels=feet.heels, toes=feet.toes, half_widths=feet.half_widths
+        ground, points, feet.yaws, near=near, heels=feet.heels, toes=feet.toes, half_widths=feet.half_widths
     )
     return _where_free(feet, settled)
 

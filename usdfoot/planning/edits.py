@@ -98,7 +98,7 @@ def lay_footsteps(plan: FootstepPlan, rows: IntArray, ground: Ground) -> Footste
     if not ground.has_terrain:
         return plan
     positions, orientations = plan.positions.copy(), plan.orientations.copy()
-    prints = lay_prints(ground, positions[rows][:, [0, 2]], plan.yaws[rows], positions[rows, 1])
+    prints = lay_prints(ground, positions[rows][:, [0, 2]], plan.yaws[rows], near=positions[rows, 1])
     positions[rows], orientations[rows] = prints.positions, prints.orientations
     return replace(plan, positions=positions, orientations=orientations)
 

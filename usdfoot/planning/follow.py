@@ -140,8 +140,14 @@ def _walk(
     longest = LONGEST_STEP * body.leg_length
     tracks = Tracks(len(stances))
     starts = np.where(standing, stances.times, np.nan)
-    tracks.add(stances.agents, 1 - stances.sides, stances.others, stances.other_yaws, starts)
-    tracks.add(stances.agents, stances.sides, stances.supports, stances.support_yaws, stances.times)
+    tracks.add(stances.agents, 1 - stances.sides, positions=stances.others, yaws=stances.other_yaws, strikes=starts)
+    tracks.add(
+        stances.agents,
+        stances.sides,
+        positions=stances.supports,
+        yaws=stances.support_yaws,
+        strikes=stances.times,
+    )
     while len(stances):
         rests = standing | find_rests(gaits, curves, stances, options=options)
         begins, rested, stays = _begins(curves, stances, rests, standing, options)
@@ -149,7 +155,9 @@ def _walk(
             tracks.release(stances.agents[stays], curves.ends[stances.agents[stays]], back=back)
         stances, begins, rested = stances[~stays], begins[~stays], rested[~stays]
         steps = next_steps(gaits, curves, stances, begins=begins, rested=rested, longest=longest, options=options)
-        waits = wait_times(curves, stances, 0.5 * (steps.positions + stances.supports), steps.strikes, options=options)
+        waits = wait_times(
+            curves, stances, 0.5 * (steps.positions + stances.supports), strikes=steps.strikes, options=options
+        )
         if np.any(waits != steps.strikes):
             stays, waiting = np.isinf(waits), waits > steps.strikes
             for back in (0, 1):
@@ -161,10 +169,10 @@ def _walk(
                 (rested | waiting)[~stays],
             )
             steps = next_steps(gaits, curves, stances, begins=begins, rested=rested, longest=longest, options=options)
-        positions = settle_landings(ground, stances.supports, steps.positions, steps.yaws, body)
+        positions = settle_landings(ground, stances.supports, steps.positions, yaws=steps.yaws, body=body)
         tracks.release(stances.agents, steps.liftoffs, back=1)
         tracks.release(stances.agents, steps.support_liftoffs, back=0)
-        tracks.add(stances.agents, steps.sides, positions, steps.yaws, steps.strikes)
+        tracks.add(stances.agents, steps.sides, positions=positions, yaws=steps.yaws, strikes=steps.strikes)
         on = steps.strikes < curves.ends[stances.agents]
         stances = Stances(
             agents=stances.agents,
@@ -214,7 +222,7 @@ def _first_stances(
     turned = np.where(standing, yaws, turned) + steps.foot_yaws
     feet, foot_yaws = np.concatenate([ahead, 2.0 * places - ahead]), np.concatenate([turned, 2.0 * yaws - turned])
     start = put_on_ground(ground, places, places[:, 1], step_up=body.leg_length)
-    feet = settle_landings(ground, np.tile(start, (2, 1)), feet, foot_yaws, body)
+    feet = settle_landings(ground, np.tile(start, (2, 1)), feet, yaws=foot_yaws, body=body)
     return replace(
         still,
         supports=feet[: len(sides)],

@@ -81,7 +81,7 @@ class Footholds:
 
 
 def foot_places(
-    points: FloatArray, headings: FloatArray, sides: IntArray, widths: FloatArray, toe_out: FloatArray
+    points: FloatArray, headings: FloatArray, sides: IntArray, *, widths: FloatArray, toe_out: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Places of the balls (x, z) [m] (N, 2) and yaws [rad] (N,) of feet at points of a way.
 
@@ -98,7 +98,7 @@ def foot_places(
 
 
 def find_footholds(
-    ways: Ways, gaits: Sequence[Gait], bodies: Sequence[Proportions], ground: Ground, *, samples: IntArray | None = None
+    ways: Ways, gaits: Sequence[Gait], bodies: Sequence[Proportions], *, ground: Ground, samples: IntArray | None = None
 ) -> Footholds:
     """Footholds of both feet at samples (M,) of the ways, None = at every one."""
     chosen = np.arange(len(ways.arcs)) if samples is None else samples
@@ -213,8 +213,8 @@ def tread_steps(
     ways: Ways,
     footholds: Footholds,
     gaits: Sequence[Gait],
-    bodies: Sequence[Proportions],
     *,
+    bodies: Sequence[Proportions],
     walls: FloatArray,
     ends: IntArray,
     support: int,

@@ -26,7 +26,7 @@ DRAWS = 24
 
 
 def choose_step(
-    wanderer: Wanderer, world: World, routes: Sequence[Route], generator: np.random.Generator, options: WanderOptions
+    wanderer: Wanderer, world: World, routes: Sequence[Route], *, generator: np.random.Generator, options: WanderOptions
 ) -> tuple[float, float, int]:
     """Length [m] and turn [rad] of the next step, and the side to which it turns out of a dead end, 0 if in none."""
     easy = EASY_STEP * options.body.leg_length
@@ -54,7 +54,7 @@ def choose_step(
 
 
 def choose_facing(
-    wanderer: Wanderer, turn: float, world: World, routes: Sequence[Route], options: WanderOptions
+    wanderer: Wanderer, turn: float, world: World, *, routes: Sequence[Route], options: WanderOptions
 ) -> float:
     """How far it looks to the right of where it goes in the next step: sideways where a narrow way leads."""
     ahead = np.linspace(0.0, SHOULDERS, 9)[:, None]

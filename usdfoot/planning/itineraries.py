@@ -59,7 +59,7 @@ class Itineraries:
         return self._parts[level, radius]
 
     def find(
-        self, start: FloatArray, level: int, goals: Sequence[FloatArray], levels: Sequence[int], radius: float
+        self, start: FloatArray, level: int, *, goals: Sequence[FloatArray], levels: Sequence[int], radius: float
     ) -> Itinerary:
         """From a start (2,) on a level to goals (2,) on their levels, one after the other.
 

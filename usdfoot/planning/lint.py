@@ -78,10 +78,10 @@ def lint_alone(
     normals = quaternion.rotate(orientations, np.array([0.0, 1.0, 0.0]))
     return [
         *_steps(names, feet, legs, sizes, limits),
-        *find_ground_faults(names, feet, normals, ground, limits),
-        *find_low_ceilings(names, feet, legs, ground, limits),
-        *find_walls(names, feet, legs, ground, limits),
-        *find_bump_faults(names, feet, obstacles, limits),
+        *find_ground_faults(names, feet, normals, ground=ground, limits=limits),
+        *find_low_ceilings(names, feet, legs, ground=ground, limits=limits),
+        *find_walls(names, feet, legs, ground=ground, limits=limits),
+        *find_bump_faults(names, feet, obstacles, limits=limits),
     ]
 
 

@@ -7,6 +7,7 @@ from itertools import product
 
 import numpy as np
 
+from usdfoot.engine.detours import BLIND_HEIGHT
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.ground import Ground
@@ -19,14 +20,14 @@ __all__ = ["find_bump_faults", "find_ground_faults", "find_low_ceilings", "find_
 
 ALONG = np.linspace(0.0, 1.0, 14)[1:-1, None, None]
 ASIDES = np.array([-0.05, 0.0, 0.05])[:, None, None, None]
-"""Places on the line from print to print of a foot, and on two beside it [m], at which there may be a wall: a foot can
-go round what is not on all three."""
+"""Places on the line from print to print of a foot, and on two beside it [m], at which there may be a wall. Over the
+edge of what is not on all three a foot is lifted, but none is over what is higher than `BLIND_HEIGHT`."""
 CEILING = 0.5
 """Terrain so far above a print is another level, not the next stair [m]."""
 
 
 def find_ground_faults(
-    names: Sequence[str], feet: FootTable, laid: FloatArray, ground: Ground, limits: LintLimits
+    names: Sequence[str], feet: FootTable, laid: FloatArray, *, ground: Ground, limits: LintLimits
 ) -> list[Fault]:
     """What is wrong with where footsteps, laid on normals (N, 3), are on the terrain."""
     if not ground.has_terrain:
@@ -66,7 +67,7 @@ def find_ground_faults(
 
 
 def find_low_ceilings(
-    names: Sequence[str], feet: FootTable, legs: FloatArray, ground: Ground, limits: LintLimits
+    names: Sequence[str], feet: FootTable, legs: FloatArray, *, ground: Ground, limits: LintLimits
 ) -> list[Fault]:
     """Footsteps under terrain too low to stand upright, or inside of it."""
     if not ground.has_terrain:
@@ -89,7 +90,7 @@ def _is_low(above: FloatArray, legs: FloatArray, limits: LintLimits) -> BoolArra
 
 
 def find_walls(
-    names: Sequence[str], feet: FootTable, legs: FloatArray, ground: Ground, limits: LintLimits
+    names: Sequence[str], feet: FootTable, legs: FloatArray, *, ground: Ground, limits: LintLimits
 ) -> list[Fault]:
     """Footsteps to which a foot has to swing over ground higher above both its prints than legs step.
 
@@ -106,14 +107,15 @@ def find_walls(
     tallest = np.broadcast_to(tops + limits.headroom * legs[rows], lines.shape[:-1]).ravel()
     under = ground.heights(lines.reshape(-1, 2), tallest, step_up=0.0)
     walls = np.where(under.hit & (under.heights <= tallest), under.heights, -np.inf).reshape(lines.shape[:-1])
-    over = walls.max(axis=1).min(axis=0) - tops
+    over = walls.max(axis=1) - tops
+    over = np.where(over[1] > BLIND_HEIGHT, over[1], over.min(axis=0))
     high = over > limits.highest_step * legs[rows]
     message = "swings over ground {:.2f} m above where the foot stands before and after"
     return faults_at(names, feet, rows[high], kind="obstructed", values=over[high], message=message)
 
 
 def find_bump_faults(
-    names: Sequence[str], feet: FootTable, obstacles: Sequence[Obstacle], limits: LintLimits
+    names: Sequence[str], feet: FootTable, obstacles: Sequence[Obstacle], *, limits: LintLimits
 ) -> list[Fault]:
     """Footsteps in obstacles, and steps through them."""
     soles, bodies = find_bumps(feet, obstacles)

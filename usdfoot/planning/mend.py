@@ -81,7 +81,7 @@ def mend_plans(plans: Sequence[FootstepPlan], ground: Ground, *, bodies: Sequenc
         feet = set_feet_apart(feet, narrowest=narrowest)
     moved = (feet.positions != start).any(axis=1)
     if ground.has_terrain:
-        prints = lay_prints(ground, feet.positions[:, [0, 2]], feet.yaws, feet.positions[:, 1])
+        prints = lay_prints(ground, feet.positions[:, [0, 2]], feet.yaws, near=feet.positions[:, 1])
         away = prints.positions[:, 1] - feet.positions[:, 1]
         laid = (moved | (np.abs(away) > OFF_GROUND)) & (np.abs(away) < NEAR_GROUND)
     else:

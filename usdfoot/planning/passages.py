@@ -178,7 +178,7 @@ class Gates:
         return np.where(self.held, 1.0, 1.0 - turned * (1.0 - self._sideways))
 
     def advance(
-        self, points: FloatArray, floors: Floors, targets: FloatArray, arrived: BoolArray, now: float
+        self, points: FloatArray, floors: Floors, *, targets: FloatArray, arrived: BoolArray, now: float
     ) -> list[int]:
         """Let people at points (N, 2) on their way to targets (N, 2) in, or wait; gives back for whom that changed."""
         before = self.held | self.led

@@ -199,10 +199,12 @@ def _steps(ways: Ways, gaits: list[Gait], bodies: list[Proportions], ground: Gro
         return steps
     rough, walkers = ways.only(uneven), [gaits[way] for way in uneven]
     built = [bodies[way] for way in uneven]
-    footholds = find_footholds(rough, walkers, built, ground)
+    footholds = find_footholds(rough, walkers, built, ground=ground)
     ends = firm_ends(rough, footholds, walkers)
     walls = find_walls(rough, ground)
-    treads = tread_steps(rough, footholds, walkers, built, walls=walls, ends=ends, support=1 - options.first_side)
+    treads = tread_steps(
+        rough, footholds, walkers, bodies=built, walls=walls, ends=ends, support=1 - options.first_side
+    )
     starts = steps.starts.copy()
     starts[uneven] = rough.arcs[rough.first[:-1] + ends[:, 0]]
     widths = steps.widths.copy()
@@ -221,7 +223,7 @@ def _uneven_ways(ways: Ways, gaits: list[Gait], bodies: list[Proportions], groun
     every = np.maximum((half_soles / ways.arcs[ways.first[:-1] + 1]).astype(np.intp), 1)
     stepped = np.rint(ways.at(steps.rows, steps.arcs, numbers.astype(float))).astype(np.intp)
     samples = np.union1d(np.flatnonzero((numbers - ways.first[rows]) % every[rows] == 0), stepped)
-    firm = find_footholds(ways, gaits, bodies, ground, samples=samples).firm
+    firm = find_footholds(ways, gaits, bodies, ground=ground, samples=samples).firm
     return np.unique(rows[samples[~firm]])
 
 
@@ -262,10 +264,10 @@ def _plans(
         np.stack([ways.at(rows, arcs, ways.points[:, i]) for i in (0, 1)], axis=-1),
         ways.at(rows, arcs, ways.headings),
         sides,
-        np.where(sides == 0, *(ways.at(rows, arcs, steps.widths[:, side]) for side in (0, 1))),
-        np.array([gait.toe_out for gait in gaits])[rows],
+        widths=np.where(sides == 0, *(ways.at(rows, arcs, steps.widths[:, side]) for side in (0, 1))),
+        toe_out=np.array([gait.toe_out for gait in gaits])[rows],
     )
-    prints = lay_prints(ground, places, yaws, ways.at(rows, arcs, ways.heights))
+    prints = lay_prints(ground, places, yaws, near=ways.at(rows, arcs, ways.heights))
     pace = pace_steps(ways, gaits, rows=rows, arcs=arcs, heights=prints.positions[:, 1])
     strikes, liftoffs = stance_times(
         pace,

@@ -213,7 +213,7 @@ def _itinerary(seeker: Seeker, start: _Spot, goals: Sequence[_Spot], ways: Itine
         places, levels = [seeker.start], [start.level]
     points = [place[[0, 2]] for place in places]
     try:
-        return ways.find(seeker.start[[0, 2]], start.level, points, levels, radius)
+        return ways.find(seeker.start[[0, 2]], start.level, goals=points, levels=levels, radius=radius)
     except PlanError as error:
         raise PlanError(seeker.name, f"cannot get to its goals: {error.where} {error.what}", error.remedy) from error
 

@@ -42,7 +42,7 @@ class Prints:
 
 
 def lay_prints(
-    ground: Ground, points: FloatArray, yaws: FloatArray, near: FloatArray, *, step_up: float = STEP_UP
+    ground: Ground, points: FloatArray, yaws: FloatArray, *, near: FloatArray, step_up: float = STEP_UP
 ) -> Prints:
     """Prints that take on the height and slope of the ground ([P] 2.1).
 
@@ -65,8 +65,8 @@ def settle_on_treads(
     ground: Ground,
     points: FloatArray,
     yaws: FloatArray,
-    near: FloatArray,
     *,
+    near: FloatArray,
     heels: FloatArray,
     toes: FloatArray,
     half_widths: FloatArray,
@@ -123,7 +123,7 @@ def _is_clear(
 
 
 def settle_landings(
-    ground: Ground, starts: FloatArray, landings: FloatArray, yaws: FloatArray, body: Proportions
+    ground: Ground, starts: FloatArray, landings: FloatArray, *, yaws: FloatArray, body: Proportions
 ) -> FloatArray:
     """Landings (N, 3) of feet that step from `starts` (N, 3), on the ground, no edge of a tread in their soles.
 
@@ -141,7 +141,7 @@ def settle_landings(
     heels, toes, half_widths = (np.full(len(starts), size) for size in (body.heel, body.toe, body.half_width))
     settled = landings.copy()
     settled[:, [0, 2]] = settle_on_treads(
-        ground, landings[:, [0, 2]], yaws, near, heels=heels, toes=toes, half_widths=half_widths
+        ground, landings[:, [0, 2]], yaws, near=near, heels=heels, toes=toes, half_widths=half_widths
     )
     return put_on_ground(ground, settled, near)
 

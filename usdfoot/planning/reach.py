@@ -114,7 +114,7 @@ def _reach(outline: FloatArray, comfortable: FloatArray, biped: Biped, *, leaps:
     )
 
 
-def step_costs(reach: Reach, landings: FloatArray, swing_sides: IntArray, rises: FloatArray) -> FloatArray:
+def step_costs(reach: Reach, landings: FloatArray, swing_sides: IntArray, *, rises: FloatArray) -> FloatArray:
     """How uncomfortable steps are: 1 at best, more with the square of what differs, infinite out of reach.
 
     Args:

@@ -48,7 +48,7 @@ def leave_times(curves: RootCurves, stances: Stances, *, options: FollowOptions)
 
 
 def wait_times(
-    curves: RootCurves, stances: Stances, afters: FloatArray, strikes: FloatArray, *, options: FollowOptions
+    curves: RootCurves, stances: Stances, afters: FloatArray, *, strikes: FloatArray, options: FollowOptions
 ) -> FloatArray:
     """When N steps shall strike that would take the root farther from where it shall be than it is [s], shape (N,).
 

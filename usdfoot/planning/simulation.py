@@ -86,7 +86,9 @@ def simulate(party: Party, *, duration: float) -> Tracks:
         points = floors.iterate(every)
         samples.append(gates.centred(points, floors.levels))
         changed = legs.advance(points, floors.go_over(legs.next_levels))
-        changed += gates.advance(points, floors, legs.targets, legs.arrived, len(samples) * SAMPLE_STEP)
+        changed += gates.advance(
+            points, floors, targets=legs.targets, arrived=legs.arrived, now=len(samples) * SAMPLE_STEP
+        )
         held_up = max(0, len(samples) - 1 - round(HELD_UP / SAMPLE_STEP))
         slips.advance(
             points,

@@ -88,8 +88,8 @@ def plan_stones(
     stones: Stones,
     start: Stance,
     goal: Stance,
-    reach: Reach,
     *,
+    reach: Reach,
     body: Proportions | None = None,
     speed: float = 0.0,
     start_time: float = 0.0,
@@ -110,7 +110,7 @@ def plan_stones(
     Raises:
         PlanError: As `find_crossing`.
     """
-    crossing = find_crossing(stones, start, goal, reach)
+    crossing = find_crossing(stones, start, goal, reach=reach)
     flight_distance = 0.0 if reach.leaps else float(np.hypot(reach.farthest, reach.rise))  # beyond all steps: no flight
     times = time_footsteps(
         crossing.positions,
@@ -131,7 +131,7 @@ def plan_stones(
     )
 
 
-def find_crossing(stones: Stones, start: Stance, goal: Stance, reach: Reach) -> Crossing:
+def find_crossing(stones: Stones, start: Stance, goal: Stance, *, reach: Reach) -> Crossing:
     """The most comfortable way from stance to stance over footholds.
 
     Dijkstra over (foothold, foot on it, heading): a turn, then a step. A step costs 1 when it is comfortable, and more
@@ -218,7 +218,7 @@ def _step_edges(
     for heading, yaw in enumerate(yaws):
         landings = planar.rotate(-yaw, offsets[:, [0, 2]])
         for side in (LEFT, RIGHT):
-            costs = step_costs(reach, landings, np.full(len(pairs), side), offsets[:, 1])
+            costs = step_costs(reach, landings, np.full(len(pairs), side), rises=offsets[:, 1])
             possible = np.isfinite(costs) & _may_end(pairs[:, 1], side, heading == goal_heading)
             source, target = pairs[possible].T
             rows = ((source * 2 + 1 - side) * len(yaws) + heading) * 2 + 1

@@ -29,7 +29,7 @@ class Tracks:
         self._liftoffs: list[FloatArray] = []
 
     def add(
-        self, agents: IntArray, sides: IntArray, positions: FloatArray, yaws: FloatArray, strikes: FloatArray
+        self, agents: IntArray, sides: IntArray, *, positions: FloatArray, yaws: FloatArray, strikes: FloatArray
     ) -> None:
         """One more contact of each of the agents; a strike that is not a number marks one that is no footstep."""
         for rows, values, missing in (

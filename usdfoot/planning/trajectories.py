@@ -119,7 +119,7 @@ def step_along_curves(curves: RootCurves, body: Proportions) -> FootTable:
     places, headings = curves.at(owners, beside)
     sides = (numbers + owners) % 2
     width, toe_out = np.full(len(owners), body.step_width), np.full(len(owners), TOE_OUT)
-    points, yaws = foot_places(places[:, [0, 2]], headings, sides, width, toe_out)
+    points, yaws = foot_places(places[:, [0, 2]], headings, sides, widths=width, toe_out=toe_out)
     where = np.clip(((strikes - curves.starts[owners]) / SPACING).astype(int), 0, frames[owners])
     liftoffs = _liftoffs(strikes, speeds[owners, where], numbers, counts, rule)
     last = np.cumsum(counts) - 1
@@ -228,7 +228,7 @@ def lay_plans(names: Sequence[str], feet: FootTable, ground: Ground, *, on_groun
     places, near = feet.positions[:, [0, 2]], feet.positions[:, 1]
     first = np.append(np.flatnonzero(feet.numbers == 0), len(feet.owners))
     ways = np.arange(len(near) + 1) if on_ground else first
-    prints = lay_prints(ground, places, feet.yaws, ground.follow(places, near, first=ways).heights)
+    prints = lay_prints(ground, places, feet.yaws, near=ground.follow(places, near, first=ways).heights)
     return [
         FootstepPlan(
             name=name,

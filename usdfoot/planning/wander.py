@@ -76,7 +76,7 @@ def wander(
     places = [_on_ground(world, np.asarray(goal, dtype=float)) for goal in goals]
     routes = _routes(world, wanderer.position, places, options)
     aims = _Aims(world=world, goals=tuple(places), routes=tuple(routes), at_random=not places)
-    for before in [lay_footstep(wanderer, side, world, options, time=start_time) for side in (RIGHT, LEFT)]:
+    for before in [lay_footstep(wanderer, side, world, options=options, time=start_time) for side in (RIGHT, LEFT)]:
         aims = aims.told((yield before))
     while True:
         stands = not (aims.goals or aims.at_random)
@@ -85,7 +85,7 @@ def wander(
             wanderer = _close_up(wanderer, aims.world, options)
         else:
             wanderer = _step_on(wanderer, aims.world, aims.routes, generator, options)
-        before = lay_footstep(wanderer, wanderer.side, aims.world, options, before=before)
+        before = lay_footstep(wanderer, wanderer.side, aims.world, options=options, before=before)
         news = yield before
         aims = aims.passed(wanderer, options).told(news)
         if stands and not (aims.goals or aims.at_random):
@@ -134,16 +134,16 @@ def _step_on(
         spot = routes[0].find(wanderer.position)
         if spot >= 0 and routes[0].distances[spot] <= options.arrival:
             return _close_up(wanderer, world, options)
-    length, turn, spin = choose_step(wanderer, world, routes, generator, options)
-    facing = choose_facing(wanderer, turn, world, routes, options)
+    length, turn, spin = choose_step(wanderer, world, routes, generator=generator, options=options)
+    facing = choose_facing(wanderer, turn, world, routes=routes, options=options)
     turned = max(facing, wanderer.facing)
     length = min(length, float(np.interp(turned, (0.0, SIDEWAYS), (length, options.side_step))))
-    return replace(take_step(wanderer, length, turn, world, options), spin=spin, facing=facing)
+    return replace(take_step(wanderer, length, turn, world=world, options=options), spin=spin, facing=facing)
 
 
 def _close_up(wanderer: Wanderer, world: World, options: WanderOptions) -> Wanderer:
     """The wanderer with its feet side by side."""
-    return replace(take_step(wanderer, 0.0, 0.0, world, options), facing=wanderer.facing)
+    return replace(take_step(wanderer, 0.0, 0.0, world=world, options=options), facing=wanderer.facing)
 
 
 def plan_wander(
@@ -213,6 +213,8 @@ def join_footsteps(
 
 def _on_ground(world: World, point: FloatArray) -> FloatArray:
     """The point (3,) on the ground of the level below or just above it."""
+    if not np.isfinite(point).all():
+        raise PlanError("goal", f"is at {point}", "give a goal three finite numbers")
     if world.ground is None or not world.ground.has_terrain:
         return point
     sample = world.ground.heights(point[None, [0, 2]], point[[1]])

@@ -88,7 +88,7 @@ class Wanderer:
         return np.insert(self.place, 1, self.height)
 
 
-def take_step(wanderer: Wanderer, length: float, turn: float, world: World, options: WanderOptions) -> Wanderer:
+def take_step(wanderer: Wanderer, length: float, turn: float, *, world: World, options: WanderOptions) -> Wanderer:
     """The wanderer after a step of the other foot."""
     yaw, shares = wanderer.yaw + turn, np.array([1.0, 0.75, 0.5, 0.25])
     places = wanderer.place + shares[:, None] * length * planar.direction(np.array(yaw))
@@ -104,8 +104,8 @@ def lay_footstep(
     wanderer: Wanderer,
     side: int,
     world: World,
-    options: WanderOptions,
     *,
+    options: WanderOptions,
     before: Footstep | None = None,
     time: float = 0.0,
 ) -> Footstep:
@@ -121,7 +121,7 @@ def lay_footstep(
             world.ground,
             point[None],
             np.array([yaw]),
-            np.array([height]),
+            near=np.array([height]),
             heels=np.array([body.heel]),
             toes=np.array([body.toe]),
             half_widths=np.array([body.half_width]),

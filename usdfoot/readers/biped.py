@@ -30,7 +30,7 @@ _ROLE_TOKENS = {"hip": Token.HIP, "knee": Token.KNEE, "ankle": Token.ANKLE, "bal
 
 
 def read_biped(
-    prim: Usd.Prim, raw: RawSkeleton, skeleton: Skeleton, skeleton_to_agent: Similarity, skin: Skin
+    prim: Usd.Prim, raw: RawSkeleton, skeleton: Skeleton, *, skeleton_to_agent: Similarity, skin: Skin
 ) -> Biped:
     """The biped of a Skeleton in canonical space.
 

@@ -15,7 +15,7 @@ from usdfoot.readers.joints import parent_indices
 __all__ = ["read_bounds"]
 
 
-def read_bounds(asset: str, asset_prim: str, skeleton_path: str, joints: Sequence[str]) -> tuple[SkinBound, ...]:
+def read_bounds(asset: str, asset_prim: str, *, skeleton_path: str, joints: Sequence[str]) -> tuple[SkinBound, ...]:
     """What bounds an agent that references a character, one entry for each Skeleton with skin.
 
     The character is composed below a SkelRoot, as written agents are. Without any skin its own Skeleton counts alone.

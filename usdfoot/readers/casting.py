@@ -196,7 +196,9 @@ class Casting:
                     self._unfit.setdefault(path, own.skeleton.name)
                     unfit.append(path)
                     continue
-                clips.append(read_clip(clip_source, own.skeleton, own.biped, self.units, most_frames=self.most_frames))
+                clips.append(
+                    read_clip(clip_source, own.skeleton, own.biped, units=self.units, most_frames=self.most_frames)
+                )
             except UsdfootError as error:
                 faults.append(error)
                 severity = "error" if source.clips else "warning"

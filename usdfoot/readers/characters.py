@@ -53,7 +53,7 @@ def read_character(prim: Usd.Prim, units: StageUnits, frame_codes: FloatArray) -
     skin = read_skin(meshes, skeleton_prim, raw)
     asset, asset_prim = asset_of(prim)
     _warn_of_size(prim, skeleton.rest_translations, asset)
-    biped = read_biped(skeleton_prim, raw, skeleton, skeleton_to_agent, skin)
+    biped = read_biped(skeleton_prim, raw, skeleton, skeleton_to_agent=skeleton_to_agent, skin=skin)
     bind_pose = _bind_pose(raw, skeleton_to_agent)
     _warn_of_posture(prim, skeleton, biped, bind_pose, asset)
     return Character(
@@ -61,7 +61,6 @@ def read_character(prim: Usd.Prim, units: StageUnits, frame_codes: FloatArray) -
         asset=asset,
         asset_prim=asset_prim,
         skeleton_path=_relative(skeleton_prim, prim),
-        has_skel_root=_has_skel_root(skeleton_prim),
         agent_rotation=_snapped(units.frames_to_stage(tilt)),
         agent_scale=scale,
         skeleton_to_agent=skeleton_to_agent,
@@ -69,7 +68,7 @@ def read_character(prim: Usd.Prim, units: StageUnits, frame_codes: FloatArray) -
         biped=biped,
         rest_scales=raw.scales,
         inherited_scales=raw.inherited_scales,
-        bounds=read_bounds(asset, asset_prim, _relative(skeleton_prim, prim), raw.joints),
+        bounds=read_bounds(asset, asset_prim, skeleton_path=_relative(skeleton_prim, prim), joints=raw.joints),
         still_extent=_still_extent(prim, units, tilt, scale),
         bind_pose=bind_pose,
         blend_shapes=_blend_shapes(skeleton_prim),
@@ -169,10 +168,6 @@ def _warn_of_posture(prim: Usd.Prim, skeleton: Skeleton, biped: Biped, bind: Pos
             prim.GetPath(),
             asset,
         )
-
-
-def _has_skel_root(prim: Usd.Prim) -> bool:
-    return bool(UsdSkel.Root.Find(prim))
 
 
 def _relative(prim: Usd.Prim, ancestor: Usd.Prim) -> str:

@@ -8,10 +8,10 @@ from typing import Any
 
 from pxr import Sdf, Tf
 
-from usdfoot.bridge.chunks import ChunkLayers, ChunkNotes
+from usdfoot.bridge.chunks import ChunkNotes
 from usdfoot.bridge.tokens import PROVENANCE, ChunkFiles, File, Record, chunk_folder
 
-__all__ = ["find_agents", "is_intact", "open_chunk", "read_record"]
+__all__ = ["find_agents", "is_intact", "read_notes", "read_record"]
 
 
 def is_intact(folder: Path, files: ChunkFiles, intact: Collection[str]) -> bool:
@@ -65,30 +65,18 @@ def find_agents(
     return found
 
 
-def open_chunk(folder: Path, files: ChunkFiles) -> tuple[ChunkLayers, ChunkNotes] | None:
-    """A chunk's layers and their notes; None unless they are whole and were made together.
+def read_notes(folder: Path, files: ChunkFiles) -> ChunkNotes | None:
+    """What a chunk's layers say of its making; None unless they are whole and were made together.
 
     Args:
         folder: Of the crowd.
         files: Names of the chunk's files, relative to the folder.
     """
-    agents, footsteps, anims = (_opened(folder / name) for name in files)
-    if agents is None or footsteps is None or anims is None:
-        return None
-    notes = _notes(anims)
+    agents, footsteps, notes = (_notes(_opened(folder / name, metadata_only=True)) for name in files)
     content_hash = str(notes.get(Record.CONTENT_HASH, ""))
-    if Record.REPORT not in notes or any(
-        _notes(layer).get(Record.CONTENT_HASH) != content_hash for layer in (agents, footsteps)
-    ):
+    if Record.REPORT not in notes or any(said.get(Record.CONTENT_HASH) != content_hash for said in (agents, footsteps)):
         return None
-    layers = ChunkLayers(
-        agents=agents,
-        footsteps=footsteps,
-        anims=anims,
-        agents_file=folder / files.agents,
-        anims_file=folder / files.anims,
-    )
-    return layers, ChunkNotes(
+    return ChunkNotes(
         content_hash=content_hash, agent_hashes=dict(notes.get(Record.AGENT_HASHES, {})), record=notes[Record.REPORT]
     )
 

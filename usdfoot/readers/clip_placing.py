@@ -26,7 +26,7 @@ _ALONG = 0.9
 """Legs whose direction has this cosine to another one go along it."""
 
 
-def in_units_of(where: str, similarity: Similarity, own: Skeleton, skeleton: Skeleton, biped: Biped) -> Similarity:
+def in_units_of(where: str, similarity: Similarity, own: Skeleton, *, skeleton: Skeleton, biped: Biped) -> Similarity:
     """The similarity, rescaled where the clip is evidently in other units than the character.
 
     Args:
@@ -56,10 +56,10 @@ def stood_up(
     where: str,
     similarity: Similarity,
     raw: RawSkeleton,
+    *,
     poses: tuple[FloatArray, FloatArray],
     skeleton: Skeleton,
     biped: Biped,
-    *,
     units: StageUnits,
 ) -> Similarity:
     """The similarity, turned upright where the clip lies as one of a stage with the other up axis does.

@@ -48,8 +48,8 @@ def read_clip(
     source: ClipSource,
     skeleton: Skeleton,
     biped: Biped,
-    units: StageUnits,
     *,
+    units: StageUnits,
     most_frames: int = DEFAULT_LIMITS.frames,
 ) -> Clip:
     """The clip on the joints of a character.
@@ -82,9 +82,11 @@ def read_clip(
     times = units.codes_to_times(codes)
     attributes = read_clip_attributes(source.prim, times, units)
     similarity = _skeleton_to_world(source, codes, units)
-    similarity = stood_up(where, similarity, source.skeleton, (translations, rotations), skeleton, biped, units=units)
+    similarity = stood_up(
+        where, similarity, source.skeleton, poses=(translations, rotations), skeleton=skeleton, biped=biped, units=units
+    )
     own = skeleton_in(source.skeleton, similarity)
-    similarity = in_units_of(where, similarity, own, skeleton, biped)
+    similarity = in_units_of(where, similarity, own, skeleton=skeleton, biped=biped)
     translations, rotations = fold_into_joints(similarity, own.parents, translations=translations, rotations=rotations)
     turns = _other_axes(where, own, skeleton, biped)
     if turns is not None:
@@ -142,7 +144,7 @@ def _sample(source: ClipSource, units: StageUnits, most_frames: int) -> tuple[Fl
     rest = raw.translations / raw.inherited_scales[:, None]
     local = interpolate_linear(translations, codes) if translations else None
     all_translations = _spread(rest, local, order) if local is not None else np.repeat(rest[None], len(codes), axis=0)
-    folded, _ = fold_scales(raw.parents, all_translations, all_scales, where)
+    folded, _ = fold_scales(raw.parents, all_translations, all_scales, where=where)
     return codes, folded, all_rotations
 
 
@@ -199,8 +201,10 @@ def _check_finite(
 
 def _check_legs(where: str, skeleton: Skeleton, biped: Biped, translations: FloatArray, rotations: FloatArray) -> None:
     """Raises ClipError if the first sample puts joints of a leg on one spot that are apart at rest."""
-    rest = _leg_bones(biped, skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
-    short = (rest > 0.0) & (_leg_bones(biped, skeleton.parents, translations[0], rotations[0]) == 0.0)
+    short = _leg_bones(biped, skeleton.parents, translations[0], rotations[0]) == 0.0
+    if not short.any():
+        return
+    short &= _leg_bones(biped, skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations) > 0.0
     flat = np.array([biped.knees, biped.ankles])[short]
     if flat.size:
         remedy = "author translations as they are below the joint above, and no scales of 0"

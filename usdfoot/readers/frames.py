@@ -24,7 +24,7 @@ def spans_of(walks: Iterable[FootstepPlan | RootTrajectory], info: StageInfo) ->
     return info.units.times_to_codes(np.array([(walk.start, walk.end) for walk in walks]).reshape(-1, 2))
 
 
-def find_frames(spans: FloatArray, info: StageInfo, frames: tuple[int, int] | None, most: int) -> FloatArray:
+def find_frames(spans: FloatArray, info: StageInfo, frames: tuple[int, int] | None, *, most: int) -> FloatArray:
     """Whole time codes, those asked for or those around all walks, shape (F,)."""
     if frames is not None:
         if frames[1] < frames[0]:

@@ -72,7 +72,7 @@ def read_goal_agents(
 
 
 def read_agent_libraries(
-    stage: Usd.Stage, prims: StagePrims, units: StageUnits, sources: Sequence[AgentSource]
+    stage: Usd.Stage, prims: StagePrims, units: StageUnits, *, sources: Sequence[AgentSource]
 ) -> tuple[dict[str, ClipLibrary], tuple[Problem, ...]]:
     """Clip libraries of agents on their characters by the agents' names, and why some have none."""
     casting = Casting.to_look(stage, prims, units)

@@ -85,7 +85,7 @@ def _read_library(
     clips: list[Clip] = []
     for source in sources:
         try:
-            clips.append(read_clip(source, character.skeleton, character.biped, info.units))
+            clips.append(read_clip(source, character.skeleton, character.biped, units=info.units))
         except UsdfootError as error:
             problems.append(_problem(source.prim.GetPath(), error))
     library = ClipLibrary(

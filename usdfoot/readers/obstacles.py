@@ -104,7 +104,7 @@ def _mesh(stage: Usd.Stage, mesh: UsdGeom.Mesh) -> tuple[FloatArray, IntArray]:
     indices = np.array(mesh.GetFaceVertexIndicesAttr().Get(time) or (), dtype=int)
     if not len(points) or counts.sum() != len(indices) or indices.max(initial=-1) >= len(points):
         raise SceneError(mesh.GetPath(), "is an obstacle whose faces do not match its points", "repair the mesh")
-    return points, cut_polygons(points, counts, indices, np.zeros(0, dtype=int))
+    return points, cut_polygons(points, counts, indices, holes=np.zeros(0, dtype=int))
 
 
 def _outlines(prim: Usd.Prim, places: FloatArray, faces: IntArray) -> list[FloatArray]:

@@ -21,6 +21,9 @@ from usdfoot.readers.stage import start_code, targets
 
 __all__ = ["OverriddenPlan", "Overrides", "read_overrides"]
 
+_OF_THE_SCENE = (Agent.CHARACTER, Agent.CLIPS, Agent.PATH, Agent.TRAJECTORY)
+"""Relationships into the scene, which is not there in the crowd."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class OverriddenPlan:
@@ -53,6 +56,11 @@ class Overrides:
         """Whether an agent is inactive, and so not to be made."""
         spec = self.layer.GetPrimAtPath(f"{Prim.AGENTS}/{name}") if self.layer else None
         return bool(spec and spec.HasInfo("active") and not spec.active)
+
+    def unread(self) -> tuple[Problem, ...]:
+        """Warnings of what artists say of agents that no run follows."""
+        agents = self.stage.GetPrimAtPath(Prim.AGENTS) if self.stage else None
+        return tuple(problem for prim in agents.GetAllChildren() for problem in _unread(prim)) if agents else ()
 
     def agent(self, name: str) -> Usd.Prim | None:
         """What the artists say of an agent; None = nothing."""
@@ -123,6 +131,16 @@ def read_overrides(folder: Path | None, units: StageUnits) -> Overrides:
         raise SceneError(path, "cannot be read", "correct it, or move it away") from error
     footsteps = path.with_name(File.FOOTSTEPS)
     return Overrides(stage=stage, footsteps=footsteps if footsteps.is_file() else None, units=units)
+
+
+def _unread(prim: Usd.Prim) -> list[Problem]:
+    """A warning for each thing said of one agent that no run follows."""
+    where, said = f"{File.OVERRIDES} {prim.GetPath()}", prim.GetAuthoredPropertyNames()
+    reasons = [f"{name} is not followed here. author it in the scene" for name in _OF_THE_SCENE if name in said]
+    if any(name.startswith("xformOp") for name in said):
+        plan = f"{Prim.PLANS}/{prim.GetName()}"
+        reasons.append(f"the agent is moved off its footsteps. move {plan} instead, and take the transform away")
+    return [Problem(severity="warning", where=where, message=f"{where}: {reason}") for reason in reasons]
 
 
 def _target(stage: Usd.Stage, name: str) -> str | None:

@@ -44,7 +44,7 @@ def place_prints(local: Sequence[FloatArray], matrices: Sequence[FloatArray], un
 
 
 def turn_prints(
-    paths: Sequence[str], authored: Sequence[FloatArray], matrices: Sequence[FloatArray], units: StageUnits
+    paths: Sequence[str], authored: Sequence[FloatArray], matrices: Sequence[FloatArray], *, units: StageUnits
 ) -> list[FloatArray | PlanError]:
     """Orientations in the canonical world, xyzw, shape (N, 4) for each plan, or why there are none.
 

@@ -141,7 +141,7 @@ def _drafts_of(sources: Sequence[PlanSource], units: StageUnits, *, is_timed: bo
         [plans[index].source.path for index in facing],
         list(facing.values()),
         [plans[index].source.matrix for index in facing],
-        units,
+        units=units,
     )
     orientations = dict(zip(facing, turned, strict=True))
     for (index, plan), placed in zip(plans.items(), positions, strict=True):

@@ -15,7 +15,7 @@ from usdfoot.model.limits import DEFAULT_LIMITS
 from usdfoot.readers.overrides import read_overrides
 from usdfoot.readers.stage import open_stage, read_stage_info, walk_stage
 
-__all__ = ["read_provenance", "read_scene_files"]
+__all__ = ["has_value_clips", "read_provenance", "read_scene_files"]
 
 
 def read_provenance(folder: Path, *, sublayers: Sequence[str]) -> Mapping[str, Any] | None:
@@ -36,21 +36,18 @@ def read_provenance(folder: Path, *, sublayers: Sequence[str]) -> Mapping[str, A
     return dict(layer.customLayerData.get(PROVENANCE, {})) if is_whole else None
 
 
-def read_scene_files(
-    scene: str | os.PathLike[str] | Usd.Stage, folder: Path, *, most_prims: int = DEFAULT_LIMITS.prims
-) -> StageInfo | None:
+def read_scene_files(scene: str | os.PathLike[str] | Usd.Stage, folder: Path) -> StageInfo | None:
     """Metadata of a scene, with its layers; None if their bytes and those of overrides.usda do not say all of it.
 
-    They do not where a layer is changed in memory or no file, and where files are named that are opened later: value
-    clips, and layers below overrides.usda.
+    They do not where a layer is changed in memory or no file, and where files are named that are opened later: layers
+    below overrides.usda, and value clips, which `has_value_clips` looks for.
 
     Args:
         scene: File or open stage.
         folder: Of the crowd made of it.
-        most_prims: How many prims the scene may have.
 
     Raises:
-        SceneError: If the scene or overrides.usda cannot be opened, or there are more prims.
+        SceneError: If the scene or overrides.usda cannot be opened.
     """
     stage = open_stage(scene)
     info = read_stage_info(stage)
@@ -60,4 +57,17 @@ def read_scene_files(
         return None
     if overrides is not None and (overrides.dirty or overrides.GetCompositionAssetDependencies()):
         return None
-    return None if any(prim.HasAuthoredMetadata("clips") for prim in walk_stage(stage, most=most_prims)) else info
+    return info
+
+
+def has_value_clips(scene: str | os.PathLike[str] | Usd.Stage, *, most_prims: int = DEFAULT_LIMITS.prims) -> bool:
+    """Whether a scene names files that USD opens when a value is asked for.
+
+    Args:
+        scene: File or open stage.
+        most_prims: How many prims the scene may have.
+
+    Raises:
+        SceneError: If the scene cannot be opened, or there are more prims.
+    """
+    return any(prim.HasAuthoredMetadata("clips") for prim in walk_stage(open_stage(scene), most=most_prims))

@@ -126,7 +126,7 @@ class SceneReader:
             planned=self._plan_paths(stage, prims, motion, build),
         )
         spans = spans_of(self._walks.read_all(self._chosen) if foreseen else (), self.info)
-        codes = find_frames(spans, self.info, frames, limits.frames)
+        codes = find_frames(spans, self.info, frames, most=limits.frames)
         self._frame_problems = frames_problems(spans, codes)
         foreign = (
             *(source.plan for source in listed.everyone),
@@ -168,6 +168,7 @@ class SceneReader:
         followers = [performer for performer in everyone if isinstance(performer, Follower)]
         problems = (
             *self._listed.problems,
+            *self._overrides.unread(),
             *self._walks.problems,
             *self._frame_problems,
             *casting.problems,

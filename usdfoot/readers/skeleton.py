@@ -90,7 +90,7 @@ def read_skeleton(prim: Usd.Prim) -> RawSkeleton:
             remedy = "author restTransforms, or bindTransforms that have one"
             raise SkeletonError(prim.GetPath(), "bindTransforms have no inverse", remedy) from None
     translations, rotations, scales = split_matrices(rest)
-    folded, inherited = fold_scales(parents, translations[None], scales[None], prim.GetPath())
+    folded, inherited = fold_scales(parents, translations[None], scales[None], where=prim.GetPath())
     if not inherited.all():
         flat = [joints[parent] for joint, parent in enumerate(parents) if not inherited[joint]]
         remedy = "author scales other than zero for joints that have others below them"
@@ -123,7 +123,7 @@ def skeleton_in(raw: RawSkeleton, similarity: Similarity) -> Skeleton:
 
 
 def fold_scales(
-    parents: IntArray, translations: FloatArray, scales: FloatArray, where: object
+    parents: IntArray, translations: FloatArray, scales: FloatArray, *, where: object
 ) -> tuple[FloatArray, FloatArray]:
     """Translations as if no joint had a scale, for joint scales that are uniform and constant.
 

@@ -122,7 +122,7 @@ def _read_mesh(stage: Usd.Stage, placed: PlacedMesh, units: StageUnits) -> _Mesh
         raise TerrainError(where, "has faces that do not match its points", "repair faceVertexCounts and -Indices")
     if not (np.isfinite(points).all() and np.isfinite(placed.matrices).all()):
         raise TerrainError(where, "has points that are not finite", "repair the mesh")
-    triangles = cut_polygons(points, counts, indices, holes)
+    triangles = cut_polygons(points, counts, indices, holes=holes)
     linear, shifts = placed.matrices[:, :3, :3], placed.matrices[:, 3:, :3]
     world = units.points_to_canonical(points @ linear + shifts)  # (K, P, 3)
     turned = (np.linalg.det(linear) < 0.0) != _is_flipped(UsdGeom.Gprim(prim))

@@ -9,7 +9,7 @@ from usdfoot.maths.types import FloatArray, IntArray
 __all__ = ["cut_polygons"]
 
 
-def cut_polygons(points: FloatArray, counts: IntArray, indices: IntArray, holes: IntArray) -> IntArray:
+def cut_polygons(points: FloatArray, counts: IntArray, indices: IntArray, *, holes: IntArray) -> IntArray:
     """Triangles of polygons, in the polygons' winding.
 
     Triangles stay, convex polygons become fans and concave ones are cut by clipping ears.

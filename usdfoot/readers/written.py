@@ -234,7 +234,7 @@ def _read_biped(agent: Usd.Prim, prim: Usd.Prim, raw: RawSkeleton, skeleton: Ske
     """The biped found as the scene's reader finds it."""
     below = Usd.PrimRange(agent, Usd.TraverseInstanceProxies())
     meshes = [child for child in below if child.IsA(UsdGeom.Mesh)]
-    return read_biped(prim, raw, skeleton, to_agent, read_skin(meshes, prim, raw))
+    return read_biped(prim, raw, skeleton, skeleton_to_agent=to_agent, skin=read_skin(meshes, prim, raw))
 
 
 def _rounded(similarity: Similarity) -> tuple[float, ...]:

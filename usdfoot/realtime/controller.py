@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,13 +16,13 @@ from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.device import start_warp
 from usdfoot.model.ground import Ground
 from usdfoot.model.report import Problem
-from usdfoot.model.terrain import Terrain
+from usdfoot.model.terrain import Terrain, no_terrain
 from usdfoot.planning.predictions import build_gaits
 from usdfoot.planning.proportions import proportions_of
 from usdfoot.realtime.arguments import agent_numbers, finite_array, float_array, number_array
 from usdfoot.realtime.bodies import Bodies
 from usdfoot.realtime.crowd_pose import CrowdPose, rest_joints
-from usdfoot.realtime.footsteps import Footsteps
+from usdfoot.realtime.footsteps import Footsteps, rounds_of
 from usdfoot.realtime.nudges import Nudges
 from usdfoot.realtime.preparing import prepare_stretch
 from usdfoot.realtime.roster import Roster, problem_of_agent
@@ -92,7 +91,7 @@ class Controller:
         self._options = options or ControllerOptions()
         engine = self._options.engine
         self._library = library if isinstance(library, PreparedLibrary) else prepare_library(library, engine)
-        self._ground = Ground(terrain or _no_terrain())
+        self._ground = Ground(terrain or no_terrain())
         source, examples = self._library.source, self._library.examples
         self._body = proportions_of(source.skeleton, source.biped)
         self._gaits = build_gaits(
@@ -212,7 +211,7 @@ class Controller:
             windows.forget(np.unique(np.delete(agents, list(faults))), now=self._time)
         problems: list[Problem] = []
         refused = np.zeros(len(self), dtype=bool)
-        for rows in _rounds(agents):
+        for rows in rounds_of(agents):
             whole = np.array([row not in faults for row in rows.tolist()], dtype=bool)
             problems += [problem_of_agent("error", agents[row], faults[row]) for row in rows[~whole].tolist()]
             refused[agents[rows[~whole & known[rows]]]] = True
@@ -282,7 +281,9 @@ class Controller:
         bodies = self._bodies(agents, time, nudged=True)
         poses = bodies.pose()
         bodies.plant(poses)
-        pose = self._rest.finish(poses, bodies.roots(), self._origins[agents], time, windows.halted[agents])
+        pose = self._rest.finish(
+            poses, bodies.roots(), origins=self._origins[agents], time=time, halted=windows.halted[agents]
+        )
         return pose if len(agents) == len(self) else pose.among(self._rest.pose(time, len(self)), agents)
 
     def _halt(self, agents: IntArray) -> None:
@@ -310,8 +311,8 @@ class Controller:
             windows,
             agents,
             np.maximum(firsts, 0),
-            self._library,
-            rows.blends,
+            library=self._library,
+            blends=rows.blends,
             origins=self._origins[agents],
             starts=self._starts[agents],
             options=self._options.engine,
@@ -320,7 +321,7 @@ class Controller:
             stretch,
             windows,
             rows,
-            self._library,
+            library=self._library,
             ground=self._ground,
             reach=self._options.ik_reach,
             options=self._options.engine,
@@ -370,19 +371,3 @@ def _aside(yaws: FloatArray, side: int, width: float) -> FloatArray:
     """From the root to a foot that stands beside it [m], shape (N, 3)."""
     across = planar.rotate(yaws, np.tile([0.5 * width if side == 0 else -0.5 * width, 0.0], (len(yaws), 1)))
     return np.stack([across[:, 0], np.zeros(len(yaws)), across[:, 1]], axis=1)
-
-
-def _rounds(agents: IntArray) -> Sequence[IntArray]:
-    """Rows of the agents' first footsteps, of their second ones, ..."""
-    order = np.argsort(agents, kind="stable")
-    fresh = np.diff(agents[order], prepend=-np.inf) != 0
-    begins = np.flatnonzero(fresh)
-    ranks = np.arange(len(agents)) - np.repeat(begins, np.diff(np.append(begins, len(agents))))
-    return [order[ranks == rank] for rank in range(int(ranks.max(initial=-1)) + 1)]
-
-
-def _no_terrain() -> Terrain:
-    none = np.zeros(0, dtype=int)
-    return Terrain(
-        meshes=(), points=np.zeros((0, 3)), triangles=none.reshape(0, 3), mesh_indices=none, walkable=none.astype(bool)
-    )

@@ -77,7 +77,9 @@ class RestingJoints:
             there=np.zeros(count, dtype=bool),
         )
 
-    def finish(self, poses: Poses, roots: FloatArray, origins: FloatArray, time: float, halted: BoolArray) -> CrowdPose:
+    def finish(
+        self, poses: Poses, roots: FloatArray, *, origins: FloatArray, time: float, halted: BoolArray
+    ) -> CrowdPose:
         """Poses about the agents' origins (N, 3) [m], put below roots (N, 4): x, height, z [m] and yaw [rad]."""
         away = quaternion.yaw_quaternion(-roots[:, 3])
         undo = quaternion.inverse(self.turn)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ from usdfoot.errors import PlanError
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.realtime.arguments import number_array
 
-__all__ = ["Footsteps"]
+__all__ = ["Footsteps", "rounds_of"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,3 +59,12 @@ class Footsteps:
         for row in np.flatnonzero(~(self.liftoff_times > self.strike_times)):
             found.setdefault(int(row), "liftoff_times is not after strike_times")
         return found
+
+
+def rounds_of(agents: IntArray) -> Sequence[IntArray]:
+    """Rows of the agents' first footsteps, of their second ones and so on; `agents` (M,) say whose each is."""
+    order = np.argsort(agents, kind="stable")
+    fresh = np.diff(agents[order], prepend=-np.inf) != 0
+    begins = np.flatnonzero(fresh)
+    ranks = np.arange(len(agents)) - np.repeat(begins, np.diff(np.append(begins, len(agents))))
+    return [order[ranks == rank] for rank in range(int(ranks.max(initial=-1)) + 1)]

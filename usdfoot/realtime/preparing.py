@@ -12,6 +12,7 @@ from usdfoot.engine.planting import prepare_planting
 from usdfoot.engine.poses import Setup, device_segments, no_seams, place_segments
 from usdfoot.engine.root import lay_root
 from usdfoot.engine.seams import measure_seams
+from usdfoot.engine.slopes import ankle_sinks
 from usdfoot.engine.weights import align_events, reach_footsteps
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.contact_table import lay_on_ground
@@ -27,8 +28,8 @@ def prepare_stretch(
     stretch: Stretch,
     windows: Windows,
     rows: Rows,
-    library: PreparedLibrary,
     *,
+    library: PreparedLibrary,
     ground: Ground,
     reach: float,
     options: EngineOptions,
@@ -54,7 +55,7 @@ def prepare_stretch(
         seams = no_seams(len(segments), len(setup.skeleton.joints))
     else:
         seams = measure_seams(setup, arrays, seams=remade)
-    source = rows.put_segments(stretch, place_segments(setup, arrays), seams, remade)
+    source = rows.put_segments(stretch, place_segments(setup, arrays), seams, remade=remade)
     known = rows.known(stretch, source)
     rows.put_feet(stretch, prepare_planting(setup, source, ground, known=known, due=stretch.due))
 
@@ -83,5 +84,6 @@ def _on_ground(setup: Setup, ground: Ground, rows: IntArray, planned: FloatArray
         laid = lay_on_ground(contacts[rows], ground, planned=planned[rows], foot_lengths=setup.rig.foot_lengths)
         positions[rows] = laid.positions
         contacts = replace(contacts, positions=positions)
-    path = lay_root(contacts, setup.segments, step_height_share=options.step_height_share)
+    share, sinks = options.step_height_share, ankle_sinks(setup.rig, contacts, ground)
+    path = lay_root(contacts, setup.segments, step_height_share=share, sinks=sinks)
     return replace(setup, contacts=contacts, path=path)

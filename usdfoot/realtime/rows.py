@@ -122,7 +122,7 @@ class Rows:
             layout=stretch.setup, source=source, feet=ContactFeet(**feet), detours=self._detours[stretch.places]
         )
 
-    def put_segments(self, stretch: Stretch, arrays: SegmentArrays, seams: Seams, remade: IntArray) -> RowPoses:
+    def put_segments(self, stretch: Stretch, arrays: SegmentArrays, seams: Seams, *, remade: IntArray) -> RowPoses:
         """Takes over the segments of a stretch, and the seams before the segments `remade`.
 
         The first segment of an agent that has others before it is left as it is.

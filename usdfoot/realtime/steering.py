@@ -138,7 +138,7 @@ class Steering(Slots):
         stance_times = steps.support_liftoffs - (steps.strikes - steps.durations)
         footsteps = Footsteps(
             sides=steps.sides,
-            positions=settle_landings(ground, last, steps.positions, steps.yaws, self._body),
+            positions=settle_landings(ground, last, steps.positions, yaws=steps.yaws, body=self._body),
             yaws=steps.yaws,
             strike_times=steps.strikes,
             liftoff_times=steps.strikes + stance_times,

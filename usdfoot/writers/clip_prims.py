@@ -33,11 +33,11 @@ def define_clip(layer: Sdf.Layer, made: MadeClip, units: StageUnits) -> None:
     """Make the clip's prim, which has its events already, a SkelAnimation of its character's Skeleton."""
     prim = Sdf.CreatePrimInLayer(layer, made.clip.name)
     prim.specifier, prim.typeName = Sdf.SpecifierDef, "SkelAnimation"
-    author_clip(prim, made.clip, made.character, units)
+    author_clip(prim, made.clip, made.character, units=units)
     author_targets(prim, tokens.Clip.SKELETON, [made.character.skeleton.name])
 
 
-def author_clip(prim: Sdf.PrimSpec, clip: Clip, character: Character, units: StageUnits) -> None:
+def author_clip(prim: Sdf.PrimSpec, clip: Clip, character: Character, *, units: StageUnits) -> None:
     """Samples in the units and axes of the character's Skeleton, and what UsdfootClipAPI says beside events.
 
     Args:
@@ -47,7 +47,7 @@ def author_clip(prim: Sdf.PrimSpec, clip: Clip, character: Character, units: Sta
         units: Of the layer.
     """
     skeleton = character.skeleton
-    author(prim, "joints", ValueTypes.TokenArray, Vt.TokenArray(skeleton.joints), uniform=True)
+    author(prim, "joints", ValueTypes.TokenArray, value=Vt.TokenArray(skeleton.joints), uniform=True)
     translations, rotations = unfold_from_joints(
         character.skeleton_to_agent, skeleton.parents, translations=clip.translations, rotations=clip.rotations
     )
@@ -58,22 +58,22 @@ def author_clip(prim: Sdf.PrimSpec, clip: Clip, character: Character, units: Sta
     turns = [quaternion_array(frame) for frame in rotations]
     author_samples(author(prim, "rotations", ValueTypes.QuatfArray), codes, turns)
     scales = Vt.Vec3hArray.FromNumpy(np.ascontiguousarray(character.rest_scales, dtype=np.float16))
-    author(prim, "scales", ValueTypes.Half3Array, scales)
+    author(prim, "scales", ValueTypes.Half3Array, value=scales)
     _author_attributes(prim, clip, units)
 
 
 def _author_attributes(prim: Sdf.PrimSpec, clip: Clip, units: StageUnits) -> None:
     """Style, range, where it comes from and the rest."""
     names = tokens.Clip
-    author(prim, names.STYLE, ValueTypes.Token, clip.style, uniform=True)
-    author(prim, names.ROOT_MOTION, ValueTypes.Token, clip.root_motion, uniform=True)
-    author(prim, names.MIRROR, ValueTypes.Bool, clip.mirror, uniform=True)
+    author(prim, names.STYLE, ValueTypes.Token, value=clip.style, uniform=True)
+    author(prim, names.ROOT_MOTION, ValueTypes.Token, value=clip.root_motion, uniform=True)
+    author(prim, names.MIRROR, ValueTypes.Bool, value=clip.mirror, uniform=True)
     if clip.cyclic is not None:
-        author(prim, names.CYCLIC, ValueTypes.Bool, clip.cyclic, uniform=True)
+        author(prim, names.CYCLIC, ValueTypes.Bool, value=clip.cyclic, uniform=True)
     for name, time in ((names.START, clip.range_start), (names.END, clip.range_end)):
         if time is not None:
             code = Sdf.TimeCode(float(rounded_codes(units.times_to_codes(np.array(time)))))
-            author(prim, name, ValueTypes.TimeCode, code, uniform=True)
+            author(prim, name, ValueTypes.TimeCode, value=code, uniform=True)
     if clip.synthetic:
-        author(prim, names.SOURCE, ValueTypes.Token, tokens.ClipSource.SYNTHETIC, uniform=True)
+        author(prim, names.SOURCE, ValueTypes.Token, value=tokens.ClipSource.SYNTHETIC, uniform=True)
         prim.customData = {"synthetic": True}

@@ -99,15 +99,17 @@ def _write_skeleton(layer: Sdf.Layer, path: str, skeleton: Skeleton) -> Sdf.Prim
     """A SkelRoot at the path with the Skeleton below, bound as it rests; gives back the Skeleton."""
     positions, turns = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
     root = define_prim(layer, path, "SkelRoot")
-    author(root, "extent", ValueTypes.Float3Array, _points(np.stack([positions.min(axis=0), positions.max(axis=0)])))
+    author(
+        root, "extent", ValueTypes.Float3Array, value=_points(np.stack([positions.min(axis=0), positions.max(axis=0)]))
+    )
     prim = define_prim(layer, f"{path}/Skeleton", "Skeleton")
     apply_schemas(prim, ["SkelBindingAPI"])
-    author(prim, "joints", ValueTypes.TokenArray, Vt.TokenArray(skeleton.joints), uniform=True)
+    author(prim, "joints", ValueTypes.TokenArray, value=Vt.TokenArray(skeleton.joints), uniform=True)
     for name, matrices in (
         ("bindTransforms", _matrices(positions, turns)),
         ("restTransforms", _matrices(skeleton.rest_translations, skeleton.rest_rotations)),
     ):
-        author(prim, name, ValueTypes.Matrix4dArray, Vt.Matrix4dArray.FromNumpy(matrices), uniform=True)
+        author(prim, name, ValueTypes.Matrix4dArray, value=Vt.Matrix4dArray.FromNumpy(matrices), uniform=True)
     return prim
 
 
@@ -119,13 +121,13 @@ def _write_clip(layer: Sdf.Layer, path: str, clip: Clip, skeleton: Skeleton, uni
     slices = [slice(frame * joints, (frame + 1) * joints) for frame in range(frames)]
     translations = _points(clip.translations.reshape(-1, 3))
     rotations = quaternion_array(clip.rotations.reshape(-1, 4))
-    author(prim, "joints", ValueTypes.TokenArray, Vt.TokenArray(skeleton.joints), uniform=True)
+    author(prim, "joints", ValueTypes.TokenArray, value=Vt.TokenArray(skeleton.joints), uniform=True)
     author_samples(author(prim, "translations", ValueTypes.Float3Array), codes, [translations[s] for s in slices])
     author_samples(author(prim, "rotations", ValueTypes.QuatfArray), codes, [rotations[s] for s in slices])
     scales = Vt.Vec3hArray.FromNumpy(np.ones((joints, 3), dtype=np.float16))
-    author(prim, "scales", ValueTypes.Half3Array, scales)
+    author(prim, "scales", ValueTypes.Half3Array, value=scales)
     if clip.style != "default":
-        author(prim, tokens.Clip.STYLE, ValueTypes.Token, clip.style, uniform=True)
+        author(prim, tokens.Clip.STYLE, ValueTypes.Token, value=clip.style, uniform=True)
 
 
 def _matrices(translations: FloatArray, rotations: FloatArray) -> FloatArray:

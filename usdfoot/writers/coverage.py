@@ -96,8 +96,8 @@ def _write_group(
     """Both feet of one gait, moved to the side by `shift` [m]."""
     prim = define_prim(layer, path, "Xform")
     place = units.points_to_stage(np.array([shift, 0.0, 0.0]))
-    author(prim, "xformOp:translate", ValueTypes.Double3, Gf.Vec3d(*place.tolist()))
-    author(prim, "xformOpOrder", ValueTypes.TokenArray, Vt.TokenArray(["xformOp:translate"]), uniform=True)
+    author(prim, "xformOp:translate", ValueTypes.Double3, value=Gf.Vec3d(*place.tolist()))
+    author(prim, "xformOpOrder", ValueTypes.TokenArray, value=Vt.TokenArray(["xformOp:translate"]), uniform=True)
     for space in spaces:
         _write_space(layer, f"{path}/{SIDES[space.side].capitalize()}", space, largest, units)
 
@@ -107,17 +107,17 @@ def _write_space(layer: Sdf.Layer, path: str, space: SpaceCoverage, largest: flo
     define_prim(layer, path, "Xform")
     points = _points(space.landings, units)
     prim = define_prim(layer, f"{path}/Landings", "Mesh" if len(space.triangles) else "Points")
-    author(prim, "points", ValueTypes.Point3fArray, points)
-    author(prim, "extent", ValueTypes.Float3Array, _extent(space.landings, units))
+    author(prim, "points", ValueTypes.Point3fArray, value=points)
+    author(prim, "extent", ValueTypes.Float3Array, value=_extent(space.landings, units))
     if len(space.triangles):
         # Seen from above: counter-clockwise in (x, z) is clockwise about +Y.
         faces = space.triangles[:, ::-1] if space.side == 0 else space.triangles
-        author(prim, "faceVertexCounts", ValueTypes.IntArray, Vt.IntArray([3] * len(faces)))
-        author(prim, "faceVertexIndices", ValueTypes.IntArray, _ints(faces))
-        author(prim, "subdivisionScheme", ValueTypes.Token, "none", uniform=True)
-        author(prim, "doubleSided", ValueTypes.Bool, True, uniform=True)
+        author(prim, "faceVertexCounts", ValueTypes.IntArray, value=Vt.IntArray([3] * len(faces)))
+        author(prim, "faceVertexIndices", ValueTypes.IntArray, value=_ints(faces))
+        author(prim, "subdivisionScheme", ValueTypes.Token, value="none", uniform=True)
+        author(prim, "doubleSided", ValueTypes.Bool, value=True, uniform=True)
     else:
-        author(prim, "widths", ValueTypes.FloatArray, Vt.FloatArray([0.02 / units.meters_per_unit] * len(points)))
+        author(prim, "widths", ValueTypes.FloatArray, value=Vt.FloatArray([0.02 / units.meters_per_unit] * len(points)))
     errors = np.where(np.isfinite(space.errors), space.errors / units.meters_per_unit, -1.0)
     colours = Vt.Vec3fArray.FromNumpy(error_colours(space.errors, largest).astype(np.float32))
     values = Vt.FloatArray.FromNumpy(errors.astype(np.float32))
@@ -125,7 +125,7 @@ def _write_space(layer: Sdf.Layer, path: str, space: SpaceCoverage, largest: flo
         ("primvars:displayColor", ValueTypes.Color3fArray, colours),
         ("primvars:usdfoot:expectedError", ValueTypes.FloatArray, values),
     ):
-        author(prim, name, kind, value).SetInfo("interpolation", "vertex")
+        author(prim, name, kind, value=value).SetInfo("interpolation", "vertex")
     _write_lines(layer, f"{path}/Hull", space.landings[space.hull], np.array([0.05, 0.05, 0.05]), units)
     angles = np.linspace(0.0, 2.0 * np.pi, 33)
     circle = np.stack([np.sin(angles), np.cos(angles)], axis=1)
@@ -137,13 +137,15 @@ def _write_space(layer: Sdf.Layer, path: str, space: SpaceCoverage, largest: flo
 def _write_lines(layer: Sdf.Layer, path: str, lines: FloatArray, colour: FloatArray, units: StageUnits) -> None:
     """Linear BasisCurves (L, P, 2) of one colour, linear RGB."""
     prim = define_prim(layer, path, "BasisCurves")
-    author(prim, "type", ValueTypes.Token, "linear", uniform=True)
-    author(prim, "curveVertexCounts", ValueTypes.IntArray, Vt.IntArray([lines.shape[1]] * len(lines)))
-    author(prim, "points", ValueTypes.Point3fArray, _points(lines.reshape(-1, 2), units))
-    author(prim, "extent", ValueTypes.Float3Array, _extent(lines.reshape(-1, 2), units))
-    width = author(prim, "widths", ValueTypes.FloatArray, Vt.FloatArray([0.005 / units.meters_per_unit]))
+    author(prim, "type", ValueTypes.Token, value="linear", uniform=True)
+    author(prim, "curveVertexCounts", ValueTypes.IntArray, value=Vt.IntArray([lines.shape[1]] * len(lines)))
+    author(prim, "points", ValueTypes.Point3fArray, value=_points(lines.reshape(-1, 2), units))
+    author(prim, "extent", ValueTypes.Float3Array, value=_extent(lines.reshape(-1, 2), units))
+    width = author(prim, "widths", ValueTypes.FloatArray, value=Vt.FloatArray([0.005 / units.meters_per_unit]))
     width.SetInfo("interpolation", "constant")
-    shown = author(prim, "primvars:displayColor", ValueTypes.Color3fArray, Vt.Vec3fArray([Gf.Vec3f(*colour.tolist())]))
+    shown = author(
+        prim, "primvars:displayColor", ValueTypes.Color3fArray, value=Vt.Vec3fArray([Gf.Vec3f(*colour.tolist())])
+    )
     shown.SetInfo("interpolation", "constant")
 
 

@@ -54,7 +54,7 @@ def write_clip_events(
         prim = Sdf.CreatePrimInLayer(layer, path)
         apply_schemas(prim, [tokens.Schema.CLIP])
         if path in styles:
-            author(prim, tokens.Clip.STYLE, Sdf.ValueTypeNames.Token, styles[path], uniform=True)
+            author(prim, tokens.Clip.STYLE, Sdf.ValueTypeNames.Token, value=styles[path], uniform=True)
         author_events(prim, clip_contacts, info.units)
     for clip in made:
         define_clip(layer, clip, info.units)
@@ -68,9 +68,9 @@ def author_events(prim: Sdf.PrimSpec, contacts: Contacts, units: StageUnits) -> 
     for side in (0, 1):
         foot = contacts[side]
         begun = np.isfinite(foot.strike_times)
-        author_times(prim, tokens.Clip.STRIKE_TIMES[side], _finite(foot.strike_times), units)
-        author_times(prim, tokens.Clip.FLAT_TIMES[side], _finite(foot.flat_times[begun]), units)
-        author_times(prim, tokens.Clip.LIFTOFF_TIMES[side], _finite(foot.liftoff_times), units)
+        author_times(prim, tokens.Clip.STRIKE_TIMES[side], _finite(foot.strike_times), units=units)
+        author_times(prim, tokens.Clip.FLAT_TIMES[side], _finite(foot.flat_times[begun]), units=units)
+        author_times(prim, tokens.Clip.LIFTOFF_TIMES[side], _finite(foot.liftoff_times), units=units)
 
 
 def _finite(times: FloatArray) -> FloatArray:

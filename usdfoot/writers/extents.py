@@ -20,7 +20,7 @@ _LANES = 64
 
 
 def prim_extents(
-    character: Character, translations: FloatArray, rotations: FloatArray, units: StageUnits
+    character: Character, translations: FloatArray, rotations: FloatArray, *, units: StageUnits
 ) -> FloatArray:
     """Boxes of F frames as USD computes them, shape (F, 2, 3) [stage units].
 

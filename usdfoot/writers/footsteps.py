@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from pxr import Gf, Sdf, Vt
+from pxr import Sdf
 
 from usdfoot.bridge import tokens
 from usdfoot.bridge.units import StageUnits
@@ -14,16 +13,22 @@ from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.motion import StepResults
 from usdfoot.model.plan import FootstepPlan
-from usdfoot.writers.layers import apply_schemas, author, author_targets, define_prim
-from usdfoot.writers.layers_over import author_times
+from usdfoot.writers.attributes import (
+    Attribute,
+    author_attributes,
+    code_array,
+    prim_spec,
+    relationship_spec,
+    specs_of,
+)
+from usdfoot.writers.crate.specs import Spec
+from usdfoot.writers.layers import apply_schemas, author_targets, define_prim
 from usdfoot.writers.prints import PRINT_COLORS, print_extent, print_outline
 
-__all__ = ["PrintModels", "author_plan", "in_frame", "print_models", "write_executed_plan"]
+__all__ = ["PrintModels", "author_plan", "executed_plan", "in_frame", "print_models"]
 
-ValueTypes = Sdf.ValueTypeNames
 PRINTS, PRINT_NAMES = "/Prints", ("Left", "Right")
 """Where the prints' meshes are below their plan."""
-INTERPOLATIONS = {"normals": "uniform", "primvars:displayColor": "constant"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,54 +39,51 @@ class PrintModels:
     """Corners in the print's frame [m], shape (13, 3) each."""
     layer: Sdf.Layer
     """Holds the meshes below PRINTS."""
+    spec: Spec
+    """The same as a spec."""
 
 
 def print_models(size: float, units: StageUnits) -> PrintModels:
     """Meshes of prints for feet with the ball `size` from the ankle [m]."""
     outlines = print_outline(0, size), print_outline(1, size)
+    meshes = [_mesh(outline, color, units) for outline, color in zip(outlines, PRINT_COLORS, strict=True)]
     layer = Sdf.Layer.CreateAnonymous(".usdc")
     with Sdf.ChangeBlock():
         define_prim(layer, PRINTS, "Scope")
-        for name, outline, color in zip(PRINT_NAMES, outlines, PRINT_COLORS, strict=True):
-            mesh = define_prim(layer, f"{PRINTS}/{name}", "Mesh")
-            for attribute, (type_name, value) in _mesh_attributes(outline, color, units).items():
-                spec = author(mesh, attribute, type_name, value, uniform=attribute == "subdivisionScheme")
-                if attribute in INTERPOLATIONS:
-                    spec.SetInfo("interpolation", INTERPOLATIONS[attribute])
-    return PrintModels(outlines=outlines, layer=layer)
+        for name, mesh in zip(PRINT_NAMES, meshes, strict=True):
+            author_attributes(define_prim(layer, f"{PRINTS}/{name}", "Mesh"), mesh)
+    specs = {name: prim_spec("Mesh", specs_of(mesh)) for name, mesh in zip(PRINT_NAMES, meshes, strict=True)}
+    return PrintModels(outlines=outlines, layer=layer, spec=prim_spec("Scope", specs))
 
 
-def _mesh_attributes(
-    outline: FloatArray, color: tuple[float, float, float], units: StageUnits
-) -> dict[str, tuple[Sdf.ValueTypeName, Any]]:
+def _mesh(outline: FloatArray, color: tuple[float, float, float], units: StageUnits) -> dict[str, Attribute]:
     points, count = units.points_to_stage(outline), len(outline)
+    up = units.directions_to_stage(np.array([[0.0, 1.0, 0.0]]))
     return {
-        "points": (ValueTypes.Point3fArray, _points(points)),
-        "faceVertexCounts": (ValueTypes.IntArray, Vt.IntArray([count])),
-        "faceVertexIndices": (ValueTypes.IntArray, Vt.IntArray(range(count))),
-        "extent": (ValueTypes.Float3Array, _box(points)),
-        "subdivisionScheme": (ValueTypes.Token, "none"),
-        "normals": (ValueTypes.Normal3fArray, _points(units.directions_to_stage(np.array([[0.0, 1.0, 0.0]])))),
-        "primvars:displayColor": (ValueTypes.Color3fArray, Vt.Vec3fArray([Gf.Vec3f(*color)])),
+        "points": Attribute("point3f[]", points),
+        "faceVertexCounts": Attribute("int[]", np.array([count])),
+        "faceVertexIndices": Attribute("int[]", np.arange(count)),
+        "extent": Attribute("float3[]", _box(points)),
+        "subdivisionScheme": Attribute("token", "none", uniform=True),
+        "normals": Attribute("normal3f[]", up, interpolation="uniform"),
+        "primvars:displayColor": Attribute("color3f[]", np.array([color]), interpolation="constant"),
     }
 
 
-def write_executed_plan(
-    layer: Sdf.Layer,
-    name: str,
+def executed_plan(
+    path: str,
     plan: FootstepPlan,
     *,
     results: StepResults,
     prints: PrintModels,
     units: StageUnits,
     frame: FloatArray | None = None,
-) -> None:
-    """Author /Crowd/Plans/<name> into a layer.
+) -> Spec:
+    """Spec of a plan with what became of it.
 
     Args:
-        layer: Layer to author in.
-        name: The agent's name.
-        plan: Its plan, kept as given.
+        path: Of the prim.
+        plan: Kept as given.
         results: What became of each footstep.
         prints: What its footsteps look like.
         units: Of the written stage.
@@ -89,13 +91,20 @@ def write_executed_plan(
             None = nothing moves the prim.
     """
     plan = plan if frame is None else in_frame(plan, frame, units)
-    prim = author_plan(layer, f"{tokens.Prim.PLANS}/{name}", plan, prints=prints, units=units)
-    apply_schemas(prim, [tokens.Schema.PLAN, tokens.Schema.RESULT])
-    author(prim, "purpose", ValueTypes.Token, "guide", uniform=True)
-    author(prim, tokens.Plan.ROOT_WEIGHTS, ValueTypes.FloatArray, _floats(plan.root_weights), uniform=True)
-    if plan.styles:
-        author(prim, tokens.Plan.STYLES, ValueTypes.TokenArray, Vt.TokenArray(plan.styles), uniform=True)
-    _write_results(prim, results, units)
+    attributes = {
+        **_plan_attributes(plan, prints, units),
+        "purpose": Attribute("token", "guide", uniform=True),
+        tokens.Plan.ROOT_WEIGHTS: Attribute("float[]", plan.root_weights, uniform=True),
+        **({tokens.Plan.STYLES: Attribute("token[]", plan.styles, uniform=True)} if plan.styles else {}),
+        **_result_attributes(results, units),
+    }
+    prototypes = relationship_spec(_prototypes(path))
+    below = {**specs_of(attributes), ".prototypes": prototypes, PRINTS.strip("/"): prints.spec}
+    return prim_spec("PointInstancer", below, schemas=[tokens.Schema.PLAN, tokens.Schema.RESULT])
+
+
+def _prototypes(path: str) -> list[str]:
+    return [f"{path}{PRINTS}/{name}" for name in PRINT_NAMES]
 
 
 def in_frame(plan: FootstepPlan, frame: FloatArray, units: StageUnits) -> FootstepPlan:
@@ -125,58 +134,53 @@ def author_plan(
     """
     prim = define_prim(layer, path, "PointInstancer")
     apply_schemas(prim, [tokens.Schema.PLAN])
-    author(prim, "protoIndices", ValueTypes.IntArray, Vt.IntArray.FromNumpy(plan.sides.astype(np.int32)))
-    author(prim, "positions", ValueTypes.Point3fArray, _points(units.points_to_stage(plan.positions)))
-    orientations = np.ascontiguousarray(units.rotations_to_stage(plan.orientations), dtype=np.float16)
-    author(prim, "orientations", ValueTypes.QuathArray, Vt.QuathArray.FromNumpy(orientations))
-    box = print_extent(plan.positions, plan.orientations, plan.sides, outlines=prints.outlines)
-    author(prim, "extent", ValueTypes.Float3Array, _box(units.points_to_stage(box)))
-    for attribute, times in (
-        (tokens.Plan.STRIKE_TIMES, plan.strike_times),
-        (tokens.Plan.LIFTOFF_TIMES, plan.liftoff_times),
-    ):
-        author_times(prim, attribute, times, units)
+    author_attributes(prim, _plan_attributes(plan, prints, units))
     Sdf.CopySpec(prints.layer, PRINTS, layer, path + PRINTS)
-    author_targets(prim, "prototypes", [f"{path}{PRINTS}/{name}" for name in PRINT_NAMES])
+    author_targets(prim, "prototypes", _prototypes(path))
     return prim
 
 
-def _write_results(prim: Sdf.PrimSpec, results: StepResults, units: StageUnits) -> None:
+def _plan_attributes(plan: FootstepPlan, prints: PrintModels, units: StageUnits) -> dict[str, Attribute]:
+    """UsdfootPlanAPI, and what a PointInstancer has."""
+    box = print_extent(plan.positions, plan.orientations, plan.sides, outlines=prints.outlines)
+    return {
+        "protoIndices": Attribute("int[]", plan.sides),
+        "positions": Attribute("point3f[]", units.points_to_stage(plan.positions)),
+        "orientations": Attribute("quath[]", units.rotations_to_stage(plan.orientations)),
+        "extent": Attribute("float3[]", _box(units.points_to_stage(box))),
+        tokens.Plan.STRIKE_TIMES: code_array(plan.strike_times, units),
+        tokens.Plan.LIFTOFF_TIMES: code_array(plan.liftoff_times, units),
+    }
+
+
+def _result_attributes(results: StepResults, units: StageUnits) -> dict[str, Attribute]:
     """UsdfootResultAPI; distances in stage units, angles in degrees."""
     names, per_unit = tokens.Result, units.meters_per_unit
-    for name, values in (
-        (names.BLEND_ERROR, results.blend_error / per_unit),
-        (names.PLACEMENT_ERROR, results.placement_error / per_unit),
-        (names.SLIDE, results.slide / per_unit),
-        (names.YAW_ERROR, np.degrees(results.yaw_error)),
-        (names.HULL_DISTANCE, results.hull_distance / per_unit),
-        (names.TIME_WARP, results.time_warp),
-        (names.ROOT_WEIGHT, results.root_weight),
-        (names.BETA, results.beta),
-        (names.ROOT_VELOCITY_ERROR, results.root_velocity_error / per_unit),
-        (names.CLIP_WEIGHTS, results.clip_weights),
-    ):
-        author(prim, name, ValueTypes.FloatArray, _floats(values), uniform=True)
+    floats = {
+        names.BLEND_ERROR: results.blend_error / per_unit,
+        names.PLACEMENT_ERROR: results.placement_error / per_unit,
+        names.SLIDE: results.slide / per_unit,
+        names.YAW_ERROR: np.degrees(results.yaw_error),
+        names.HULL_DISTANCE: results.hull_distance / per_unit,
+        names.TIME_WARP: results.time_warp,
+        names.ROOT_WEIGHT: results.root_weight,
+        names.BETA: results.beta,
+        names.ROOT_VELOCITY_ERROR: results.root_velocity_error / per_unit,
+        names.CLIP_WEIGHTS: results.clip_weights,
+    }
     if results.forces is not None:
-        for name, values in (
-            (names.FORCE_IMBALANCE, results.forces.force_imbalance),
-            (names.CLAMP_TIME, results.forces.clamp_time),
-            (names.JUMP_HEIGHT, results.forces.jump_height / per_unit),
-        ):
-            author(prim, name, ValueTypes.FloatArray, _floats(values), uniform=True)
-    counts = Vt.IntArray.FromNumpy(np.asarray(results.clip_counts, dtype=np.int32))
-    author(prim, names.STATUS, ValueTypes.TokenArray, Vt.TokenArray(results.status), uniform=True)
-    author(prim, names.CLIP_COUNTS, ValueTypes.IntArray, counts, uniform=True)
-    author(prim, names.CLIPS, ValueTypes.TokenArray, Vt.TokenArray(results.clips), uniform=True)
+        floats |= {
+            names.FORCE_IMBALANCE: results.forces.force_imbalance,
+            names.CLAMP_TIME: results.forces.clamp_time,
+            names.JUMP_HEIGHT: results.forces.jump_height / per_unit,
+        }
+    return {
+        **{name: Attribute("float[]", values, uniform=True) for name, values in floats.items()},
+        names.STATUS: Attribute("token[]", results.status, uniform=True),
+        names.CLIP_COUNTS: Attribute("int[]", results.clip_counts, uniform=True),
+        names.CLIPS: Attribute("token[]", results.clips, uniform=True),
+    }
 
 
-def _points(points: FloatArray) -> Any:
-    return Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(points, dtype=np.float32))
-
-
-def _floats(values: FloatArray) -> Any:
-    return Vt.FloatArray.FromNumpy(np.ascontiguousarray(values, dtype=np.float32))
-
-
-def _box(points: FloatArray) -> Any:
-    return _points(np.stack([points.min(axis=0), points.max(axis=0)]))
+def _box(points: FloatArray) -> FloatArray:
+    return np.stack([points.min(axis=0), points.max(axis=0)])

@@ -95,7 +95,7 @@ def apply_schemas(prim: Sdf.PrimSpec, names: Sequence[str]) -> None:
 
 
 def author(
-    prim: Sdf.PrimSpec, name: str, type_name: Sdf.ValueTypeName, value: Any = None, *, uniform: bool = False
+    prim: Sdf.PrimSpec, name: str, type_name: Sdf.ValueTypeName, *, value: Any = None, uniform: bool = False
 ) -> Sdf.AttributeSpec:
     """An attribute's spec, with a default value unless it is None."""
     variability = Sdf.VariabilityUniform if uniform else Sdf.VariabilityVarying

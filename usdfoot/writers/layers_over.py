@@ -35,12 +35,15 @@ def layer_over(output: str | os.PathLike[str], info: StageInfo, *, default_prim:
         end_code=info.end_code,
     )
     layer = new_layer(layer_format, text=target.suffix != ".usdc")
-    layer.defaultPrim = default_prim
+    if default_prim:
+        layer.defaultPrim = default_prim
+    else:
+        layer.ClearDefaultPrim()
     layer.subLayerPaths = [relative_asset(info.identifier, target.parent)]
     return target, layer
 
 
-def author_times(prim: Sdf.PrimSpec, name: str, times: FloatArray, units: StageUnits) -> None:
+def author_times(prim: Sdf.PrimSpec, name: str, times: FloatArray, *, units: StageUnits) -> None:
     """A uniform timecode[] attribute of times [s]."""
     codes = rounded_codes(units.times_to_codes(times)).tolist()
-    author(prim, name, Sdf.ValueTypeNames.TimeCodeArray, Sdf.TimeCodeArray(codes), uniform=True)
+    author(prim, name, Sdf.ValueTypeNames.TimeCodeArray, value=Sdf.TimeCodeArray(codes), uniform=True)

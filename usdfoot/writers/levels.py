@@ -62,19 +62,19 @@ def level_layer(
         root = define_prim(layer, f"/{name}/Levels", "Xform")
         apply_schemas(root, [tokens.Lod.ROOT])
         author_targets(root, tokens.Lod.HEURISTICS, [f"/{name}/Distance"])
-        author(root, tokens.Lod.DEFAULT_INDEX, ValueTypes.Int, 0)
+        author(root, tokens.Lod.DEFAULT_INDEX, ValueTypes.Int, value=0)
         for number, (variant, reference) in enumerate(zip(levels.variants, references, strict=True)):
             prim = define_prim(layer, f"/{name}/Levels/Level{number}", "SkelRoot")
             prim.referenceList.prependedItems = [reference]
             prim.kind = "subcomponent"
             if selects is not None:
                 prim.variantSelections[selects] = variant
-            author(prim, "xformOpOrder", ValueTypes.TokenArray, Vt.TokenArray(), uniform=True)  # agents say where
+            author(prim, "xformOpOrder", ValueTypes.TokenArray, value=Vt.TokenArray(), uniform=True)  # agents say where
             if number:
-                author(prim, "visibility", ValueTypes.Token, "invisible")
+                author(prim, "visibility", ValueTypes.Token, value="invisible")
         distance = define_prim(layer, f"/{name}/Distance", tokens.Lod.DISTANCE)
-        author(distance, tokens.Lod.DOMAIN, ValueTypes.Token, "imaging", uniform=True)
+        author(distance, tokens.Lod.DOMAIN, ValueTypes.Token, value="imaging", uniform=True)
         scale = layer_format.units.meters_per_unit
         thresholds = Vt.FloatArray([metres / scale for metres in levels.distances])
-        author(distance, tokens.Lod.THRESHOLDS, ValueTypes.FloatArray, thresholds, uniform=True)
+        author(distance, tokens.Lod.THRESHOLDS, ValueTypes.FloatArray, value=thresholds, uniform=True)
     return layer

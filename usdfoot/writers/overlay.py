@@ -67,9 +67,9 @@ def overlay_layer(
     units = layer_format.units
     with Sdf.ChangeBlock():
         root = define_prim(layer, Token.ROOT, "Scope")
-        author(root, "purpose", ValueTypes.Token, "guide", uniform=True)
+        author(root, "purpose", ValueTypes.Token, value="guide", uniform=True)
         for name, value in sorted(overlay.notes.items()):
-            author(root, f"{Token.NOTES}:{name}", ValueTypes.Double, float(value), uniform=True)
+            author(root, f"{Token.NOTES}:{name}", ValueTypes.Double, value=float(value), uniform=True)
         for marks in overlay.marks:
             _write_agents(_write_marks(layer, marks, units), overlay, marks.agents)
         for lines in overlay.lines:
@@ -79,15 +79,15 @@ def overlay_layer(
 
 def _write_agents(prim: Sdf.PrimSpec, overlay: Overlay, owners: IntArray) -> None:
     """Whose each instance or line is."""
-    author(prim, Token.AGENTS, ValueTypes.TokenArray, Vt.TokenArray(overlay.agents), uniform=True)
-    author(prim, Token.OWNERS, ValueTypes.IntArray, _ints(owners), uniform=True)
+    author(prim, Token.AGENTS, ValueTypes.TokenArray, value=Vt.TokenArray(overlay.agents), uniform=True)
+    author(prim, Token.OWNERS, ValueTypes.IntArray, value=_ints(owners), uniform=True)
 
 
 def _write_marks(layer: Sdf.Layer, marks: Marks, units: StageUnits) -> Sdf.PrimSpec:
     """A PointInstancer with its shapes below it."""
     path = f"{Token.ROOT}/{marks.path}"
     prim = define_prim(layer, path, "PointInstancer")
-    author(prim, "purpose", ValueTypes.Token, "guide", uniform=True)
+    author(prim, "purpose", ValueTypes.Token, value="guide", uniform=True)
     author_targets(prim, "prototypes", [_write_shape(layer, path, shape, units) for shape in marks.shapes])
     codes = rounded_codes(units.times_to_codes(marks.times))
     scales = np.abs(units.directions_to_stage(marks.scales))
@@ -103,8 +103,8 @@ def _write_marks(layer: Sdf.Layer, marks: Marks, units: StageUnits) -> Sdf.PrimS
         _sampled(prim, name, type_name, codes, np.ascontiguousarray(values, dtype=kind), convert)
     if marks.hidden.any():
         _hide(prim, codes, marks.hidden)
-    author(prim, Token.FOOTSTEPS, ValueTypes.IntArray, _ints(marks.footsteps), uniform=True)
-    author(prim, "extent", ValueTypes.Float3Array, _box(units.points_to_stage(_bounds(marks))))
+    author(prim, Token.FOOTSTEPS, ValueTypes.IntArray, value=_ints(marks.footsteps), uniform=True)
+    author(prim, "extent", ValueTypes.Float3Array, value=_box(units.points_to_stage(_bounds(marks))))
     return prim
 
 
@@ -113,13 +113,15 @@ def _write_shape(layer: Sdf.Layer, above: str, shape: Shape, units: StageUnits) 
     path = f"{above}/Shapes/{shape.name}"
     prim = define_prim(layer, path, "Mesh")
     points = units.points_to_stage(shape.points)
-    author(prim, "points", ValueTypes.Point3fArray, _points(points))
+    author(prim, "points", ValueTypes.Point3fArray, value=_points(points))
     for name, numbers in (("faceVertexCounts", shape.counts), ("faceVertexIndices", shape.indices)):
-        author(prim, name, ValueTypes.IntArray, _ints(numbers))
-    author(prim, "extent", ValueTypes.Float3Array, _box(points))
-    author(prim, "subdivisionScheme", ValueTypes.Token, "none", uniform=True)
-    author(prim, "doubleSided", ValueTypes.Bool, True, uniform=True)
-    color = author(prim, "primvars:displayColor", ValueTypes.Color3fArray, Vt.Vec3fArray([Gf.Vec3f(*shape.color)]))
+        author(prim, name, ValueTypes.IntArray, value=_ints(numbers))
+    author(prim, "extent", ValueTypes.Float3Array, value=_box(points))
+    author(prim, "subdivisionScheme", ValueTypes.Token, value="none", uniform=True)
+    author(prim, "doubleSided", ValueTypes.Bool, value=True, uniform=True)
+    color = author(
+        prim, "primvars:displayColor", ValueTypes.Color3fArray, value=Vt.Vec3fArray([Gf.Vec3f(*shape.color)])
+    )
     color.SetInfo("interpolation", "constant")
     return path
 
@@ -127,17 +129,17 @@ def _write_shape(layer: Sdf.Layer, above: str, shape: Shape, units: StageUnits) 
 def _write_lines(layer: Sdf.Layer, lines: Lines, units: StageUnits) -> Sdf.PrimSpec:
     """Linear BasisCurves."""
     prim = define_prim(layer, f"{Token.ROOT}/{lines.path}", "BasisCurves")
-    author(prim, "purpose", ValueTypes.Token, "guide", uniform=True)
-    author(prim, "type", ValueTypes.Token, "linear", uniform=True)
-    author(prim, "curveVertexCounts", ValueTypes.IntArray, _ints(lines.counts))
+    author(prim, "purpose", ValueTypes.Token, value="guide", uniform=True)
+    author(prim, "type", ValueTypes.Token, value="linear", uniform=True)
+    author(prim, "curveVertexCounts", ValueTypes.IntArray, value=_ints(lines.counts))
     points = units.points_to_stage(lines.points)
     width = lines.width / units.meters_per_unit
-    author(prim, "points", ValueTypes.Point3fArray, _points(points))
-    author(prim, "widths", ValueTypes.FloatArray, Vt.FloatArray([width])).SetInfo("interpolation", "constant")
-    color = author(prim, "primvars:displayColor", ValueTypes.Color3fArray, _points(lines.colors))
+    author(prim, "points", ValueTypes.Point3fArray, value=_points(points))
+    author(prim, "widths", ValueTypes.FloatArray, value=Vt.FloatArray([width])).SetInfo("interpolation", "constant")
+    color = author(prim, "primvars:displayColor", ValueTypes.Color3fArray, value=_points(lines.colors))
     color.SetInfo("interpolation", "vertex")
     bounds = np.stack([points.min(axis=0) - 0.5 * width, points.max(axis=0) + 0.5 * width])
-    author(prim, "extent", ValueTypes.Float3Array, _box(bounds))
+    author(prim, "extent", ValueTypes.Float3Array, value=_box(bounds))
     return prim
 
 

@@ -98,7 +98,7 @@ def author_plan_edit(layer: Sdf.Layer, edit: PlanEdit, units: StageUnits) -> Non
         if attribute:
             attribute.default = value
         else:
-            author(prim, name, type_name, value, uniform=uniform)
+            author(prim, name, type_name, value=value, uniform=uniform)
 
 
 def _codes(times: FloatArray, units: StageUnits) -> Sdf.TimeCodeArray:

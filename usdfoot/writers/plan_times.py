@@ -44,8 +44,8 @@ def write_plan_times(
         with Sdf.ChangeBlock():
             prim = Sdf.CreatePrimInLayer(layer, path)
             apply_schemas(prim, [tokens.Schema.PLAN])
-            author_times(prim, tokens.Plan.STRIKE_TIMES, plan.strike_times, info.units)
-            author_times(prim, tokens.Plan.LIFTOFF_TIMES, plan.liftoff_times, info.units)
+            author_times(prim, tokens.Plan.STRIKE_TIMES, plan.strike_times, units=info.units)
+            author_times(prim, tokens.Plan.LIFTOFF_TIMES, plan.liftoff_times, units=info.units)
     with staged_files(target.parent) as files:
         files.add_layer(target.name, layer)
     return target

@@ -87,7 +87,10 @@ def _layer_of(
         units=units, frames_per_second=frames_per_second, start_code=float(min(codes)), end_code=float(max(ends))
     )
     layer = new_layer(layer_format, text=True)
-    layer.defaultPrim = Sdf.Path(PLANS_SCOPE).name if plans else ""
+    if plans:
+        layer.defaultPrim = Sdf.Path(PLANS_SCOPE).name
+    else:
+        layer.ClearDefaultPrim()
     with Sdf.ChangeBlock():
         for edit in edits:
             author_plan_edit(layer, edit, units)
@@ -99,10 +102,12 @@ def _layer_of(
             prim = author_plan(layer, path, part.plan, prints=print_models(part.size, units), units=units)
             styles = part.plan.styles or (part.style,) * len(part.plan)
             if any(styles):
-                author(prim, tokens.Plan.STYLES, Sdf.ValueTypeNames.TokenArray, Vt.TokenArray(styles), uniform=True)
+                author(
+                    prim, tokens.Plan.STYLES, Sdf.ValueTypeNames.TokenArray, value=Vt.TokenArray(styles), uniform=True
+                )
             if part.plan.root_weights.any():
                 weights = Vt.FloatArray.FromNumpy(part.plan.root_weights.astype(np.float32))
-                author(prim, tokens.Plan.ROOT_WEIGHTS, Sdf.ValueTypeNames.FloatArray, weights, uniform=True)
+                author(prim, tokens.Plan.ROOT_WEIGHTS, Sdf.ValueTypeNames.FloatArray, value=weights, uniform=True)
             if part.agent:
                 author_targets(Sdf.CreatePrimInLayer(layer, part.agent), tokens.Agent.PLAN, [path])
     return layer

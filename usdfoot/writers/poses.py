@@ -81,7 +81,7 @@ def pose_agents(motions: Sequence[tuple[Motion, RestingCharacter]], units: Stage
         own = list(group)
         poses = _stacked([motion for motion, _ in own])
         translations, rotations = _skeleton_poses(poses, own[0][1])
-        extents = prim_extents(own[0][1].character, translations, rotations, units)
+        extents = prim_extents(own[0][1].character, translations, rotations, units=units)
         codes = rounded_codes(units.times_to_codes(np.concatenate([motion.times for motion, _ in own])))
         for (motion, resting), frames in zip(own, pairwise(poses.first.tolist()), strict=True):
             part = slice(*frames)

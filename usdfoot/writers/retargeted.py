@@ -9,20 +9,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pxr import Sdf, Vt
+from pxr import Sdf
 
 from usdfoot.bridge import tokens
 from usdfoot.bridge.scene import Character
 from usdfoot.bridge.units import StageUnits
 from usdfoot.model.clip import Clip
 from usdfoot.model.contacts import Contacts
-from usdfoot.writers.agents import author_stance
+from usdfoot.writers.agents import stance_attributes
+from usdfoot.writers.attributes import Attribute, author_attributes
 from usdfoot.writers.clip_prims import author_clip
 from usdfoot.writers.events import author_events
 from usdfoot.writers.layers import (
     LayerFormat,
     apply_schemas,
-    author,
     author_targets,
     define_prim,
     new_layer,
@@ -112,14 +112,14 @@ def _write_character(layer: Sdf.Layer, character: Character, reference: Sdf.Refe
     prim.referenceList.prependedItems = [reference]
     apply_schemas(prim, ["SkelBindingAPI"])
     author_targets(prim, "skel:animationSource", [animation])
-    order = author_stance(prim, character)
-    author(prim, "xformOpOrder", ValueTypes.TokenArray, Vt.TokenArray(order), uniform=True)
+    stance = stance_attributes(character)
+    author_attributes(prim, {**stance, "xformOpOrder": Attribute("token[]", list(stance), uniform=True)})
 
 
 def _write_clip(layer: Sdf.Layer, written: WrittenClip, character: Character, units: StageUnits) -> None:
     """One SkelAnimation with UsdfootClipAPI."""
     prim = define_prim(layer, f"{CLIPS}/{written.name}", "SkelAnimation")
     apply_schemas(prim, [tokens.Schema.CLIP])
-    author_clip(prim, written.clip, character, units)
+    author_clip(prim, written.clip, character, units=units)
     author_events(prim, written.contacts, units)
     author_targets(prim, tokens.Clip.SKELETON, ["/".join(filter(None, [CHARACTER, character.skeleton_path]))])

@@ -64,7 +64,7 @@ def write_scenario(
             )
         if character or clips:
             define_prim(layer, f"{WORLD}/Library", "Scope")
-            author(layer.GetPrimAtPath(f"{WORLD}/Library"), "visibility", ValueTypes.Token, "invisible")
+            author(layer.GetPrimAtPath(f"{WORLD}/Library"), "visibility", ValueTypes.Token, value="invisible")
         for index, seeker in enumerate(scenario.seekers):
             _write_seeker(layer, index, seeker, has_character=bool(character), has_clips=bool(clips))
     for kind, asset in (("Character", character), ("Motion", clips)):
@@ -87,13 +87,13 @@ def _write_ground(layer: Sdf.Layer, scenario: Scenario) -> None:
         outline = box_outline(places.min(axis=0) - 5.0, places.max(axis=0) + 5.0)
     prim = _write_mesh(layer, f"{WORLD}/Ground", outline, [0.0], GROUND_COLOR)
     apply_schemas(prim, [tokens.Schema.TERRAIN])
-    author(prim, tokens.Terrain.WALKABLE, ValueTypes.Bool, True, uniform=True)
+    author(prim, tokens.Terrain.WALKABLE, ValueTypes.Bool, value=True, uniform=True)
 
 
 def _write_obstacle(layer: Sdf.Layer, path: str, outline: FloatArray, margin: float) -> None:
     prim = _write_mesh(layer, path, outline, [0.0, HEIGHT], OBSTACLE_COLOR)
     apply_schemas(prim, [tokens.Schema.OBSTACLE])
-    author(prim, tokens.Obstacle.MARGIN, ValueTypes.Float, float(margin), uniform=True)
+    author(prim, tokens.Obstacle.MARGIN, ValueTypes.Float, value=float(margin), uniform=True)
 
 
 def _write_mesh(
@@ -111,13 +111,15 @@ def _write_mesh(
         faces += [[i, (i + 1) % count, count + (i + 1) % count, count + i] for i in range(count)]
     prim = define_prim(layer, path, "Mesh")
     array = np.ascontiguousarray(points, dtype=np.float32)
-    author(prim, "points", ValueTypes.Point3fArray, Vt.Vec3fArray.FromNumpy(array))
-    author(prim, "faceVertexCounts", ValueTypes.IntArray, Vt.IntArray([len(face) for face in faces]))
-    author(prim, "faceVertexIndices", ValueTypes.IntArray, Vt.IntArray([corner for face in faces for corner in face]))
+    author(prim, "points", ValueTypes.Point3fArray, value=Vt.Vec3fArray.FromNumpy(array))
+    author(prim, "faceVertexCounts", ValueTypes.IntArray, value=Vt.IntArray([len(face) for face in faces]))
+    author(
+        prim, "faceVertexIndices", ValueTypes.IntArray, value=Vt.IntArray([corner for face in faces for corner in face])
+    )
     extent = np.stack([array.min(axis=0), array.max(axis=0)])
-    author(prim, "extent", ValueTypes.Float3Array, Vt.Vec3fArray.FromNumpy(extent))
-    author(prim, "subdivisionScheme", ValueTypes.Token, "none", uniform=True)
-    display = author(prim, "primvars:displayColor", ValueTypes.Color3fArray, Vt.Vec3fArray([Gf.Vec3f(*color)]))
+    author(prim, "extent", ValueTypes.Float3Array, value=Vt.Vec3fArray.FromNumpy(extent))
+    author(prim, "subdivisionScheme", ValueTypes.Token, value="none", uniform=True)
+    display = author(prim, "primvars:displayColor", ValueTypes.Color3fArray, value=Vt.Vec3fArray([Gf.Vec3f(*color)]))
     display.SetInfo("interpolation", "constant")
     return prim
 
@@ -135,17 +137,17 @@ def _write_asset(library: Sdf.PrimSpec, name: str, asset: str, folder: Path) -> 
     operations = []
     if not np.isclose(scale, 1.0):
         operations.append("xformOp:scale:toMetres")
-        author(prim, operations[-1], ValueTypes.Double3, Gf.Vec3d(scale))
+        author(prim, operations[-1], ValueTypes.Double3, value=Gf.Vec3d(scale))
     if UsdGeom.GetStageUpAxis(stage) != UNITS.up_axis:
         operations.append("xformOp:rotateX:toYUp")
-        author(prim, operations[-1], ValueTypes.Double, -90.0)
+        author(prim, operations[-1], ValueTypes.Double, value=-90.0)
     if operations:
         own = UsdGeom.Xformable(stage.GetDefaultPrim())
         if not own:
             prim.typeName = "Xform"  # a Scope cannot be scaled
         operations += (own.GetXformOpOrderAttr().Get() or ()) if own else ()
         order = [operation for operation in operations if operation != "!resetXformStack!"]
-        author(prim, "xformOpOrder", ValueTypes.TokenArray, Vt.TokenArray(order), uniform=True)
+        author(prim, "xformOpOrder", ValueTypes.TokenArray, value=Vt.TokenArray(order), uniform=True)
 
 
 def _write_seeker(layer: Sdf.Layer, index: int, seeker: Seeker, *, has_character: bool, has_clips: bool) -> None:
@@ -157,7 +159,7 @@ def _write_seeker(layer: Sdf.Layer, index: int, seeker: Seeker, *, has_character
     prim = define_prim(layer, f"{WORLD}/Agents/{name}", "Xform")
     apply_schemas(prim, [tokens.Schema.AGENT])
     _place(prim, seeker.start, seeker.yaw)
-    author(prim, tokens.Agent.SPEED, ValueTypes.Float, float(seeker.speed), uniform=True)
+    author(prim, tokens.Agent.SPEED, ValueTypes.Float, value=float(seeker.speed), uniform=True)
     author_targets(prim, tokens.Agent.GOAL, goals)
     if has_character:
         author_targets(prim, tokens.Agent.CHARACTER, [f"{WORLD}/Library/Character"])
@@ -168,8 +170,8 @@ def _write_seeker(layer: Sdf.Layer, index: int, seeker: Seeker, *, has_character
 def _place(prim: Sdf.PrimSpec, point: FloatArray, yaw: float | None) -> None:
     """A translation and, with a yaw [rad], a rotation about +Y."""
     operations = ["xformOp:translate"]
-    author(prim, "xformOp:translate", ValueTypes.Double3, Gf.Vec3d(*(float(value) for value in point)))
+    author(prim, "xformOp:translate", ValueTypes.Double3, value=Gf.Vec3d(*(float(value) for value in point)))
     if yaw is not None:
         operations.append("xformOp:rotateY")
-        author(prim, "xformOp:rotateY", ValueTypes.Double, float(np.degrees(yaw)))
-    author(prim, "xformOpOrder", ValueTypes.TokenArray, Vt.TokenArray(operations), uniform=True)
+        author(prim, "xformOp:rotateY", ValueTypes.Double, value=float(np.degrees(yaw)))
+    author(prim, "xformOpOrder", ValueTypes.TokenArray, value=Vt.TokenArray(operations), uniform=True)

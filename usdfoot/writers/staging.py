@@ -17,6 +17,8 @@ from pxr import Sdf, Tf, UsdUtils
 from usdfoot.bridge.file_hashes import file_hashes
 from usdfoot.errors import OutputError
 from usdfoot.writers.crate.join import CrateError, join_layers
+from usdfoot.writers.crate.specs import Spec
+from usdfoot.writers.crate.writing import write_layer
 
 __all__ = ["StagedFiles", "staged_files"]
 
@@ -55,9 +57,10 @@ class StagedFiles:
         path = self.reserve(name)
         self._save(name, lambda: layer.Export(str(path), args=arguments))
 
-    def save_layer(self, name: str, layer: Sdf.Layer) -> None:
-        """Save a layer that was opened from the file reserved for it."""
-        self._save(name, layer.Save)
+    def add_specs(self, name: str, root: Spec) -> None:
+        """Save a binary layer of specs."""
+        with self.reserve(name).open("wb") as stream:
+            write_layer(stream, root)
 
     def _save(self, name: str, save: Callable[[], bool]) -> None:
         path, delegate = self._temporary[name], UsdUtils.CoalescingDiagnosticDelegate()

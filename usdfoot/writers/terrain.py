@@ -58,7 +58,7 @@ def write_terrain(
     with Sdf.ChangeBlock():
         root = define_prim(layer, TERRAIN_PRIM, "Xform")
         apply_schemas(root, [tokens.Schema.TERRAIN])
-        author(root, tokens.Terrain.WALKABLE, ValueTypes.Bool, True, uniform=True)
+        author(root, tokens.Terrain.WALKABLE, ValueTypes.Bool, value=True, uniform=True)
         for name, terrain in terrains.items():
             _write_mesh(layer, f"{TERRAIN_PRIM}/{unique_name(valid_name(name), names)}", terrain, units)
     with staged_files(target.parent) as files:
@@ -71,12 +71,12 @@ def _write_mesh(layer: Sdf.Layer, path: str, terrain: Terrain, units: StageUnits
     points = units.points_to_stage(terrain.points)
     counts = np.full(len(terrain.triangles), 3, dtype=np.int32)
     corners = np.ascontiguousarray(terrain.triangles.ravel(), dtype=np.int32)
-    author(prim, "points", ValueTypes.Point3fArray, _points(points))
-    author(prim, "faceVertexCounts", ValueTypes.IntArray, Vt.IntArray.FromNumpy(counts))
-    author(prim, "faceVertexIndices", ValueTypes.IntArray, Vt.IntArray.FromNumpy(corners))
-    author(prim, "extent", ValueTypes.Float3Array, _points(np.stack([points.min(axis=0), points.max(axis=0)])))
-    author(prim, "subdivisionScheme", ValueTypes.Token, "none", uniform=True)
-    display = author(prim, "primvars:displayColor", ValueTypes.Color3fArray, Vt.Vec3fArray([Gf.Vec3f(*COLOR)]))
+    author(prim, "points", ValueTypes.Point3fArray, value=_points(points))
+    author(prim, "faceVertexCounts", ValueTypes.IntArray, value=Vt.IntArray.FromNumpy(counts))
+    author(prim, "faceVertexIndices", ValueTypes.IntArray, value=Vt.IntArray.FromNumpy(corners))
+    author(prim, "extent", ValueTypes.Float3Array, value=_points(np.stack([points.min(axis=0), points.max(axis=0)])))
+    author(prim, "subdivisionScheme", ValueTypes.Token, value="none", uniform=True)
+    display = author(prim, "primvars:displayColor", ValueTypes.Color3fArray, value=Vt.Vec3fArray([Gf.Vec3f(*COLOR)]))
     display.SetInfo("interpolation", "constant")
 
 

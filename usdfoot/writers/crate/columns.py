@@ -32,6 +32,8 @@ def unpack_column(content: bytes, count: int) -> np.ndarray:
         return np.zeros(0, dtype=np.int64)
     coded = np.frombuffer(unpack_bytes(content), dtype=np.uint8)
     start = 4 + (2 * count + 7) // 8
+    if (coded[4:start] == 0xFF).all():  # as by `pack_column`
+        return np.cumsum(np.frombuffer(coded, dtype="<i4", count=count, offset=start), dtype=np.int64)
     codes = (coded[4:start, None] >> np.array([0, 2, 4, 6], dtype=np.uint8) & 3).reshape(-1)[:count]
     widths = np.array([0, 1, 2, 4])[codes]
     places = start + np.cumsum(widths) - widths

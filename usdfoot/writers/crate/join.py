@@ -125,7 +125,7 @@ class _Joined:
         self._sets.append(np.where(used == END_OF_SET, END_OF_SET, first + np.searchsorted(fields, used)))
         return np.asarray(places[starts])
 
-    def _append(self, content: bytes | bytearray) -> int:
+    def _append(self, content: bytes | memoryview) -> int:
         """Writes content, up to a multiple of 8 bytes; gives back where it is."""
         place = self._size
         self._size += self._stream.write(content) + self._stream.write(bytes(-len(content) % 8))
@@ -173,17 +173,28 @@ class _Joined:
         children = defaultdict(list)
         for path in [*self._outer][1:]:
             children[path.rpartition("/")[0]].append(path)
+        inner = self._inner_tree()
+        rows: list[list[int]] = []
+        cuts: list[int] = []
 
-        def walk(path: str, *, is_last: bool) -> np.ndarray:
-            below = self._inner_tree() if path == self._scope else []
-            below += [walk(child, is_last=child == children[path][-1]) for child in children[path]]
-            size = sum(part.shape[1] for part in below)
-            jump = (_CHILD if is_last else 1 + size) if size else (_NOTHING if is_last else _SIBLING)
+        def walk(path: str, *, is_last: bool) -> int:
+            """Adds rows of a path and of those below it, but for what is below the scope; how many there are in all."""
             name = path.rpartition("/")[2].encode()
-            element = self._tokens.setdefault(name, len(self._tokens))
-            return np.concatenate([np.array([[element], [jump], [self._outer[path]]]), *below], axis=1)
+            row = [self._tokens.setdefault(name, len(self._tokens)), _SIBLING, self._outer[path]]
+            rows.append(row)
+            size = 0
+            if path == self._scope:
+                size = sum(part.shape[1] for part in inner)
+                cuts.append(len(rows))
+            for child in children[path]:
+                size += walk(child, is_last=child == children[path][-1])
+            if size or is_last:
+                row[1] = (_CHILD if is_last else 1 + size) if size else _NOTHING
+            return 1 + size
 
-        return walk("", is_last=True)
+        walk("", is_last=True)
+        before, after = np.split(np.array(rows).T, cuts, axis=1)
+        return np.concatenate([before, *inner, after], axis=1)
 
     def _inner_tree(self) -> list[np.ndarray]:
         """The same of what is below the scope, part after part."""

@@ -27,7 +27,7 @@ class CratePart:
 
     version: bytes
     """Of the format."""
-    values: bytearray
+    values: memoryview
     """All values that are not small, as they are in the file from `VALUES_PLACE` on."""
     tokens: Sequence[bytes]
     strings: np.ndarray
@@ -104,7 +104,9 @@ def read_part(path: Path) -> CratePart:
         OSError: If it cannot be read.
         ValueError: If it is none.
     """
-    content = bytearray(path.read_bytes())
+    content = bytearray(path.stat().st_size)
+    with path.open("rb") as file:
+        file.readinto(content)
     if not content.startswith(IDENTIFIER):
         raise ValueError(f"{path} is no layer in USD's binary format")
     starts, readers = _sections(content)
@@ -116,7 +118,7 @@ def read_part(path: Path) -> CratePart:
     _, path_count, spec_count = paths.number(), paths.number(), specs.number()
     return CratePart(
         version=bytes(content[8:16]),
-        values=content[VALUES_PLACE : min(starts)],
+        values=memoryview(content)[VALUES_PLACE : min(starts)],
         tokens=tokens.packed().split(b"\0")[:token_count],
         strings=np.frombuffer(strings.rest(), dtype="<u4")[:string_count].astype(np.int64),
         field_names=fields.column(field_count),

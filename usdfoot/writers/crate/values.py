@@ -35,7 +35,7 @@ class Renumbering:
     paths: np.ndarray
 
 
-def move_values(fields: np.ndarray, values: bytearray, numbers: Renumbering) -> np.ndarray:
+def move_values(fields: np.ndarray, values: memoryview, numbers: Renumbering) -> np.ndarray:
     """Values of fields as they are in the other file; what they refer to is changed where it is, to what it is there.
 
     Args:
@@ -46,7 +46,7 @@ def move_values(fields: np.ndarray, values: bytearray, numbers: Renumbering) -> 
     Raises:
         ValueError: If a value is of a type that is not known.
     """
-    changes: Mapping[int, Callable[[bytearray, int, Renumbering], None]] = {
+    changes: Mapping[int, Callable[[memoryview, int, Renumbering], None]] = {
         _TOKEN: _change_tokens,
         _TOKENS: _change_tokens,
         _TOKEN_LISTS: lambda held, place, to: _change_lists(held, place, to.tokens),
@@ -84,11 +84,11 @@ def _moved(fields: np.ndarray, numbers: Renumbering) -> np.ndarray:
     return (fields & ~_PAYLOAD) | payloads
 
 
-def _change_tokens(values: bytearray, place: int, numbers: Renumbering) -> None:
+def _change_tokens(values: memoryview, place: int, numbers: Renumbering) -> None:
     _renumber(values, place, numbers.tokens)
 
 
-def _renumber(values: bytearray, place: int, numbers: np.ndarray) -> int:
+def _renumber(values: memoryview, place: int, numbers: np.ndarray) -> int:
     """Gives what is listed at a place its new numbers; where the list ends."""
     (count,) = struct.unpack_from("<Q", values, place)
     listed = np.frombuffer(values, dtype="<u4", count=count, offset=place + 8)
@@ -96,14 +96,14 @@ def _renumber(values: bytearray, place: int, numbers: np.ndarray) -> int:
     return int(place + 8 + 4 * count)
 
 
-def _change_lists(values: bytearray, place: int, numbers: np.ndarray) -> None:
+def _change_lists(values: memoryview, place: int, numbers: np.ndarray) -> None:
     lists = (values[place] >> 1).bit_count()  # the first bit says whether they are explicit
     place += 1
     for _ in range(lists):
         place = _renumber(values, place, numbers)
 
 
-def _change_references(values: bytearray, place: int, numbers: Renumbering) -> None:
+def _change_references(values: memoryview, place: int, numbers: Renumbering) -> None:
     lists = (values[place] >> 1).bit_count()
     place += 1
     for _ in range(lists):
@@ -117,7 +117,7 @@ def _change_references(values: bytearray, place: int, numbers: Renumbering) -> N
             place += struct.calcsize("<IIddQ")
 
 
-def _change_samples(values: bytearray, place: int, numbers: Renumbering) -> None:
+def _change_samples(values: memoryview, place: int, numbers: Renumbering) -> None:
     """Times are a value that may be anywhere, and so are the values; each is said to be so far ahead."""
     place += struct.unpack_from("<q", values, place)[0]
     (times,) = struct.unpack_from("<Q", values, place)
@@ -128,9 +128,11 @@ def _change_samples(values: bytearray, place: int, numbers: Renumbering) -> None
     place += struct.unpack_from("<q", values, place)[0]
     (count,) = struct.unpack_from("<Q", values, place)
     samples = np.frombuffer(values, dtype="<u8", count=count, offset=place + 8)
-    first = int(samples[0]) >> 48
-    is_plain = first & 0xFF in _PLAIN and not first & _SMALL
-    if is_plain and (samples >> _TYPE_PLACE == first).all() and (samples & _PAYLOAD).all():  # as nearly always
+    least, most = int(samples.min()), int(samples.max())
+    upper = least >> 48
+    if (
+        upper == most >> 48 and least & int(_PAYLOAD) and upper & 0xFF in _PLAIN and not upper & _SMALL
+    ):  # as nearly always
         samples += np.uint64(numbers.shift)
         return
     if not {*_kinds(samples).tolist()} <= _PLAIN | {_TOKEN}:

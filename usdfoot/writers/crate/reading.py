@@ -1,0 +1,169 @@
+"""Reading: prims of a layer that `write_layer` wrote, as the specs it was given."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import numpy as np
+
+from usdfoot.writers.crate.parts import END_OF_SET, VALUES_PLACE, CratePart, read_part
+from usdfoot.writers.crate.specs import (
+    ARRAY,
+    INLINED,
+    VALUE_KINDS,
+    Items,
+    Names,
+    Numbers,
+    PackedSamples,
+    Reference,
+    Spec,
+    TokenSamples,
+    Type,
+    Value,
+)
+from usdfoot.writers.crate.writing import LISTS
+
+__all__ = ["read_prims"]
+
+_PAYLOAD = (1 << 48) - 1
+_SIZES = {kind.code & ~ARRAY: np.dtype(kind.number).itemsize * kind.width for kind in VALUE_KINDS.values()}
+"""Bytes of a value, by its type."""
+
+
+def read_prims(file: Path, scope: str) -> dict[str, Spec]:
+    """The prims below a scope by name, in their order, with all that is below them.
+
+    Raises:
+        OSError: If the file cannot be read.
+        ValueError, LookupError, struct.error: If something else wrote it.
+    """
+    return _Prims(read_part(file)).below(scope)
+
+
+class _Prims:
+    """Prims of a layer in parts."""
+
+    def __init__(self, part: CratePart) -> None:
+        self._part = part
+        self._tokens = [token.decode() for token in part.tokens]
+        self._names = part.field_names.tolist()
+        self._fields = part.field_values.tolist()
+        self._sets = part.field_sets.tolist()
+        self._rows = [*zip(part.paths.tolist(), part.elements.tolist(), part.jumps.tolist(), strict=True)]
+        starts, kinds = part.spec_sets.tolist(), part.spec_kinds.tolist()
+        self._specs = {
+            path: (start, kind) for path, start, kind in zip(part.spec_paths.tolist(), starts, kinds, strict=True)
+        }
+        self._paths: dict[int, str] = {}
+        self._values: dict[int, Value] = {}
+        self._read_sets: dict[int, dict[str, Value]] = {}
+        self._name_paths()
+
+    def below(self, scope: str) -> dict[str, Spec]:
+        rows, below = self._part.outline(scope)
+        return self._specs_of(below.start, below.stop) if scope in rows else {}
+
+    def _name_paths(self) -> None:
+        """All paths by number."""
+        above = [("", len(self._rows))]
+        for row, (path, element, jump) in enumerate(self._rows):
+            while row >= above[-1][1]:
+                above.pop()
+            parent, end = above[-1]
+            name = self._tokens[abs(element)]
+            own = "" if row == 0 else f"{parent}.{name}" if element < 0 else f"{parent}/{name}"
+            self._paths[path] = own
+            if jump == -1 or jump > 0:
+                above.append((own, row + jump if jump > 0 else end))
+
+    def _specs_of(self, start: int, stop: int) -> dict[str, Spec]:
+        """Specs in rows of the tree that are one another's siblings, by name."""
+        found, row = {}, start
+        while row < stop:
+            path, element, jump = self._rows[row]
+            end = row + jump if jump > 0 else stop if jump == -1 else row + 1
+            name = self._tokens[abs(element)]
+            below = self._specs_of(row + 1, end)
+            if path in self._specs:
+                begin, kind = self._specs[path]
+                found[f".{name}" if element < 0 else name] = Spec(kind, self._fields_at(begin), below)
+            elif below:
+                raise ValueError(f"{self._paths[path]} is no prim")
+            row = end
+        return found
+
+    def _fields_at(self, place: int) -> dict[str, Value]:
+        """Fields of a set that begins there."""
+        if place not in self._read_sets:
+            own = self._sets[place : self._sets.index(END_OF_SET, place)]
+            named = [(self._tokens[self._names[field]], field) for field in own]
+            self._read_sets[place] = {name: self._value(field) for name, field in named if name not in LISTS}
+        return self._read_sets[place]
+
+    def _value(self, index: int) -> Value:
+        """Value of a field."""
+        if index not in self._values:
+            self._values[index] = self._read(self._fields[index])
+        return self._values[index]
+
+    def _read(self, value: int) -> Value:
+        kind, payload = value & ~_PAYLOAD, value & _PAYLOAD
+        place = payload - VALUES_PLACE
+        if kind == INLINED | Type.TOKEN:
+            return Names(kind, (self._tokens[payload],))
+        if kind & INLINED or (kind & ARRAY and not payload and kind != ARRAY | Type.TOKEN):
+            if kind & ~INLINED in (Type.STRING, Type.TOKEN):
+                raise ValueError("strings are not written here")
+            return value
+        if kind in (ARRAY | Type.TOKEN, Type.TOKENS):
+            return Names(kind, self._tokens_at(place) if payload else ())
+        if kind == Type.TOKEN_EDITS:
+            return Items(kind, self._part.values[place], self._tokens_at(place + 1))
+        if kind == Type.PATH_EDITS:
+            paths = tuple(self._paths[path] for path in self._listed(place + 1))
+            return Items(kind, self._part.values[place], paths)
+        if kind == Type.REFERENCES:
+            return self._reference(place)
+        if kind == Type.SAMPLES:
+            return self._samples(place)
+        size = _SIZES[kind & ~ARRAY]
+        count = 8 + size * struct.unpack_from("<Q", self._part.values, place)[0] if kind & ARRAY else size
+        return Numbers(kind, bytes(self._part.values[place : place + count]))
+
+    def _listed(self, place: int) -> tuple[int, ...]:
+        (count,) = struct.unpack_from("<Q", self._part.values, place)
+        return struct.unpack_from(f"<{count}I", self._part.values, place + 8)
+
+    def _tokens_at(self, place: int) -> tuple[str, ...]:
+        return tuple([self._tokens[number] for number in self._listed(place)])
+
+    def _reference(self, place: int) -> Reference:
+        edit, count, asset, path, offset, scale, notes = struct.unpack_from("<BQIIddQ", self._part.values, place)
+        if (edit, count, offset, scale, notes) != (1 << 5, 1, 0.0, 1.0, 0):
+            raise ValueError("references are written otherwise")
+        return Reference(self._tokens[int(self._part.strings[asset])], self._paths[path])
+
+    def _samples(self, place: int) -> PackedSamples | TokenSamples:
+        values = self._part.values
+        ahead, times, further, count = struct.unpack_from("<qQqQ", values, place)
+        if (ahead, times & ~_PAYLOAD, further) != (8, Type.DOUBLES, 8):
+            raise ValueError("samples are written otherwise")
+        start = (times & _PAYLOAD) - VALUES_PLACE
+        codes = bytes(values[start : start + 8 + 8 * count])
+        samples = np.frombuffer(values, dtype="<u8", count=count, offset=place + 32)
+        kind = int(samples[0]) & ~_PAYLOAD
+        if kind == INLINED | Type.TOKEN:
+            names = [self._tokens[number] for number in (samples & np.uint64(_PAYLOAD)).tolist()]
+            return TokenSamples(tuple(names), codes)
+        places = (samples - np.uint64(kind)).astype(np.int64) - VALUES_PLACE
+        first, size = int(places[0]), _SIZES[kind & ~ARRAY]
+        stride = 8 + size * struct.unpack_from("<Q", values, first)[0] if kind & ARRAY else size
+        index, rest = np.divmod(places - first, stride)
+        if rest.any() or (np.diff(index, prepend=0) >> 1).any():
+            raise ValueError("samples are not written as whole arrays")
+        rows = np.frombuffer(values, dtype=np.uint8, count=stride * (int(index[-1]) + 1), offset=first)
+        rows = rows.reshape(-1, stride)
+        if kind & ARRAY and (rows[:, :8] != rows[0, :8]).any():
+            raise ValueError("samples are not written as whole arrays")
+        return PackedSamples(kind, rows, index, codes)
