@@ -13,7 +13,7 @@ from tests.batch.conftest import digests
 from usdfoot.batch.executors import open_executor
 from usdfoot.batch.job import job_template
 from usdfoot.cli.main import main
-from usdfoot.errors import OutputError, SceneError
+from usdfoot.errors import OutputError, SceneError, UsdfootError
 from usdfoot.pipeline.animate import animate, animate_chunk
 
 
@@ -106,6 +106,23 @@ def test_a_job_names_what_it_is_given():
     job = job_template("/shots/a b.usda", "/out", chunks=3, options=["--root-weight", "0.5"])
     assert 'default: "/shots/a b.usda"' in job and 'range: "0-2"' in job
     assert '"--root-weight", "0.5", "--chunk", "{{Task.Param.Chunk}}"' in job
+
+
+@pytest.mark.parametrize("name", ["{{Task.X}}.usda", 200 * "x" + ".usda", "a\nb.usda", "ü 日本.usda"])
+def test_a_job_of_any_scene_is_a_template(name, tmp_path):
+    pytest.importorskip("openjd.cli", reason="openjd-cli is not installed")
+    (tmp_path / "job.yaml").write_text(job_template(f"/shots/{name}", "/out", chunks=2), encoding="utf-8")
+    check = [sys.executable, "-m", "openjd", "check", str(tmp_path / "job.yaml")]
+    assert subprocess.run(check, capture_output=True).returncode == 0
+
+
+def test_options_that_a_job_cannot_pass_on_are_refused(crowd_scene, tmp_path, capsys):
+    with pytest.raises(UsdfootError, match=r"options: have \{\{ in them.*: \{\{Param.Scene\}\}"):
+        job_template("/shots/a.usda", "/out", chunks=2, options=["--agents", "{{Param.Scene}}"])
+    for options in ("--chunk 0", "--scheduler tcp://head:8786", f"-o {tmp_path}/elsewhere"):
+        flag = options.split()[0]
+        assert main(["job", str(crowd_scene), "-o", str(tmp_path / "out"), f"--with={options}"]) == 2
+        assert f"--with: says what the job itself says: {flag}. leave it out" in capsys.readouterr().err
 
 
 def test_a_chunk_that_is_not_there_is_named(crowd_scene, tmp_path):

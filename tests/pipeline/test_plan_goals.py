@@ -8,7 +8,8 @@ from tests.scenes import OFFSETS, Units, add_character, new_stage
 from usdfoot.cli.main import main
 from usdfoot.pipeline.plan_goals import GoalOptions, plan_scene_crowd, plan_scene_stones, plan_scene_wander
 from usdfoot.pipeline.plan_scenario import convert_scenario
-from usdfoot.planning.collisions import feet_of, find_collisions
+from usdfoot.planning.collisions import find_collisions
+from usdfoot.planning.foot_table import feet_of
 from usdfoot.planning.proportions import Proportions
 from usdfoot.readers.characters import read_character
 from usdfoot.readers.plans import read_plan
@@ -96,6 +97,21 @@ def test_a_scenario_becomes_a_valid_stage_that_can_be_planned(tmp_path, capsys):
     file.write_text("<SteerBenchTestCase>\n<header>")
     assert main(["plan", "scenario", str(file), "-o", str(scene)]) == 2
     assert "case.xml, line 2: is not well-formed XML" in capsys.readouterr().err
+
+
+def test_who_wants_to_go_faster_than_its_clips_goes_as_fast_as_they_do(stages, tmp_path):
+    pytest.importorskip("jupedsim")
+    file, scene, layer = tmp_path / "case.xml", tmp_path / "scene.usda", tmp_path / "plans.usda"
+    file.write_text(CASE.replace(">1.2<", ">10<"))
+    convert_scenario(file, scene, character=str(stages / "human.usdc"), clips=str(stages / "clips.usdc"))
+    report = plan_scene_crowd(scene, layer)
+    (message,) = [problem.message for problem in report.problems]
+    assert "wants to go 10.00 m/s; " in message and message.endswith("m/s were taken, as fast as its clips go")
+    (plan,) = plans_of(layer, scene).values()
+    fastest = float(message.split("; ")[1].split()[0])
+    taken = np.linalg.norm(plan.positions[2:] - plan.positions[:-2], axis=1)[2:-2]
+    speeds = taken / (plan.strike_times[2:] - plan.strike_times[:-2])[2:-2]
+    assert 2.5 < fastest < 5.0 and speeds.max() == pytest.approx(fastest, rel=0.1)
 
 
 @pytest.mark.parametrize("way", ["crowd", "wander", "stones", "scenario"])

@@ -8,8 +8,9 @@ from tests.planning.terrains import slab, terrain_of
 from usdfoot.errors import PlanError
 from usdfoot.model.ground import Ground
 from usdfoot.planning import crowd as crowd_module
-from usdfoot.planning.collisions import feet_of, find_collisions
+from usdfoot.planning.collisions import find_collisions
 from usdfoot.planning.crowd import CrowdOptions, plan_crowd
+from usdfoot.planning.foot_table import feet_of
 from usdfoot.planning.lint import lint_plans
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.world import Obstacle, World, box_outline, clearances
@@ -132,3 +133,15 @@ def test_no_sole_is_in_the_wall_that_somebody_stands_at():
     plans, problems = plan_crowd(task, FLAT)
     faults = lint_plans(plans, Ground(FLAT), bodies=[Proportions()], obstacles=[WALL])
     assert problems == () and faults == [] and np.linalg.norm(plans[0].positions[:2, 0] - 1.12) < 0.2
+
+
+def test_those_who_do_not_arrive_are_counted_with_where_they_are_and_what_helps():
+    pytest.importorskip("jupedsim")
+    far = [seeker(f"/Far_{i}", (x, -6.0), (x, 6.0), yaw=0.0) for i, x in enumerate((-2.0, 2.0))]
+    task = scenario(*far, seeker("/Near", (0.0, 0.0), (0.0, 1.0), yaw=0.0))
+    plans, problems = plan_crowd(task, FLAT, options=CrowdOptions(duration=5.0))
+    assert len(plans) == 3, "they are planned as far as they come"
+    whole, *each = [problem.message for problem in problems]
+    assert whole == ("2 of 3 agents do not get to their goals in 5 s: 2 are on their way; simulate longer (--duration)")
+    assert [message.split(":")[0] for message in each] == ["/Far_0", "/Far_1"]
+    assert all("does not get to its goal; it stops" in message for message in each)

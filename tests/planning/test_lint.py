@@ -32,6 +32,14 @@ def moved(plan, index, offset):
     return replace(plan, positions=positions)
 
 
+def test_times_that_would_fill_all_memory_are_named():
+    plan = way(10)
+    late = np.where(np.arange(len(plan)) == len(plan) - 1, 1e7, 0.0)
+    stray = replace(plan, strike_times=plan.strike_times + late, liftoff_times=plan.liftoff_times + late)
+    with pytest.raises(PlanError, match=f"footstep {len(plan) - 3} of plan 1, .* correct its times"):
+        faults(plan, stray)
+
+
 @pytest.mark.parametrize(
     "options",
     [

@@ -6,8 +6,9 @@ import pytest
 from tests.planning.seekers import FLAT, scenario, seeker
 from usdfoot.maths import planar
 from usdfoot.model.ground import Ground
-from usdfoot.planning.collisions import feet_of, find_collisions
+from usdfoot.planning.collisions import find_collisions
 from usdfoot.planning.crowd import CrowdOptions, plan_crowd
+from usdfoot.planning.foot_table import feet_of
 from usdfoot.planning.lint import lint_plans
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.scenario import Seeker

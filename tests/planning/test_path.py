@@ -6,12 +6,13 @@ from numpy.testing import assert_allclose
 
 from tests.engine.plans import no_terrain
 from tests.planning.terrains import bridge, slab, spiral, terrain_of
+from usdfoot.analysis.timing import TimingRule
 from usdfoot.errors import PlanError
 from usdfoot.maths import planar, quaternion
 from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
 from usdfoot.planning.footholds import find_footholds, find_walls, firm_ends, foot_places, tread_steps
-from usdfoot.planning.gait import derive_gait
+from usdfoot.planning.gait import derive_gait, natural_lengths
 from usdfoot.planning.lint import lint_plans
 from usdfoot.planning.path import PathOptions, plan_path, plan_paths
 from usdfoot.planning.proportions import Proportions
@@ -276,6 +277,14 @@ def test_paths_too_short_or_empty_are_refused():
     with pytest.raises(PlanError, match="speed is -1"):
         straight(speed=-1.0)
     assert len(plan_path(straight(0.3), LEVEL)) == 4
+
+
+def test_who_runs_faster_steps_longer_and_never_slower():
+    speeds = np.linspace(2.5, 8.0, 56)  # beyond 4 m/s longer leaps are no faster
+    lengths = natural_lengths(speeds, TimingRule())
+    cadences = speeds / lengths
+    assert np.all(np.diff(lengths) > 0.0)
+    assert cadences == pytest.approx(np.full(56, cadences[0]), rel=1e-6)
 
 
 def test_what_is_not_given_follows_from_the_body():

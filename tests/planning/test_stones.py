@@ -117,6 +117,12 @@ def test_where_there_is_no_way_the_error_says_how_far_one_leads():
         find_crossing(stones_at(gap), stance_at(np.zeros(3), 0.0, REACH), goal, reach=REACH)
 
 
+def test_more_footholds_than_are_searched_are_refused_with_the_way_out():
+    start, goal = (stance_at(np.array([0.0, 0.0, z]), 0.0, REACH) for z in (0.0, 3.0))
+    with pytest.raises(PlanError, match=r"pairs of footholds within a step, more than .* --on, or widen --spacing"):
+        find_crossing(stones_at(np.zeros((1500, 2))), start, goal, reach=REACH)
+
+
 def test_a_stone_too_high_is_not_stepped_on():
     places = np.insert(straight(3), 1, [0.0, 0.5, 0.0], axis=1)
     stones = Stones(name="/Stones", positions=places, normals=np.tile([0.0, 1.0, 0.0], (3, 1)))

@@ -10,7 +10,8 @@ from usdfoot.importers.pedestrians import import_pedestrians
 from usdfoot.maths import planar
 from usdfoot.model.ground import Ground
 from usdfoot.model.trajectory import RootTrajectory
-from usdfoot.planning.collisions import feet_of, find_collisions
+from usdfoot.planning.collisions import find_collisions
+from usdfoot.planning.foot_table import feet_of
 from usdfoot.planning.lint import lint_plans
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.trajectories import TrajectoryOptions, plan_trajectories

@@ -40,6 +40,18 @@ def test_too_many_triangles_are_refused_before_they_are_read():
         SceneReader(stage, limits=Limits(triangles=10))
 
 
+def test_faces_without_corners_count_too():
+    """They take no room in a file."""
+    stage = simple_scene()
+    mesh = UsdGeom.Mesh.Define(stage, "/World/ground_more")
+    mesh.GetPrim().AddAppliedSchema("UsdfootTerrainAPI")
+    mesh.CreateFaceVertexCountsAttr([0] * 1000)
+    mesh.CreateFaceVertexIndicesAttr([0, 1, 2])
+    mesh.CreatePointsAttr([(0, 0, 0), (0, 0, 1), (1, 0, 1)])
+    with pytest.raises(SceneError, match=r"/World/ground_more: has 10\d\d triangles, more than 100\. raise"):
+        SceneReader(stage, limits=Limits(triangles=100))
+
+
 def test_a_plan_that_never_ends_is_refused():
     stage = simple_scene()
     plan = next(prim for prim in stage.Traverse() if prim.IsA(UsdGeom.PointInstancer))

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from collections.abc import Sequence
 
+from usdfoot.errors import UsdfootError
 from usdfoot.writers.paths import folder_path
 
 __all__ = ["job_template"]
+
+LONGEST_NAME = 100
+"""Characters of a scene's name that a job's has, which must not be longer than 128."""
 
 
 def job_template(
@@ -27,13 +32,17 @@ def job_template(
 
     Raises:
         OutputError: If no folder is named.
+        UsdfootError: If options have what a template takes for a variable.
     """
+    variables = [option for option in options if "{{" in option]
+    if variables:
+        raise UsdfootError("options", "have {{ in them, where a job puts a variable", "write them otherwise", variables)
     folder_path(folder)  # as given it may be a link, which leads elsewhere on the farm's machines
     common = ["animate", "{{Param.Scene}}", "-o", "{{Param.Output}}", *options]
     chunk = [*common, "--chunk", "{{Task.Param.Chunk}}"]
     return f"""\
 specificationVersion: jobtemplate-2023-09
-name: {_quoted(f"usdfoot {os.path.basename(scene)}")}
+name: {_quoted(f"usdfoot {_plain(os.path.basename(scene))}")}
 parameterDefinitions:
   - name: Scene
     type: STRING
@@ -62,6 +71,11 @@ steps:
           command: usdfoot
           args: {_quoted([*common, "--workers", "1"])}
 """
+
+
+def _plain(name: str) -> str:
+    """A name as a job's may be: short, without what it takes for a variable and without line breaks."""
+    return re.sub(r"[^\w .-]", "_", name)[:LONGEST_NAME]
 
 
 def _quoted(value: object) -> str:

@@ -44,11 +44,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Print the job."""
     from usdfoot.batch.job import job_template
+    from usdfoot.errors import UsdfootError
     from usdfoot.pipeline.animate import count_chunks
 
     parser = argparse.ArgumentParser(prog="usdfoot animate")
     animate.add_arguments(parser)
     parsed = parser.parse_args([arguments.scene, "-o", arguments.output, *arguments.options])
+    own = {
+        "--chunk": parsed.chunk is not None,
+        "--scheduler": parsed.scheduler is not None,
+        "-o": parsed.output != arguments.output,
+    }
+    if any(own.values()):
+        named = [flag for flag, is_given in own.items() if is_given]
+        raise UsdfootError("--with", "says what the job itself says", "leave it out", named)
     chunks = count_chunks(
         arguments.scene,
         agents=parsed.agents,

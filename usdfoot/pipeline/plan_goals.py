@@ -18,6 +18,7 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
+from usdfoot.pipeline.goal_speeds import slow_to_clips
 from usdfoot.pipeline.plan import PlanReport, save_plans
 from usdfoot.planning.crowd import CrowdOptions, plan_crowd
 from usdfoot.planning.reach import Reach, reach_of_biped, reach_of_examples
@@ -76,12 +77,19 @@ def plan_scene_crowd(
     progress("read", 0, 0)
     found = _read(scene, options, with_goals=True)
     progress("plan", 0, 0)
-    seekers = tuple(agent.seeker for agent in found.agents)
+    agents, slowed = slow_to_clips(found.stage, found.prims, found.info.units, agents=found.agents)
+    seekers = tuple(agent.seeker for agent in agents)
     task = Scenario(seekers=seekers, obstacles=found.obstacles, bounds=None)
     plans, problems = plan_crowd(task, found.terrain, options=CrowdOptions(duration=duration))
     made = {plan.name: plan for plan in plans}
     progress("write", 0, 0)
-    return _save(found, made, problems, output, {"planner": "crowd", "duration": duration, "options": asdict(options)})
+    return _save(
+        found,
+        made,
+        (*slowed, *problems),
+        output,
+        {"planner": "crowd", "duration": duration, "options": asdict(options)},
+    )
 
 
 def plan_scene_wander(

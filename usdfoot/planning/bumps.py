@@ -9,7 +9,7 @@ import numpy as np
 
 from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray, IntArray
-from usdfoot.planning.collisions import FootTable
+from usdfoot.planning.foot_table import FootTable
 from usdfoot.planning.world import UNDERFOOT, Obstacle, World, clearances
 
 __all__ = ["Bumps", "find_bumps"]

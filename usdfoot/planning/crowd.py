@@ -16,11 +16,13 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
-from usdfoot.planning.collisions import FootTable, feet_of, find_collisions
+from usdfoot.planning.collisions import find_collisions
 from usdfoot.planning.edges import keep_off_edges
 from usdfoot.planning.elbow_room import keep_apart
 from usdfoot.planning.facing import face_tracks
 from usdfoot.planning.feet_apart import is_sideways, set_feet_apart, uncross
+from usdfoot.planning.foot_table import FootTable, feet_of
+from usdfoot.planning.latecomers import find_latecomers
 from usdfoot.planning.root_curves import build_root_curves
 from usdfoot.planning.scenario import Scenario, Seeker
 from usdfoot.planning.trajectories import NARROW, lay_plans, step_along_curves
@@ -82,6 +84,7 @@ def plan_crowd(
     plans: list[FootstepPlan] = []
     for party in parties:
         tracks = simulate(party, duration=options.duration)
+        faults += find_latecomers(party.seekers, tracks, duration=options.duration)
         plans += _plans(party, tracks, terrain, faults)
     order = {seeker.name: index for index, seeker in enumerate(scenario.seekers)}
     return sorted(plans, key=lambda plan: order[plan.name]), tuple(faults)
@@ -118,7 +121,6 @@ def _plans(party: Party, tracks: Tracks, terrain: Terrain, faults: list[Problem]
     feet = keep_off_edges(feet, ground)
     ordered = [seekers[index] for index in order]
     plans = lay_plans([seeker.name for seeker in ordered], feet, ground, on_ground=True)
-    faults += [_late(seekers[index], tracks.left[index]) for index in np.flatnonzero(~tracks.arrived)]
     faults += _treads(ordered, feet_of(plans, [seeker.body for seeker in ordered]))
     return plans
 
@@ -179,10 +181,6 @@ def _treads(seekers: Sequence[Seeker], feet: FootTable) -> list[Problem]:
         )
         for (one, other), row in zip(pairs, rows, strict=True)
     ]
-
-
-def _late(seeker: Seeker, left: float) -> Problem:
-    return _warning(seeker, f"does not get to its goal; it stops {left:.2f} m before it")
 
 
 def _warning(seeker: Seeker, what: str) -> Problem:

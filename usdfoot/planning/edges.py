@@ -8,7 +8,8 @@ import numpy as np
 
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.ground import Ground
-from usdfoot.planning.collisions import FootTable, find_collisions
+from usdfoot.planning.collisions import find_collisions
+from usdfoot.planning.foot_table import FootTable
 from usdfoot.planning.prints import settle_on_treads
 
 __all__ = ["keep_off_edges"]

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial import cKDTree
 
-from usdfoot.maths.types import BoolArray, FloatArray
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.planning.root_curves import SPACING, RootCurves
 
 __all__ = ["keep_apart"]
@@ -22,6 +22,8 @@ STOREY = 1.0
 """Roots this far above one another are on different levels [m]."""
 FARTHEST = 0.5
 """A root is moved this far at most [m]."""
+WATCH = 0.2
+"""Roots this much farther apart are watched while others move [m]."""
 APART = 100.0
 """Between instants on the time axis of the search tree [m]: more than any distance looked for."""
 
@@ -41,20 +43,25 @@ def keep_apart(curves: RootCurves, *, distance: float) -> RootCurves:
     places, heights = spots[:, [0, 2]], spots[:, 1]
     offsets = np.zeros((*present.shape, 2))
     weight = np.maximum(gaussian_filter1d(present.astype(float), SMOOTHING / CLOCK, axis=1, mode="constant"), 1e-3)
+    moved, near, farthest = places.copy(), _near(places, heights, columns, distance), 0.0
     for _ in range(ROUNDS):
-        pushes = _pushes(places + offsets[rows, columns], heights, columns, distance)
+        if farthest > 0.5 * WATCH:
+            near, places = _near(moved, heights, columns, distance), moved.copy()
+        pushes = _pushes(moved, heights, near, distance)
         if pushes is None:
             break
-        field = np.zeros_like(offsets)
-        field[rows, columns] = pushes
+        pushed = np.bincount(rows, weights=np.any(pushes != 0.0, axis=1), minlength=len(offsets)) > 0.0
+        own, line = np.flatnonzero(pushed[rows]), np.cumsum(pushed) - 1
+        field = np.zeros((int(pushed.sum()), *offsets.shape[1:]))
+        field[line[rows[own]], columns[own]] = pushes[own]
         peak = np.abs(pushes).max()
-        field = (
-            gaussian_filter1d(field, SMOOTHING / CLOCK, axis=1, mode="constant") / np.maximum(weight, 1e-3)[..., None]
-        )
-        field *= peak / max(float(np.abs(field[rows, columns]).max()), 1e-9)
-        offsets = offsets + field
-        lengths = np.maximum(np.linalg.norm(offsets, axis=2, keepdims=True), 1e-9)
-        offsets = offsets * np.minimum(1.0, FARTHEST / lengths)
+        field = gaussian_filter1d(field, SMOOTHING / CLOCK, axis=1, mode="constant") / weight[pushed, :, None]
+        field *= peak / max(float(np.abs(field[line[rows[own]], columns[own]]).max()), 1e-9)
+        field += offsets[pushed]
+        lengths = np.maximum(np.linalg.norm(field, axis=2, keepdims=True), 1e-9)
+        offsets[pushed] = field * np.minimum(1.0, FARTHEST / lengths)
+        moved[own] = spots[own][:, [0, 2]] + offsets[rows[own], columns[own]]
+        farthest = float(np.linalg.norm(moved - places, axis=1).max())
     return _moved(curves, offsets, first)
 
 
@@ -66,11 +73,27 @@ def _clock(curves: RootCurves) -> tuple[FloatArray, float, BoolArray]:
     return instants, first, present
 
 
-def _pushes(places: FloatArray, heights: FloatArray, instants: np.ndarray, distance: float) -> FloatArray | None:
-    """How each of N roots (x, z) at heights (N,) [m] is to move, shape (N, 2); None if nobody is too near."""
+def _near(places: FloatArray, heights: FloatArray, instants: IntArray, distance: float) -> IntArray:
+    """Roots at (x, z) (N, 2) and heights (N,) [m] that are too near each other or soon may be, shape (K, 2)."""
     points = np.column_stack([places, heights * (distance / STOREY), instants * APART])
-    pairs = cKDTree(points, compact_nodes=False, balanced_tree=False).query_pairs(distance, output_type="ndarray")
-    gaps = places[pairs[:, 0]] - places[pairs[:, 1]]
+    tree = cKDTree(points, compact_nodes=False, balanced_tree=False)
+    pairs = tree.query_pairs(distance + WATCH, output_type="ndarray")
+    return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+
+
+def _pushes(places: FloatArray, heights: FloatArray, near: IntArray, distance: float) -> FloatArray | None:
+    """How each of N roots (x, z) at heights (N,) [m] is to move, shape (N, 2); None if nobody is too near.
+
+    Args:
+        places: (x, z) [m], shape (N, 2).
+        heights: [m], shape (N,).
+        near: Those who may be too near each other, shape (K, 2).
+        distance: What is near enough [m].
+    """
+    rises = (heights[near[:, 0]] - heights[near[:, 1]]) * (distance / STOREY)
+    gaps = places[near[:, 0]] - places[near[:, 1]]
+    close = np.flatnonzero(np.sum(gaps**2, axis=1) + rises**2 <= distance**2)
+    pairs, gaps = near[close], gaps[close]
     lengths = np.linalg.norm(gaps, axis=1)
     if not np.any(lengths < 0.98 * distance):
         return None

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdfoot.maths.types import FloatArray, IntArray
-from usdfoot.planning.collisions import FootTable
+from usdfoot.planning.foot_table import FootTable
 
 __all__ = ["ERROR", "WARNING", "Fault", "LintLimits", "faults_at"]
 

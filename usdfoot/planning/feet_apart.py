@@ -10,7 +10,8 @@ import numpy as np
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import LEFT
-from usdfoot.planning.collisions import FootTable, Instants, near_feet, overlaps
+from usdfoot.planning.foot_table import FootTable, Instants
+from usdfoot.planning.near_feet import find_near_feet, overlaps
 
 __all__ = ["is_sideways", "set_feet_apart", "uncross"]
 
@@ -42,24 +43,24 @@ def set_feet_apart(
             everywhere.
     """
     feet = confine(feet, np.arange(len(feet.owners))) if confine else feet
-    first, second = near_feet(feet, slack=NEAR)
+    near = find_near_feet(feet, slack=NEAR)
     start = feet.positions[:, [0, 2]]
     best, least = feet, np.inf
     for search in range(SEARCHES):
         before = feet.positions
         for _ in range(ROUNDS):
-            depths, directions = overlaps(feet, first, second)
+            depths, directions = overlaps(feet, near.first, near.second)
             depths = depths + CLEARANCE
             if not np.any(depths > 0.5 * CLEARANCE):
                 break
-            offsets = feet.positions[:, [0, 2]] + _pushes(feet, first, second, depths, directions) - start
+            offsets = feet.positions[:, [0, 2]] + _pushes(feet, near.first, near.second, depths, directions) - start
             lengths = np.maximum(np.linalg.norm(offsets, axis=1, keepdims=True), 1e-12)
             feet = _placed(feet, start + offsets * np.minimum(1.0, FARTHEST / lengths))
         feet = uncross(feet, narrowest=narrowest * RELAXING**search)
         if confine:
             feet = confine(feet, np.flatnonzero(np.any(feet.positions != before, axis=1)))
-        first, second = near_feet(feet, slack=NEAR)
-        left = float(np.maximum(overlaps(feet, first, second)[0], 0.0).sum())
+        near = near.after(feet, np.any(feet.positions != before, axis=1))
+        left = float(np.maximum(overlaps(feet, near.first, near.second)[0], 0.0).sum())
         if left < least:
             best, least = feet, left
         if left <= 0.0:

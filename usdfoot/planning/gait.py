@@ -95,14 +95,21 @@ def _walked_length(leg_length: float, width: float) -> float:
 
 
 def natural_lengths(speeds: FloatArray, rule: TimingRule) -> FloatArray:
-    """Step lengths [m] people of a timing rule choose at speeds [m/s], shape (N,)."""
+    """Step lengths [m] people of a timing rule choose at speeds [m/s], shape (N,).
+
+    Who goes faster than the rule's leaps carry anybody takes longer steps in the same time.
+    """
     lengths = rule.leg_length * np.linspace(0.0, LONGEST_TABLED, 2000)[1:]
     timing = time_steps(lengths, rule)
     known = lengths / timing.step_times
     walks = ~timing.flies
     walked = np.interp(speeds, known[walks], lengths[walks], left=0.0)
     walked = np.where(speeds < known[walks][0], speeds * timing.step_times[0], walked)
-    run = np.interp(speeds, known[~walks], lengths[~walks]) if (~walks).any() else walked
+    runs = ~walks & (known < known.max() * (1.0 - 1e-9))  # longer leaps are no faster
+    run = walked
+    if runs.any():
+        quickest = timing.step_times[runs][-1]
+        run = np.where(speeds > known[runs][-1], speeds * quickest, np.interp(speeds, known[runs], lengths[runs]))
     return np.where(np.asarray(speeds) > known[walks].max(), run, walked)
 
 

@@ -13,8 +13,9 @@ from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.biped import SIDES
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
-from usdfoot.planning.collisions import FootTable, feet_of, find_collisions
+from usdfoot.planning.collisions import find_collisions
 from usdfoot.planning.faults import ERROR, WARNING, Fault, LintLimits, faults_at
+from usdfoot.planning.foot_table import FootTable, feet_of
 from usdfoot.planning.lint_places import find_bump_faults, find_ground_faults, find_low_ceilings, find_walls
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.world import Obstacle

@@ -12,8 +12,8 @@ from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.ground import Ground
 from usdfoot.planning.bumps import find_bumps
-from usdfoot.planning.collisions import FootTable
 from usdfoot.planning.faults import WARNING, Fault, LintLimits, faults_at
+from usdfoot.planning.foot_table import FootTable
 from usdfoot.planning.world import Obstacle
 
 __all__ = ["find_bump_faults", "find_ground_faults", "find_low_ceilings", "find_walls"]

@@ -11,8 +11,9 @@ import numpy as np
 from usdfoot.maths.types import IntArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan, PlanDraft
-from usdfoot.planning.collisions import feet_of, find_collisions
+from usdfoot.planning.collisions import find_collisions
 from usdfoot.planning.feet_apart import set_feet_apart, uncross
+from usdfoot.planning.foot_table import feet_of
 from usdfoot.planning.lint import lint_alone
 from usdfoot.planning.prints import lay_prints
 from usdfoot.planning.proportions import Proportions

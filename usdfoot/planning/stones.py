@@ -207,7 +207,9 @@ def _step_edges(
     count = tree.count_neighbors(tree, reach.farthest)
     if count > MOST_PAIRS:
         raise PlanError(
-            name, f"has {count} pairs of footholds within a step, too many to search", "give fewer, or a wider spacing"
+            name,
+            f"has {count} pairs of footholds within a step, more than the {MOST_PAIRS} that are searched",
+            "name fewer meshes with --on, or widen --spacing",
         )
     pairs = tree.query_pairs(reach.farthest, output_type="ndarray").astype(np.intp)
     pairs = np.concatenate([pairs, pairs[:, ::-1]])
@@ -302,5 +304,6 @@ def _unreachable(stones: Stones, graph: _Graph, costs: FloatArray, goal: Stance,
         f"the goal cannot be reached; the way over {int(reached[4:].sum())} of {len(stones.positions)} footholds "
         f"ends at {where} ({x:.2f}, {y:.2f}, {z:.2f}) m, {far[nearest]:.2f} m before the goal, and the next one not "
         f"reached is {gap:.2f} m from there",
-        f"a step reaches {reach.farthest:.2f} m and rises {reach.rise:.2f} m; add footholds, or let it leap",
+        f"a step reaches {reach.farthest:.2f} m and rises {reach.rise:.2f} m; add footholds"
+        + ("" if reach.leaps else ", or let it leap"),
     )

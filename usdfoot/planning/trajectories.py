@@ -13,10 +13,10 @@ from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.trajectory import RootTrajectory
-from usdfoot.planning.collisions import FootTable
 from usdfoot.planning.edges import keep_off_edges
 from usdfoot.planning.elbow_room import keep_apart
 from usdfoot.planning.feet_apart import set_feet_apart, uncross
+from usdfoot.planning.foot_table import FootTable
 from usdfoot.planning.footholds import foot_places
 from usdfoot.planning.gait import TOE_OUT, natural_lengths, overlap_shares
 from usdfoot.planning.prints import lay_prints

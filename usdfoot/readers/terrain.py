@@ -251,7 +251,10 @@ def _value(attribute: Usd.Attribute, stage: Usd.Stage) -> object:
 
 
 def _check_size(meshes: Sequence[PlacedMesh], limits: Limits) -> None:
-    """Raises SceneError if meshes have too many triangles together; a face of n corners has n - 2 at most."""
+    """Raises SceneError if meshes have too many triangles together; a face of n corners has n - 2 at most.
+
+    Faces count as one each even without corners: a small file can hold billions of those.
+    """
     count = 0
     for placed in meshes:
         mesh = UsdGeom.Mesh(placed.prim)
@@ -259,5 +262,5 @@ def _check_size(meshes: Sequence[PlacedMesh], limits: Limits) -> None:
             continue
         corners = mesh.GetFaceVertexIndicesAttr().Get(Usd.TimeCode.EarliestTime()) or ()
         faces = mesh.GetFaceVertexCountsAttr().Get(Usd.TimeCode.EarliestTime()) or ()
-        count += max(0, len(corners) - 2 * len(faces)) * len(placed.matrices)
+        count += max(len(faces), len(corners) - 2 * len(faces)) * len(placed.matrices)
         check_limit(placed.paths[0], "triangles", count, limit=limits.triangles)

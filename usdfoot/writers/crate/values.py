@@ -130,9 +130,8 @@ def _change_samples(values: memoryview, place: int, numbers: Renumbering) -> Non
     samples = np.frombuffer(values, dtype="<u8", count=count, offset=place + 8)
     least, most = int(samples.min()), int(samples.max())
     upper = least >> 48
-    if (
-        upper == most >> 48 and least & int(_PAYLOAD) and upper & 0xFF in _PLAIN and not upper & _SMALL
-    ):  # as nearly always
+    is_alike = upper == most >> 48 and least & int(_PAYLOAD) != 0  # as nearly always
+    if is_alike and upper & 0xFF in _PLAIN and not upper & _SMALL:
         samples += np.uint64(numbers.shift)
         return
     if not {*_kinds(samples).tolist()} <= _PLAIN | {_TOKEN}:

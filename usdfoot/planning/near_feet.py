@@ -1,0 +1,217 @@
+"""Near feet: which feet of different people are close to each other at one time, and how far they overlap."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from usdfoot.errors import PlanError
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.planning.foot_table import FootTable, Instants, between, foot_axes, joined_instants
+
+__all__ = ["NearFeet", "find_near_feet", "overlaps"]
+
+INSTANT = 0.1
+"""Between the instants at which feet are compared [s]."""
+MOST_INSTANTS = 50_000_000
+"""Instants of swings that are compared at once, for memory's sake: some gigabytes."""
+STOREY = 0.5
+"""Feet this far above one another do not touch [m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Presences:
+    """Feet in one place for a while: a stand is one, a swing one for each of its instants; P of them."""
+
+    steps: IntArray
+    """Footstep left last, shape (P,)."""
+    begins: IntArray
+    """First instant, shape (P,)."""
+    ends: IntArray
+    """Last instant, shape (P,)."""
+    shares: FloatArray
+    """How far it is on the way to the next footstep, 0 = planted, shape (P,)."""
+
+    def __getitem__(self, rows: IntArray | BoolArray) -> _Presences:
+        return _Presences(
+            steps=self.steps[rows], begins=self.begins[rows], ends=self.ends[rows], shares=self.shares[rows]
+        )
+
+    @property
+    def at_first(self) -> Instants:
+        """The first instant of each."""
+        return Instants(steps=self.steps, shares=self.shares, times=INSTANT * self.begins)
+
+
+@dataclass(frozen=True, kw_only=True)
+class NearFeet:
+    """Feet of different people that could touch if they moved by the slack in all, K pairs.
+
+    Of two that both stand it is the first instant at which they do, of others every instant.
+    """
+
+    slack: float
+    """[m]"""
+    first: Instants
+    """Of each pair the one with the lower footstep, shape (K,)."""
+    second: Instants
+    """The other, shape (K,)."""
+    presences: _Presences
+    """Of all feet, shape (P,)."""
+    points: FloatArray
+    """Where these are: (x, z), and the height so that a storey is as far as feet reach [m], shape (P, 3)."""
+
+    def after(self, feet: FootTable, moved: BoolArray) -> NearFeet:
+        """The pairs after some footsteps (S,) have moved; only feet on these, or on the way from or to one, are new."""
+        touched = _touch(self.presences.at_first, moved)
+        points = self.points.copy()
+        points[touched] = _points(feet, self.presences[touched].at_first, _reach(feet, self.slack))
+        one, other = _near(feet, self.presences, points, touched, self.slack)
+        kept = ~(_touch(self.first, moved) | _touch(self.second, moved))
+        first, second = joined_instants(self.first[kept], one), joined_instants(self.second[kept], other)
+        return replace(self, first=first, second=second, points=points)
+
+
+def find_near_feet(feet: FootTable, *, slack: float) -> NearFeet:
+    """Which feet of different people are near each other.
+
+    Args:
+        feet: Of all people.
+        slack: How far they may move in all [m].
+    """
+    presences = _presences(feet)
+    points = _points(feet, presences.at_first, _reach(feet, slack))
+    first, second = _near(feet, presences, points, np.ones(len(points), dtype=bool), slack)
+    return NearFeet(slack=slack, first=first, second=second, presences=presences, points=points)
+
+
+def _reach(feet: FootTable, slack: float) -> float:
+    """Farthest apart are the middles of two feet that could touch [m]."""
+    return float((feet.heels + feet.toes).max()) + slack
+
+
+def _points(feet: FootTable, instants: Instants, reach: float) -> FloatArray:
+    """Where feet are at instants: middles (x, z), and heights of which a storey is a reach [m], shape (K, 3)."""
+    heights = between(feet, instants, feet.positions[:, 1])
+    return np.column_stack([foot_axes(feet, instants).mean(axis=1), heights * (reach / STOREY)])
+
+
+def _touch(instants: Instants, moved: BoolArray) -> BoolArray:
+    """Whether each foot is on, or on its way from or to, a footstep that moved (S,), shape (K,)."""
+    following = np.minimum(instants.steps + 2, len(moved) - 1)
+    return np.asarray(moved[instants.steps] | (moved[following] & (instants.shares > 0.0)))
+
+
+def _near(
+    feet: FootTable, presences: _Presences, points: FloatArray, touched: BoolArray, slack: float
+) -> tuple[Instants, Instants]:
+    """Pairs of feet that are near, of which at least one is touched (P,)."""
+    pairs = _pairs(presences, points, feet.owners[presences.steps], touched, _reach(feet, slack))
+    first, second = presences[pairs[:, 0]], presences[pairs[:, 1]]
+    times = INSTANT * np.maximum(first.begins, second.begins)
+    order = np.lexsort((second.steps, times, first.steps))
+    one, other = (
+        Instants(steps=part.steps[order], shares=part.shares[order], times=times[order]) for part in (first, second)
+    )
+    near = overlaps(feet, one, other)[0] > -slack - 1e-9
+    return one[near], other[near]
+
+
+def _presences(feet: FootTable) -> _Presences:
+    """Where every foot is from its first strike to its last liftoff."""
+    following = np.minimum(np.arange(len(feet.owners)) + 2, len(feet.owners) - 1)
+    ends = np.where(feet.last, feet.liftoffs, feet.strikes[following] - 1e-9)
+    begins = np.ceil(feet.strikes / INSTANT - 1e-9).astype(np.int64)
+    ends = np.floor(ends / INSTANT).astype(np.int64)
+    left = np.where(feet.last, ends, np.clip(np.floor(feet.liftoffs / INSTANT).astype(np.int64), begins - 1, ends))
+    stands = np.flatnonzero(left >= begins)
+    counts = np.maximum(ends - left, 0)
+    if counts.sum() > MOST_INSTANTS:
+        longest = int(np.argmax(counts))
+        raise PlanError(
+            "plans",
+            f"have {counts.sum()} instants of swings to compare, more than {MOST_INSTANTS}; the longest swing is after "
+            f"footstep {feet.numbers[longest]} of plan {feet.owners[longest]}, until {INSTANT * ends[longest]:.6g} s",
+            "correct its times, or take fewer plans at once",
+        )
+    swings = np.repeat(np.arange(len(counts)), counts)
+    instants = left[swings] + 1 + np.arange(len(swings)) - np.repeat(np.cumsum(counts) - counts, counts)
+    spans = np.maximum(feet.strikes[following] - feet.liftoffs, 1e-9)[swings]
+    phases = np.clip((INSTANT * instants - feet.liftoffs[swings]) / spans, 0.0, 1.0)
+    return _Presences(
+        steps=np.concatenate([stands, swings]),
+        begins=np.concatenate([begins[stands], instants]),
+        ends=np.concatenate([left[stands], instants]),
+        shares=np.concatenate([np.zeros(len(stands)), phases * phases * (3.0 - 2.0 * phases)]),
+    )
+
+
+def _pairs(presences: _Presences, points: FloatArray, owners: IntArray, touched: BoolArray, reach: float) -> IntArray:
+    """Presences of different people at points (P, 3) within reach [m] of each other at one time, shape (K, 2).
+
+    Of two the one that begins later does so during the other: sorted by cell of the ground and then by time, those that
+    begin in a cell during a presence are one range. At least one of a pair is touched (P,); the first has the lower
+    footstep.
+    """
+    cells = np.floor(points[:, :2] / reach).astype(np.int64)
+    cells -= cells.min(axis=0, initial=0) - 1
+    width = int(cells[:, 0].max(initial=0)) + 2
+    length = int(presences.ends.max(initial=0)) - int(presences.begins.min(initial=0)) + 1
+    numbers = cells[:, 1] * width + cells[:, 0]
+    keys = numbers * length + presences.begins - int(presences.begins.min(initial=0))
+    spans = presences.ends - presences.begins
+    offsets = [row * width + column for row in (-1, 0, 1) for column in (-1, 0, 1)]
+    around = np.unique(np.add.outer(np.unique(numbers[touched]), offsets))
+    rows = np.arange(len(keys)) if touched.all() else np.flatnonzero(np.isin(numbers, around))
+    order = rows[np.argsort(keys[rows], kind="stable")]
+    found = [np.zeros((0, 2), dtype=np.int64)]
+    for probes, table in ((order, order[touched[order]]), (order[touched[order]], order[~touched[order]])):
+        for offset in offsets:
+            wanted = keys[probes] + offset * length
+            low = np.searchsorted(keys[table], wanted, side="left")
+            counts = np.searchsorted(keys[table], wanted + spans[probes], side="right") - low
+            one = np.repeat(probes, counts)
+            other = table[np.arange(len(one)) + np.repeat(low - np.cumsum(counts) + counts, counts)]
+            near = owners[one] != owners[other]
+            near &= (presences.begins[one] < presences.begins[other]) | (one < other)  # who begin at once meet twice
+            one, other = one[near], other[near]
+            near = np.sum((points[one] - points[other]) ** 2, axis=1) <= reach**2
+            found.append(np.stack([one[near], other[near]], axis=1))
+    pairs = np.concatenate(found)
+    swapped = presences.steps[pairs[:, 0]] > presences.steps[pairs[:, 1]]
+    return np.where(swapped[:, None], pairs[:, ::-1], pairs)
+
+
+def overlaps(feet: FootTable, first: Instants, second: Instants) -> tuple[FloatArray, FloatArray]:
+    """How far the soles of pairs overlap [m], shape (K,), and the direction from the second to the first, (K, 2)."""
+    a, b = foot_axes(feet, first), foot_axes(feet, second)
+    gaps = np.concatenate([_to_segments(a, b), -_to_segments(b, a)], axis=1)  # (K, 4, 2), from b to a
+    distances = np.linalg.norm(gaps, axis=2)
+    rows, nearest = np.arange(len(gaps)), np.argmin(distances, axis=1)
+    distance, gap = distances[rows, nearest], gaps[rows, nearest]
+    crossing = _cross(a, b)
+    direction = np.where((crossing | (distance < 1e-6))[:, None], a.mean(axis=1) - b.mean(axis=1), gap)
+    lengths = np.linalg.norm(direction, axis=1, keepdims=True)
+    direction = np.where(lengths < 1e-9, np.array([1.0, 0.0]), direction / np.maximum(lengths, 1e-9))
+    widths = feet.half_widths[first.steps] + feet.half_widths[second.steps]
+    return widths - np.where(crossing, -distance, distance), direction
+
+
+def _to_segments(points: FloatArray, segments: FloatArray) -> FloatArray:
+    """Vectors from the nearest points of segments (K, 2, 2) to points (K, P, 2), shape (K, P, 2)."""
+    along = segments[:, 1] - segments[:, 0]
+    offsets = points - segments[:, :1]
+    share = np.sum(offsets * along[:, None], axis=2) / np.maximum(np.sum(along**2, axis=1), 1e-12)[:, None]
+    return offsets - np.clip(share, 0.0, 1.0)[..., None] * along[:, None]
+
+
+def _cross(a: FloatArray, b: FloatArray) -> BoolArray:
+    """Whether segments a and b (K, 2, 2) cross, shape (K,)."""
+
+    def side(segment: FloatArray, point: FloatArray) -> FloatArray:
+        along, offset = segment[:, 1] - segment[:, 0], point - segment[:, 0]
+        return along[:, 0] * offset[:, 1] - along[:, 1] * offset[:, 0]
+
+    apart = (side(a, b[:, 0]) * side(a, b[:, 1]) < 0.0) & (side(b, a[:, 0]) * side(b, a[:, 1]) < 0.0)
+    return np.asarray(apart)
