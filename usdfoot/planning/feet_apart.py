@@ -48,14 +48,14 @@ def set_feet_apart(
     best, least = feet, np.inf
     for search in range(SEARCHES):
         before = feet.positions
+        depths, directions = overlaps(feet, near.first, near.second)
         for _ in range(ROUNDS):
-            depths, directions = overlaps(feet, near.first, near.second)
-            depths = depths + CLEARANCE
-            if not np.any(depths > 0.5 * CLEARANCE):
+            if not np.any(depths > -0.5 * CLEARANCE):
                 break
-            offsets = feet.positions[:, [0, 2]] + _pushes(feet, near.first, near.second, depths, directions) - start
-            lengths = np.maximum(np.linalg.norm(offsets, axis=1, keepdims=True), 1e-12)
-            feet = _placed(feet, start + offsets * np.minimum(1.0, FARTHEST / lengths))
+            pushes = _pushes(feet, near.first, near.second, depths + CLEARANCE, directions)
+            feet, moved = _pushed(feet, pushes, start)
+            rows = near.touched(moved)
+            depths[rows], directions[rows] = overlaps(feet, near.first[rows], near.second[rows])
         feet = uncross(feet, narrowest=narrowest * RELAXING**search)
         if confine:
             feet = confine(feet, np.flatnonzero(np.any(feet.positions != before, axis=1)))
@@ -95,6 +95,16 @@ def is_sideways(feet: FootTable) -> BoolArray:
     after = np.minimum(after, len(rows) - 1)
     moved = planar.rotate(-feet.yaws, (feet.positions[after] - feet.positions[before])[:, [0, 2]])
     return np.asarray(np.abs(moved[:, 0]) > np.maximum(np.abs(moved[:, 1]), ACROSS))
+
+
+def _pushed(feet: FootTable, pushes: FloatArray, start: FloatArray) -> tuple[FootTable, BoolArray]:
+    """The table with footsteps pushed (S, 2) [m], no farther than they may be from their start (S, 2); which were."""
+    moved = np.any(pushes != 0.0, axis=1)
+    points, origins = feet.positions[:, [0, 2]], start[moved]
+    offsets = points[moved] + pushes[moved] - origins
+    lengths = np.maximum(np.linalg.norm(offsets, axis=1, keepdims=True), 1e-12)
+    points[moved] = origins + offsets * np.minimum(1.0, FARTHEST / lengths)
+    return _placed(feet, points), moved
 
 
 def _placed(feet: FootTable, points: FloatArray) -> FootTable:

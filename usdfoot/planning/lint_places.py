@@ -22,6 +22,8 @@ ALONG = np.linspace(0.0, 1.0, 14)[1:-1, None, None]
 ASIDES = np.array([-0.05, 0.0, 0.05])[:, None, None, None]
 """Places on the line from print to print of a foot, and on two beside it [m], at which there may be a wall. Over the
 edge of what is not on all three a foot is lifted, but none is over what is higher than `BLIND_HEIGHT`."""
+ROUNDED = 1e-3
+"""A wall may be so much higher than is said [m]."""
 CEILING = 0.5
 """Terrain so far above a print is another level, not the next stair [m]."""
 
@@ -108,7 +110,7 @@ def find_walls(
     under = ground.heights(lines.reshape(-1, 2), tallest, step_up=0.0)
     walls = np.where(under.hit & (under.heights <= tallest), under.heights, -np.inf).reshape(lines.shape[:-1])
     over = walls.max(axis=1) - tops
-    over = np.where(over[1] > BLIND_HEIGHT, over[1], over.min(axis=0))
+    over = np.where(over[1] > BLIND_HEIGHT + ROUNDED, over[1], over.min(axis=0))
     high = over > limits.highest_step * legs[rows]
     message = "swings over ground {:.2f} m above where the foot stands before and after"
     return faults_at(names, feet, rows[high], kind="obstructed", values=over[high], message=message)

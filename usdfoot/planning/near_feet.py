@@ -62,13 +62,18 @@ class NearFeet:
     points: FloatArray
     """Where these are: (x, z), and the height so that a storey is as far as feet reach [m], shape (P, 3)."""
 
+    def touched(self, moved: BoolArray) -> IntArray:
+        """Which pairs have a foot on a footstep that moved (S,), or on the way from or to one."""
+        return np.flatnonzero(_touch(self.first, moved) | _touch(self.second, moved))
+
     def after(self, feet: FootTable, moved: BoolArray) -> NearFeet:
         """The pairs after some footsteps (S,) have moved; only feet on these, or on the way from or to one, are new."""
         touched = _touch(self.presences.at_first, moved)
         points = self.points.copy()
         points[touched] = _points(feet, self.presences[touched].at_first, _reach(feet, self.slack))
         one, other = _near(feet, self.presences, points, touched, self.slack)
-        kept = ~(_touch(self.first, moved) | _touch(self.second, moved))
+        kept = np.ones(len(self.first.steps), dtype=bool)
+        kept[self.touched(moved)] = False
         first, second = joined_instants(self.first[kept], one), joined_instants(self.second[kept], other)
         return replace(self, first=first, second=second, points=points)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from usdfoot.errors import PlanError, SceneError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
+from usdfoot.readers.agents import AgentSource
 from usdfoot.readers.plans import read_plan
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.stage import start_code, targets
@@ -62,10 +63,15 @@ class Overrides:
         agents = self.stage.GetPrimAtPath(Prim.AGENTS) if self.stage else None
         return tuple(problem for prim in agents.GetAllChildren() for problem in _unread(prim)) if agents else ()
 
-    def agent(self, name: str) -> Usd.Prim | None:
-        """What the artists say of an agent; None = nothing."""
-        prim = self.stage.GetPrimAtPath(f"{Prim.AGENTS}/{name}") if self.stage else None
-        return prim or None
+    def over(self, sources: Sequence[AgentSource]) -> tuple[AgentSource, ...]:
+        """Agents with what the artists say of each, without those that they muted."""
+        if self.stage is None:
+            return tuple(sources)
+        return tuple(
+            replace(source, override=self.stage.GetPrimAtPath(f"{Prim.AGENTS}/{source.name}") or None)
+            for source in sources
+            if not self.is_muted(source.name)
+        )
 
     def plan(self, name: str, plan_of: Callable[[str], FootstepPlan | None]) -> OverriddenPlan | None:
         """An agent's plan with what the artists changed of it; None if they changed nothing.

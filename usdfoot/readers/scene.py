@@ -111,11 +111,7 @@ class SceneReader:
         self._listed = listed
         self._overrides = read_overrides(crowd, self.info.units)
         self.names = tuple(source.name for source in listed.chosen)
-        self._chosen = tuple(
-            replace(source, override=self._overrides.agent(source.name))
-            for source in listed.chosen
-            if not self._overrides.is_muted(source.name)
-        )
+        self._chosen = self._overrides.over(listed.chosen)
         self._cast: dict[str, Agent | Follower | None] = {}
         self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units, limits=limits)
         self._walks = WalkReader(
