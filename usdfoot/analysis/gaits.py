@@ -7,7 +7,7 @@ import numpy as np
 from usdfoot.analysis.timing import EARTH_GRAVITY, HUMAN_LEG
 from usdfoot.maths.types import BoolArray, FloatArray
 
-__all__ = ["has_flight"]
+__all__ = ["RUNNING_FROUDE", "has_flight"]
 
 FLIGHT_SHARE = 0.2
 """Shortest flight of a run, relative to its step. By ball contacts walks have up to 0.18, slow jogs 0.22 and more."""

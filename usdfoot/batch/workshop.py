@@ -17,7 +17,7 @@ from usdfoot.batch.sources import SourceFigures
 from usdfoot.batch.tasks import ChunkTask
 from usdfoot.bridge.chunks import ChunkNotes
 from usdfoot.bridge.tokens import Motion as Source
-from usdfoot.engine.animate import PreparedLibraries, animate_crowd
+from usdfoot.engine.animate import ExamplesBuilder, PreparedLibraries, animate_crowd
 from usdfoot.errors import UsdfootError
 from usdfoot.model.agent import Crowd
 from usdfoot.model.device import start_warp
@@ -62,7 +62,7 @@ class Workshop:
     def __init__(self, reader: SceneReader, options: MotionOptions, *, keep: Path | None = None) -> None:
         self._reader = reader
         self._options = options
-        self._libraries = PreparedLibraries(options, build=KeptExamples(keep).build if keep else build_once)
+        self._libraries = PreparedLibraries(options, build=_builder(keep))
         self._bodies: PreparedBodies | None = None
         self._sources = SourceFigures()
 
@@ -143,6 +143,11 @@ class Workshop:
         return [problem for index in sorted(libraries) for problem in self._libraries.prepared(crowd, index).problems]
 
 
+def _builder(keep: Path | None) -> ExamplesBuilder:
+    """What cuts the steps of clips, or reads them from a folder where they are kept."""
+    return KeptExamples(keep).build if keep else build_once
+
+
 def _without(crowd: Crowd, names: Collection[str]) -> Crowd:
     """The crowd without some of its agents."""
     return replace(
@@ -176,6 +181,7 @@ def _workshop(
         limits=limits,
         sampling=options.sampling,
         foreseen=False,
+        build=_builder(Path(folder) if keeps else None),
     )
     return Workshop(reader, options, keep=Path(folder) if keeps else None)
 

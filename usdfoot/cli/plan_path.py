@@ -14,7 +14,8 @@ NAME = "path"
 HELP = "footsteps along curves"
 DESCRIPTION = (
     "Plans footsteps along the BasisCurves and HermiteCurves of a scene, laid on its terrain, and writes them as a "
-    "layer. Speed, step length and step width are usdfoot:path attributes of the curve; what is 0 is derived."
+    "layer. Speed, step length and step width are usdfoot:path attributes of the curve; what is 0 is as in "
+    "the clips of who walks, or as people's."
 )
 EPILOG = """\
 example:

@@ -216,6 +216,7 @@ def _open_shot(
     stage: Any, folder: Path, call: CallRecord, *, options: MotionOptions, executor: Executor | None = None
 ) -> _Shot:
     """What is asked for of an open stage, read and cut into chunks; folder: of the crowd, a real path."""
+    from usdfoot.batch.analysed import build_once
     from usdfoot.batch.tasks import agents_a_chunk, cut_chunks, inputs_of
     from usdfoot.readers.listing import list_scene
 
@@ -236,6 +237,7 @@ def _open_shot(
         crowd=folder,
         limits=call.limits,
         sampling=options.sampling,
+        build=build_once,
     )
     scene = reader.read()
     check_output(scene, folder)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from usdfoot import __version__
+from usdfoot.batch.analysed import build_once
 from usdfoot.bridge.scene import StageInfo
 from usdfoot.engine.animate import PreparedLibraries
 from usdfoot.engine.options import EngineOptions
@@ -28,6 +29,7 @@ from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.world import Obstacle
 from usdfoot.readers.agents import AgentSource, list_agents, select_agents
 from usdfoot.readers.casting import Casting
+from usdfoot.readers.habits import HabitsReader
 from usdfoot.readers.obstacles import read_obstacles
 from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
@@ -84,7 +86,8 @@ def plan_scene_paths(
     everyone, agent_problems = list_agents(stage, prims)
     sources = select_agents(everyone, agents)
     terrain, terrain_problems = read_terrain(stage, prims, info.units)
-    walkers, errors = read_walkers(stage, prims, info.units, sources=sources, free_paths=agents == "*")
+    habits = HabitsReader(build=build_once)
+    walkers, errors = read_walkers(stage, prims, info.units, sources=sources, free_paths=agents == "*", habits=habits)
     progress("plan", 0, 0)
     obstacles, obstacle_problems = read_obstacles(stage, prims, info.units)
     found = plan_walkers(walkers, terrain, obstacles=obstacles, options=options)
@@ -159,7 +162,7 @@ def _flying_like_clips(
         frame_rate=casting.units.time_codes_per_second,
     )
     options = EngineOptions()
-    flown = fly_like_clips(crowd, options=options, libraries=PreparedLibraries(options))
+    flown = fly_like_clips(crowd, options=options, libraries=PreparedLibraries(options, build=build_once))
     liftoffs = {agent.name: agent.plan.liftoff_times for agent in flown.agents}
     return [
         replace(part, plan=replace(part.plan, liftoff_times=liftoffs.get(part.name, part.plan.liftoff_times)))

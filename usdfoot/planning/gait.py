@@ -6,14 +6,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from usdfoot.analysis.gaits import RUNNING_FROUDE
 from usdfoot.analysis.timing import TimingRule, time_steps
 from usdfoot.maths.types import FloatArray
 from usdfoot.planning.proportions import Proportions
 
 __all__ = ["TOE_OUT", "Gait", "derive_gait", "natural_lengths", "overlap_shares"]
 
-EASY_STEP = 0.8
-"""Length of an easy walking step over the leg length."""
+SPAN = 1.4
+"""Longest step without a flight that nobody asked for, foot to foot over the leg length; legs reach 1.5."""
 TOE_OUT = 0.1
 """How far feet point outward of the heading [rad]."""
 LONGEST_TABLED = 3.5
@@ -41,6 +42,16 @@ class Gait:
         return self.step_length / self.step_time
 
     @property
+    def walked_length(self) -> float:
+        """How far a step without a flight goes along the way at most [m]."""
+        return _walked_length(self.rule.leg_length, self.step_width)
+
+    @property
+    def fastest_walk(self) -> float:
+        """From this speed on steps have a flight [m/s]."""
+        return float(np.sqrt(RUNNING_FROUDE * self.rule.gravity * self.rule.leg_length))
+
+    @property
     def longest_time(self) -> float:
         """What a short step takes [s]."""
         return float(time_steps(np.array([1e-3 * self.rule.leg_length]), self.rule).step_times[0])
@@ -62,11 +73,25 @@ def derive_gait(
         step_width: [m].
     """
     body = proportions or Proportions()
-    rule = TimingRule(leg_length=body.leg_length)
-    if not step_length:
-        step_length = float(natural_lengths(np.array([speed]), rule)[0]) if speed else EASY_STEP * body.leg_length
+    rule, width = body.timing, step_width or body.step_width
+    step_length = step_length or _unasked_length(body, rule, speed=speed, width=width)
     step_time = step_length / speed if speed else float(time_steps(np.array([step_length]), rule).step_times[0])
-    return Gait(step_length=step_length, step_time=step_time, step_width=step_width or body.step_width, rule=rule)
+    return Gait(step_length=step_length, step_time=step_time, step_width=width, rule=rule)
+
+
+def _unasked_length(body: Proportions, rule: TimingRule, *, speed: float, width: float) -> float:
+    """Length of a step at a speed [m/s], 0 = of an easy one; in a walk no longer than the legs span [m]."""
+    easy = body.habits.easy_step * body.leg_length
+    length = float(natural_lengths(np.array([speed]), rule)[0]) if speed else easy
+    if time_steps(np.array([length]), rule).flies[0]:
+        return length
+    return min(length, _walked_length(body.leg_length, width))
+
+
+def _walked_length(leg_length: float, width: float) -> float:
+    """How far legs that span so much go along the way [m] with their feet `width` [m] apart across it."""
+    span = SPAN * leg_length
+    return float(np.sqrt(max(span**2 - width**2, 0.25 * span**2)))
 
 
 def natural_lengths(speeds: FloatArray, rule: TimingRule) -> FloatArray:

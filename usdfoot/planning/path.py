@@ -236,7 +236,8 @@ def _even_steps(ways: Ways, gaits: list[Gait]) -> _Steps:
     phases = np.cumsum(pieces)
     phases -= np.repeat(phases[ways.first[:-1]], np.diff(ways.first))
     whole = phases[ways.first[1:] - 1]
-    counts = np.maximum(np.rint(whole), 1.0).astype(int)
+    far = ways.lengths > np.array([gait.walked_length for gait in gaits])
+    counts = np.maximum(np.rint(whole), 1.0 + far).astype(int)
     owner = np.repeat(np.arange(len(counts)), counts)
     numbers = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts) + 1.0
     offsets = np.concatenate([[0.0], np.cumsum(whole + 1.0)[:-1]])

@@ -6,16 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdfoot.analysis.timing import HUMAN_LEG
+from usdfoot.analysis.timing import HUMAN_LEG, TimingRule
 from usdfoot.model.biped import Biped
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
+from usdfoot.planning.habits import PEOPLE, Habits
 
 __all__ = ["Proportions", "proportions_of"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Proportions:
-    """Sizes of a character; the defaults are those of a person of 1.75 m."""
+    """Sizes of a character, and how it steps; the defaults are those of a person of 1.75 m."""
 
     leg_length: float = HUMAN_LEG
     """Hip to ankle with the knee straight [m]."""
@@ -25,6 +26,8 @@ class Proportions:
     """From the ball back to the heel [m]: 0.4 of the distance from ankle to ball behind the ankle (design.md 2)."""
     hip_width: float = 0.18
     """Between the hip joints [m]."""
+    habits: Habits = PEOPLE
+    """How it steps."""
 
     @property
     def toe(self) -> float:
@@ -39,7 +42,12 @@ class Proportions:
     @property
     def step_width(self) -> float:
         """Between the balls of the feet across the way, in an easy walk [m]."""
-        return 0.65 * self.hip_width
+        return self.habits.step_width * self.leg_length or 0.65 * self.hip_width
+
+    @property
+    def timing(self) -> TimingRule:
+        """How long its steps take."""
+        return self.habits.timing(self.leg_length)
 
     @property
     def highest_step(self) -> float:

@@ -70,7 +70,8 @@ def lay_ways(paths: Sequence[WalkingPath], gaits: Sequence[Gait], ground: Ground
     """Ways of paths on the terrain.
 
     Steps become shorter uphill and downhill as walkers become slower (Tobler's hiking function, with the walk ratio),
-    where the way turns, and where it begins and ends.
+    where the way turns, and where it begins and ends. There, and where a run is as slow as a walk, they are
+    no longer than legs span.
     """
     ways = _even(paths, np.array([SPACING * gait.step_length for gait in gaits]))
     rows, starts = ways.rows, np.zeros(len(ways.arcs), dtype=bool)
@@ -84,10 +85,13 @@ def lay_ways(paths: Sequence[WalkingPath], gaits: Sequence[Gait], ground: Ground
     slower = np.exp(-1.75 * np.maximum(np.abs(grades + 0.05) - 0.05, 0.0))
     turning = np.minimum(1.0 / (1.0 + 0.5 * curvatures * legs), LARGEST_TURN / np.maximum(curvatures * steps, 1e-9))
     speeds = np.array([gait.speed for gait in gaits])[rows]
-    edge = np.minimum(ways.arcs, ways.lengths[rows] - ways.arcs) + 0.25 * steps
-    starting = np.sqrt(np.sqrt(2.0 * ACCELERATION * edge) / speeds)
+    edge = np.minimum(ways.arcs, ways.lengths[rows] - ways.arcs)
+    starting = np.sqrt(np.sqrt(2.0 * ACCELERATION * (edge + 0.25 * steps)) / speeds)
     shares = np.clip(np.minimum.reduce([slower * turning, starting, np.ones(len(rows))]), SHORTEST, 1.0)
     shares = _eased(ways, shares, speeds)
+    fastest, walked = (np.array(v)[rows] for v in zip(*((g.fastest_walk, g.walked_length) for g in gaits), strict=True))
+    slow = (speeds > fastest) & ((speeds * shares**2 <= fastest) | (edge < walked))
+    shares = np.where(slow, np.minimum(shares, np.maximum(walked / steps, SHORTEST)), shares)
     return Ways(first=ways.first, arcs=ways.arcs, points=ways.points, heights=heights, headings=headings, shares=shares)
 
 

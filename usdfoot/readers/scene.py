@@ -7,7 +7,7 @@ import os
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from pxr import Usd
 
@@ -32,6 +32,9 @@ from usdfoot.readers.terrain import read_terrain
 from usdfoot.readers.tuning import UNTUNED
 from usdfoot.readers.visibility import read_visibilities
 from usdfoot.readers.walks import WalkReader
+
+if TYPE_CHECKING:
+    from usdfoot.engine.animate import ExamplesBuilder
 
 __all__ = ["SceneReader", "read_scene"]
 
@@ -83,6 +86,7 @@ class SceneReader:
         sampling: Who is sampled at which frames.
         foreseen: Whether all plans are read at once, for what is wrong with any and for the frames if none are given;
             else each is read with its agent.
+        build: Cuts the steps of clips for those who follow paths; None = anew.
 
     Raises:
         SceneError: If the stage cannot be opened, the glob matches nobody, the frames are none, or it is too large.
@@ -100,6 +104,7 @@ class SceneReader:
         limits: Limits = DEFAULT_LIMITS,
         sampling: SamplingOptions = ALL_FRAMES,
         foreseen: bool = True,
+        build: ExamplesBuilder | None = None,
     ) -> None:
         listed = scene if isinstance(scene, ListedScene) else list_scene(scene, agents=agents, limits=limits)
         stage, prims, self.info = listed.stage, listed.prims, listed.info
@@ -114,7 +119,7 @@ class SceneReader:
             self.info.units,
             everyone=listed.everyone,
             overrides=self._overrides,
-            planned=self._plan_paths(stage, prims),
+            planned=self._plan_paths(stage, prims, motion, build),
         )
         spans = spans_of(self._walks.read_all(self._chosen) if foreseen else (), self.info)
         codes = find_frames(spans, self.info, frames, most=limits.frames)
@@ -212,14 +217,18 @@ class SceneReader:
         frames = self._sampling.frames_of(walk, performer.name)
         return performer if frames == performer.sampled else replace(performer, sampled=frames)
 
-    def _plan_paths(self, stage: Usd.Stage, prims: StagePrims) -> dict[str, FootstepPlan | UsdfootError]:
+    def _plan_paths(
+        self, stage: Usd.Stage, prims: StagePrims, motion: str | None, build: ExamplesBuilder | None
+    ) -> dict[str, FootstepPlan | UsdfootError]:
         """Plans of all agents that follow a path, or why there is none, by agent name."""
         if not any(source.path for source in self._chosen):
             return {}
+        from usdfoot.readers.habits import HabitsReader
         from usdfoot.readers.obstacles import read_obstacles  # with all that plans paths, for who follows one
         from usdfoot.readers.walkers import plan_walkers, read_walkers
 
-        walkers, errors = read_walkers(stage, prims, self.info.units, sources=self._chosen)
+        habits = HabitsReader(motion=motion, build=build)
+        walkers, errors = read_walkers(stage, prims, self.info.units, sources=self._chosen, habits=habits)
         obstacles = read_obstacles(stage, prims, self.info.units)[0] if walkers else ()
         return {**plan_walkers(walkers, self._terrain, obstacles=obstacles), **errors}
 

@@ -24,6 +24,7 @@ from usdfoot.readers.agents import AgentSource
 from usdfoot.readers.candidates import only_character
 from usdfoot.readers.casting import Casting
 from usdfoot.readers.characters import read_character
+from usdfoot.readers.habits import HabitsReader
 from usdfoot.readers.paths import find_paths, read_paths
 from usdfoot.readers.stage import StagePrims
 
@@ -45,11 +46,17 @@ class Walker:
 
 
 def read_walkers(
-    stage: Usd.Stage, prims: StagePrims, units: StageUnits, *, sources: Sequence[AgentSource], free_paths: bool = False
+    stage: Usd.Stage,
+    prims: StagePrims,
+    units: StageUnits,
+    *,
+    sources: Sequence[AgentSource],
+    free_paths: bool = False,
+    habits: HabitsReader | None = None,
 ) -> tuple[tuple[Walker, ...], dict[str, UsdfootError]]:
     """Everyone who walks a path, and by name why some cannot.
 
-    Agents that follow the same prim take its curves in turn.
+    Agents that follow the same prim take its curves in turn. Those who are moved by clips step as these do.
 
     Args:
         stage: Open stage.
@@ -57,11 +64,13 @@ def read_walkers(
         units: Its units.
         sources: Agents; those without a path are left out.
         free_paths: Also give one walker to each curve that no agent follows.
+        habits: Finds how they step; None = as the clips do that each says move it.
     """
     if not free_paths and all(source.path is None for source in sources):
         return (), {}
     casting = Casting.to_look(stage, prims, units, foreign=[source.plan for source in sources])
     walkers, errors = [], {}
+    finder = habits or HabitsReader()
     turns: Counter[Sdf.Path] = Counter()
     curves: dict[Sdf.Path, tuple[WalkingPath | PlanError, ...] | UsdfootError] = {}
     for source in sources:
@@ -75,7 +84,8 @@ def read_walkers(
             if isinstance(path, UsdfootError):
                 raise path
             character = casting.character_of(source)
-            body = proportions_of(character.skeleton, character.biped)
+            steps_like = finder.read(casting, source)
+            body = replace(proportions_of(character.skeleton, character.biped), habits=steps_like)
             agent = str(source.prim.GetPath())
             walkers.append(Walker(name=source.name, agent=agent, path=path, proportions=body))
         except UsdfootError as error:

@@ -1,0 +1,80 @@
+"""Habits: step lengths, times and widths of clips, and plans of those whom these clips move."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from tests.builders import Gait
+from tests.engine.walkers import library_of
+from tests.planning.terrains import slab, terrain_of
+from usdfoot.analysis.examples import build_examples
+from usdfoot.analysis.timing import HUMAN_LEG
+from usdfoot.model.ground import Ground
+from usdfoot.model.path import WalkingPath
+from usdfoot.planning.gait import derive_gait
+from usdfoot.planning.habits import PEOPLE, Habits, find_habits
+from usdfoot.planning.lint import lint_plans
+from usdfoot.planning.path import plan_path
+from usdfoot.planning.proportions import Proportions
+
+LEVEL = Ground(terrain_of([slab((-60.0, 60.0), (-60.0, 60.0), (0.0, 0.0))]))
+LOPE = Gait(step_length=0.9, step_width=0.22, step_time=0.75)
+RUN = Gait(step_length=1.1, step_time=0.42, duty=0.4, step_width=0.12)
+TURN = Gait(step_length=0.5, turn=0.4, step_time=0.4)
+SIDE = Gait(step_length=0.0, sideways=0.12, step_width=0.3, step_time=0.5, heel_strike=False)
+BACK = Gait(step_length=-0.4, step_time=0.5, heel_strike=False)
+
+
+def habits_of(*gaits: Gait) -> tuple[Habits, float]:
+    """Habits of clips, and the leg length of who walks in them."""
+    library = library_of(gaits)
+    leg_length = library.biped.maximal_leg_length
+    examples, _ = build_examples(library, samples=31)
+    return find_habits(examples, leg_length=leg_length), leg_length
+
+
+def test_they_are_those_of_the_steady_steps_ahead():
+    found, leg_length = habits_of(LOPE, RUN, TURN, SIDE, BACK)
+    size = leg_length / HUMAN_LEG
+    assert found.walk_ratio == pytest.approx(0.9 * 0.75 / 60.0 / size**1.5, rel=0.03)
+    assert found.run_step == pytest.approx(0.42 / np.sqrt(size), rel=0.05)
+    assert found.easy_step == pytest.approx(0.9 / leg_length, rel=0.02)
+    assert found.step_width == pytest.approx(0.22 / leg_length, rel=0.02)
+
+
+def test_where_clips_show_no_such_steps_they_are_peoples():
+    assert habits_of(TURN, SIDE, BACK)[0] == PEOPLE
+    runs, _ = habits_of(RUN)
+    assert (runs.walk_ratio, runs.easy_step, runs.step_width) == (PEOPLE.walk_ratio, PEOPLE.easy_step, 0.0)
+    slow, _ = habits_of(LOPE)
+    assert slow.run_step == pytest.approx(PEOPLE.run_step * np.sqrt(slow.walk_ratio / PEOPLE.walk_ratio))
+
+
+def test_a_path_at_the_speed_of_the_clips_is_walked_in_their_steps():
+    found, leg_length = habits_of(LOPE, TURN)
+    body = Proportions(leg_length=leg_length, habits=found)
+    path = WalkingPath(name="/Along", points=np.array([(0.0, 0.0, 0.0), (0.0, 0.0, 20.0)]), speed=0.9 / 0.75)
+    plan = plan_path(path, LEVEL, proportions=body)
+    middle = slice(6, -6)
+    assert_allclose(np.diff(plan.positions[:, 2])[middle], 0.9, rtol=0.04)
+    assert_allclose(np.diff(plan.strike_times)[middle], 0.75, rtol=0.04)
+    assert_allclose(np.abs(np.diff(plan.positions[:, 0]))[middle], 0.22, rtol=0.02)
+
+
+@pytest.mark.parametrize("speed", [0.4, 0.8, 1.2, 2.0, 3.0])
+@pytest.mark.parametrize("length", [0.5, 6.0])
+def test_who_takes_steps_as_long_as_the_legs_span_takes_no_longer_ones(speed, length):
+    body = Proportions(leg_length=0.38, hip_width=0.34, habits=Habits(walk_ratio=0.0156, easy_step=1.37, run_step=0.58))
+    path = WalkingPath(name="/Along", points=np.array([(0.0, 0.0, 0.0), (0.0, 0.0, length)]), speed=speed)
+    assert lint_plans([plan_path(path, LEVEL, proportions=body)], LEVEL, bodies=[body]) == []
+
+
+def test_widths_and_times_scale_with_the_body():
+    large, small = (
+        derive_gait(Proportions(leg_length=leg, habits=Habits(walk_ratio=0.007, step_width=0.2))) for leg in (0.8, 0.4)
+    )
+    assert_allclose(small.step_length / large.step_length, 0.5)
+    assert_allclose(small.step_time / large.step_time, np.sqrt(0.5))
+    assert_allclose(small.step_width, 0.08)
