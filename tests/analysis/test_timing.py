@@ -107,6 +107,20 @@ def test_contacts_of_one_foot_never_overlap(standing):
         assert (times.liftoff_times[-1] == times.liftoff_times[-2]) == standing
 
 
+def test_the_first_step_from_a_stand_swings_as_long_as_in_a_walk():
+    """Both feet stand first, then the foot leaves as in the middle of a walk; all later steps only come later."""
+    positions = row_of_prints(np.array([0.12, 0.8, 0.6, 0.6]))
+    at_once = time_footsteps(positions, starts_standing=True)
+    stood = time_footsteps(positions, starts_standing=True, stand_time=0.5)
+    first = time_steps(np.array([0.8]), TimingRule())
+    swing = stood.strike_times[2] - stood.liftoff_times[0]
+    assert swing == pytest.approx(first.step_times[0] - 0.5 * first.overlaps[0])
+    np.testing.assert_allclose(stood.strike_times - at_once.strike_times, [0.0, 0.0, 0.5, 0.5, 0.5])
+    np.testing.assert_allclose((stood.liftoff_times - at_once.liftoff_times)[1:], 0.5)
+    walking = time_footsteps(positions, stand_time=0.5)
+    np.testing.assert_array_equal(walking.liftoff_times, time_footsteps(positions).liftoff_times)
+
+
 def test_one_print_is_no_plan():
     with pytest.raises(PlanError, match=r"two or more"):
         time_footsteps(np.zeros((1, 3)))

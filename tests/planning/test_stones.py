@@ -7,10 +7,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from tests.engine.plans import no_terrain
 from tests.planning.terrains import slab, terrain_of
 from usdfoot.errors import PlanError
 from usdfoot.maths import planar
+from usdfoot.model.ground import Ground
+from usdfoot.model.path import WalkingPath
 from usdfoot.planning.lint import lint_steps
+from usdfoot.planning.path import plan_path
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.reach import Reach, step_costs
 from usdfoot.planning.stone_tops import stones_on
@@ -95,7 +99,17 @@ def test_a_plan_stands_at_both_ends_and_steps_only_on_stones():
     slow, quick = (
         plan_stones(stones, stance_at(np.zeros(3), 0.0, REACH), goal, reach=REACH, speed=speed) for speed in (0.4, 0.8)
     )
-    assert_allclose(slow.strike_times, 2.0 * quick.strike_times)
+    assert_allclose(np.diff(slow.strike_times[2:]), 2.0 * np.diff(quick.strike_times[2:]))
+
+
+def test_it_sets_out_from_a_stand_as_along_a_path():
+    stones, goal = stones_at(straight()), stance_at(np.array([0.0, 0.0, 4.2]), 0.0, REACH)
+    plan = plan_stones(stones, stance_at(np.zeros(3), 0.0, REACH), goal, reach=REACH)
+    line = WalkingPath(name="/Line", points=np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 4.2]]))
+    path = plan_path(line, Ground(no_terrain()))
+    swings = [one.strike_times[2] - one.liftoff_times[0] for one in (plan, path)]
+    assert swings[0] == pytest.approx(swings[1], abs=0.1), "not in half the time"
+    assert plan.liftoff_times[0] == pytest.approx(path.liftoff_times[0], abs=0.05)
 
 
 @pytest.mark.parametrize("leaps", [False, True])

@@ -136,6 +136,7 @@ def time_footsteps(
     start_time: float = 0.0,
     starts_standing: bool = False,
     ends_standing: bool = False,
+    stand_time: float = 0.0,
 ) -> FootstepTimes:
     """Strikes and liftoffs of a row of footprints.
 
@@ -146,6 +147,8 @@ def time_footsteps(
         start_time: Of the first strike [s].
         starts_standing: Both first feet strike together.
         ends_standing: Both last feet lift off together.
+        stand_time: How long both feet stand before the first step of who starts standing, which then swings as long
+            as in a walk [s]; 0 = they stand for half of it.
 
     Raises:
         PlanError: If there are fewer than two prints, their positions are not finite, or all are in one place though
@@ -168,9 +171,14 @@ def time_footsteps(
     if starts_standing:
         step_times[0] = 0.0
         overlaps[0] = 0.5 * steps.step_times[0]
+    stood = stand_time if starts_standing else 0.0
+    if stood and len(overlaps) > 1:
+        overlaps[0] = 0.5 * max(overlaps[1], 0.0)
     strikes = start_time + np.concatenate([[0.0], np.cumsum(step_times)])
+    strikes[2:] += stood
     after = np.concatenate([step_times[1:], [np.inf]])
     liftoffs = strikes[1:] + np.minimum(overlaps, 0.5 * after)
+    liftoffs[0] += stood
     liftoffs = np.maximum(liftoffs, strikes[:-1] + 0.25 * steps.step_times)
     last = strikes[-1] + steps.step_times[-1] + (0.0 if ends_standing else steps.overlaps[-1])
     liftoffs = np.append(liftoffs, max(last, liftoffs[-1]))

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
-from usdfoot.analysis.timing import TimingRule, time_footsteps
+from usdfoot.analysis.timing import time_footsteps
 from usdfoot.errors import PlanError
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
@@ -93,6 +93,7 @@ def plan_stones(
     body: Proportions | None = None,
     speed: float = 0.0,
     start_time: float = 0.0,
+    stand_time: float = 0.5,
     name: str = "stones",
 ) -> FootstepPlan:
     """The plan of the most comfortable way over stones, standing at both ends, timed by its steps ([P] 4.1).
@@ -102,9 +103,10 @@ def plan_stones(
         start: Where both feet are.
         goal: Where both feet shall be.
         reach: Of the character.
-        body: Its legs' length times the steps.
-        speed: Mean of all steps [m/s]; 0 = as fast as such steps are.
+        body: Its legs and habits time the steps; None = a person's.
+        speed: Mean of all steps [m/s]; 0 = as fast as such steps of the body are.
         start_time: When it begins [s].
+        stand_time: How long it stands there, as along paths [s].
         name: Of the plan.
 
     Raises:
@@ -114,11 +116,12 @@ def plan_stones(
     flight_distance = 0.0 if reach.leaps else float(np.hypot(reach.farthest, reach.rise))  # beyond all steps: no flight
     times = time_footsteps(
         crossing.positions,
-        TimingRule(leg_length=(body or Proportions()).leg_length, flight_distance=flight_distance),
+        replace((body or Proportions()).timing, flight_distance=flight_distance),
         speed=speed,
         start_time=start_time,
         starts_standing=True,
         ends_standing=True,
+        stand_time=stand_time,
     )
     return FootstepPlan(
         name=name,
