@@ -14,6 +14,7 @@ from functools import partial
 from multiprocessing.connection import Connection, wait
 from typing import Any
 
+from usdfoot.batch.garbage import collect_seldom
 from usdfoot.errors import UsdfootError
 from usdfoot.model.limits import Limits
 
@@ -56,7 +57,7 @@ def open_executor(
     # A fork would copy USD's and Warp's threads half alive.
     context = multiprocessing.get_context("spawn")
     end, ends = context.Pipe(duplex=False)
-    executor = _Processes(count - beside, mp_context=context, initializer=_follow_parent, initargs=(end,))
+    executor = _Processes(count - beside, mp_context=context, initializer=_begin_worker, initargs=(end,))
     try:
         yield executor
         ends.close()  # by an error or Ctrl-C instead, what is begun is made: the next run keeps it
@@ -72,11 +73,12 @@ class _Processes(ProcessPoolExecutor):
         self.workers = workers
 
 
-def _follow_parent(end: Connection) -> None:
+def _begin_worker(end: Connection) -> None:
     """Has a worker end at once by Ctrl-C, by the `end` of a pipe, and when the process that started it is gone.
 
     One that is killed cannot tell its workers to.
     """
+    collect_seldom()
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     parent = multiprocessing.parent_process()
 

@@ -13,6 +13,7 @@ from contextlib import ExitStack, redirect_stderr, redirect_stdout
 from typing import Any
 
 from usdfoot import __version__
+from usdfoot.batch.garbage import collect_seldom
 from usdfoot.cli import (
     analyze,
     animate,
@@ -53,8 +54,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one verb and give back the exit code: 0 = all well, 1 = some skipped or over target, 2 = nothing done.
 
     Args:
-        argv: Arguments without the program's name; None = those of the process.
+        argv: Arguments without the program's name; None = those of the process, which is usdfoot's own then.
     """
+    if argv is None:
+        collect_seldom()
     with ExitStack() as stack:
         for stream, redirect in ((sys.stdout, redirect_stdout), (sys.stderr, redirect_stderr)):
             if stream is None:  # closed by the shell, as 2>&- does
