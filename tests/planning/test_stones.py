@@ -13,6 +13,7 @@ from usdfoot.errors import PlanError
 from usdfoot.maths import planar
 from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
+from usdfoot.planning.faults import LintLimits
 from usdfoot.planning.lint import lint_steps
 from usdfoot.planning.path import plan_path
 from usdfoot.planning.proportions import Proportions
@@ -72,7 +73,9 @@ def test_it_is_the_cheapest_of_all_ways(generator):
         for foot, target in zip(sides, targets, strict=True):
             landings = planar.rotate(-yaws, np.tile((target - place)[[0, 2]], (HEADINGS, 1)))
             steps = step_costs(REACH, landings, np.full(HEADINGS, foot), rises=np.full(HEADINGS, target[1] - place[1]))
-            costs, place = np.min(costs[:, None] + turning, axis=0) + steps, target
+            across = planar.rotate(-(yaws - 0.5 * turns), (target - place)[[0, 2]])[..., 0] * (1.0, -1.0)[foot]
+            uncrossed = np.where(across >= -1e-9, turning, np.inf)
+            costs, place = np.min(costs[:, None] + uncrossed, axis=0) + steps, target
         return float(costs[0])
 
     ways = [way for length in range(5) for way in itertools.permutations(range(5), length)]
@@ -100,6 +103,16 @@ def test_a_plan_stands_at_both_ends_and_steps_only_on_stones():
         plan_stones(stones, stance_at(np.zeros(3), 0.0, REACH), goal, reach=REACH, speed=speed) for speed in (0.4, 0.8)
     )
     assert_allclose(np.diff(slow.strike_times[2:]), 2.0 * np.diff(quick.strike_times[2:]))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_no_step_crosses_the_legs_as_lint_sees_them(seed):
+    """Neither before nor after headings are averaged."""
+    stones = stones_at(np.random.default_rng(seed).uniform([-0.9, 0.2], [0.9, 3.4], size=(40, 2)))
+    start, goal = stance_at(np.zeros(3), 0.0, REACH), stance_at(np.array([0.0, 0.0, 3.8]), 0.4, REACH)
+    plan = plan_stones(stones, start, goal, reach=REACH)
+    limits = LintLimits(crossing=1e-6)
+    assert not [fault for fault in lint_steps(plan, Proportions(), limits=limits) if fault.kind == "crossing"]
 
 
 def test_it_sets_out_from_a_stand_as_along_a_path():

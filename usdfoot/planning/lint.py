@@ -14,6 +14,7 @@ from usdfoot.model.biped import SIDES
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.planning.collisions import find_collisions
+from usdfoot.planning.crossed import apart_midway
 from usdfoot.planning.faults import ERROR, WARNING, Fault, LintLimits, faults_at
 from usdfoot.planning.foot_table import FootTable, feet_of
 from usdfoot.planning.lint_places import find_bump_faults, find_ground_faults, find_low_ceilings, find_walls
@@ -144,8 +145,7 @@ def _steps(
     durations, leg = feet.strikes[rows] - feet.strikes[before], legs[rows]
     flights = np.maximum(feet.strikes[rows] - feet.liftoffs[before], 0.0)
     turns = planar.wrap_angle(feet.yaws[rows] - feet.yaws[before])
-    local = planar.rotate(-(feet.yaws[before] + 0.5 * turns), displacements[:, [0, 2]])
-    apart = local[:, 0] * np.where(feet.sides[rows] == 0, 1.0, -1.0)
+    apart = apart_midway(displacements[:, [0, 2]], feet.sides[rows], yaws_before=feet.yaws[before], turns=turns)
     lengths, rises = np.linalg.norm(displacements, axis=1), displacements[:, 1]
     flies = flights > 0.0
     speeds = lengths / np.maximum(durations, 1e-6) / np.sqrt(leg / HUMAN_LEG)

@@ -15,6 +15,7 @@ from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import LEFT, RIGHT
 from usdfoot.model.plan import FootstepPlan
+from usdfoot.planning.crossed import apart_midway
 from usdfoot.planning.prints import print_orientations
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.reach import Reach, step_costs
@@ -23,6 +24,8 @@ __all__ = ["Crossing", "Stance", "Stones", "find_crossing", "plan_stones", "stan
 
 HEADINGS = 24
 """Headings the search tells apart."""
+ROUNDED = 1e-9
+"""Feet one behind the other do not cross [m]."""
 MOST_PAIRS = 2_000_000
 """Pairs of footholds within reach of each other that are searched at most, for memory's sake."""
 
@@ -138,7 +141,8 @@ def find_crossing(stones: Stones, start: Stance, goal: Stance, *, reach: Reach) 
     """The most comfortable way from stance to stance over footholds.
 
     Dijkstra over (foothold, foot on it, heading): a turn, then a step. A step costs 1 when it is comfortable, and more
-    with the square of its difference from that, of its rise and of its turn (`planning/reach.py`).
+    with the square of its difference from that, of its rise and of its turn (`planning/reach.py`). Legs cross neither
+    at its end nor midway through its turn.
 
     Args:
         stones: Where feet may stand besides the stances.
@@ -162,23 +166,28 @@ def find_crossing(stones: Stones, start: Stance, goal: Stance, *, reach: Reach) 
 
 @dataclass(frozen=True, kw_only=True)
 class _Graph:
-    """Nodes count (place, foot, heading, before or after the turn); places: start stance, goal stance, footholds."""
+    """Nodes count (place, foot, heading, layer); places: start stance, goal stance, footholds.
+
+    Layer 0 is before the turn, layer n after one of the n turns into the heading that lead most to the side of the foot
+    that swings next.
+    """
 
     positions: FloatArray
     """Of all places [m], shape (P, 3)."""
     yaws: FloatArray
     """Of all headings [rad], shape (K,), from the start's on."""
     goal_heading: int
+    layers: int
     edges: csr_array
-    """Costs, shape (4 P K, 4 P K)."""
+    """Costs, shape (2 P K L, 2 P K L)."""
 
     def nodes(self, places: IntArray, sides: IntArray, headings: IntArray) -> IntArray:
         """Nodes before the turn."""
-        return ((places * 2 + sides) * len(self.yaws) + headings) * 2
+        return ((places * 2 + sides) * len(self.yaws) + headings) * self.layers
 
     def steps(self, nodes: IntArray) -> tuple[IntArray, IntArray, IntArray]:
         """Places, sides and headings of the nodes before a turn."""
-        standing = nodes[nodes % 2 == 0] // 2
+        standing = nodes[nodes % self.layers == 0] // self.layers
         headings = standing % len(self.yaws)
         feet = standing // len(self.yaws)
         return feet // 2, feet % 2, headings
@@ -189,23 +198,43 @@ def _build_graph(stones: Stones, start: Stance, goal: Stance, reach: Reach) -> _
     yaws = start.yaw + np.arange(HEADINGS) * (2.0 * np.pi / HEADINGS)
     goal_heading = int(np.argmin(np.abs(planar.wrap_angle(yaws - goal.yaw))))
     yaws[goal_heading] = goal.yaw if goal_heading else start.yaw
-    rows, columns, costs = [], [], []
-    size = 4 * HEADINGS * len(positions)
-    for part in (
-        *_step_edges(stones.name, positions, yaws, goal_heading, reach),
-        _turn_edges(len(positions), yaws, reach),
-    ):
-        rows.append(part[0])
-        columns.append(part[1])
-        costs.append(part[2])
-    edges = csr_array((np.concatenate(costs), (np.concatenate(rows), np.concatenate(columns))), shape=(size, size))
-    return _Graph(positions=positions, yaws=yaws, goal_heading=goal_heading, edges=edges)
+    turns = [[_turns_into(yaws, heading, side, reach) for side in (LEFT, RIGHT)] for heading in range(HEADINGS)]
+    layers = 1 + max(len(befores) for both in turns for befores, _ in both)
+    rows, columns, costs = (
+        np.concatenate(part)
+        for part in zip(
+            *_step_edges(stones.name, positions, yaws, goal_heading, reach, turns, layers),
+            *_turn_edges(len(positions), turns, layers, reach),
+            strict=True,
+        )
+    )
+    size = 2 * HEADINGS * layers * len(positions)
+    edges = csr_array((costs, (rows, columns)), shape=(size, size))
+    return _Graph(positions=positions, yaws=yaws, goal_heading=goal_heading, layers=layers, edges=edges)
+
+
+def _turns_into(yaws: FloatArray, heading: int, side: int, reach: Reach) -> tuple[IntArray, FloatArray]:
+    """Headings from which one can turn into a heading, and the turns [rad], those to the side of a swing foot first."""
+    turns = planar.wrap_angle(yaws[heading] - yaws)
+    befores = np.flatnonzero(np.abs(turns) <= reach.turn + 1e-9)
+    befores = befores[np.argsort(turns[befores] * (1.0 if side == RIGHT else -1.0))]
+    return befores, turns[befores]
 
 
 def _step_edges(
-    name: str, positions: FloatArray, yaws: FloatArray, goal_heading: int, reach: Reach
+    name: str,
+    positions: FloatArray,
+    yaws: FloatArray,
+    goal_heading: int,
+    reach: Reach,
+    turns: list[list[tuple[IntArray, FloatArray]]],
+    layers: int,
 ) -> list[tuple[IntArray, IntArray, FloatArray]]:
-    """Edges from a foot after the turn to the other foot, half a step's least cost taken off for the turn."""
+    """Edges from a foot after the turn to the other foot, half a step's least cost taken off for the turn.
+
+    A step ahead crosses the legs midway if its turn leads too far away from the swing foot's side: it leaves from the
+    layer of those that do not. One that crosses them in the turn to that side, going back, is not taken.
+    """
     tree = cKDTree(positions[:, [0, 2]])
     count = tree.count_neighbors(tree, reach.farthest)
     if count > MOST_PAIRS:
@@ -224,10 +253,12 @@ def _step_edges(
         landings = planar.rotate(-yaw, offsets[:, [0, 2]])
         for side in (LEFT, RIGHT):
             costs = step_costs(reach, landings, np.full(len(pairs), side), rises=offsets[:, 1])
-            possible = np.isfinite(costs) & _may_end(pairs[:, 1], side, heading == goal_heading)
+            possible = np.flatnonzero(np.isfinite(costs) & _may_end(pairs[:, 1], side, heading == goal_heading))
+            layer = _uncrossed(offsets[possible][:, [0, 2]], side, yaw, turns[heading][side][1])
+            possible, layer = possible[layer > 0], layer[layer > 0]
             source, target = pairs[possible].T
-            rows = ((source * 2 + 1 - side) * len(yaws) + heading) * 2 + 1
-            columns = ((target * 2 + side) * len(yaws) + heading) * 2
+            rows = ((source * 2 + 1 - side) * len(yaws) + heading) * layers + layer
+            columns = ((target * 2 + side) * len(yaws) + heading) * layers
             parts.append((rows, columns, costs[possible] - 0.5))
     return parts
 
@@ -238,16 +269,29 @@ def _may_end(places: IntArray, side: int, is_goal_heading: bool) -> BoolArray:
     return ~at_goal | ((places == 2 + side) & is_goal_heading)
 
 
-def _turn_edges(count: int, yaws: FloatArray, reach: Reach) -> tuple[IntArray, IntArray, FloatArray]:
-    """Edges from a foot before the turn to the same after it; the largest turn costs a step."""
-    headings = np.arange(len(yaws))
-    turns = planar.wrap_angle(yaws[None] - yaws[:, None])
-    before, after = np.nonzero(np.abs(turns) <= reach.turn + 1e-9)
-    costs = 0.5 + (turns[before, after] / reach.turn) ** 2
-    base = np.arange(2 * count)[:, None] * len(yaws)
-    rows = (base + headings[before]) * 2
-    columns = (base + headings[after]) * 2 + 1
-    return rows.ravel(), columns.ravel(), np.tile(costs, 2 * count)
+def _uncrossed(offsets: FloatArray, side: int, yaw: float, turns: FloatArray) -> IntArray:
+    """With how many of the first turns (T,) into a heading [rad] steps (N, 2) [m] do not cross the legs, shape (N,)."""
+    apart = apart_midway(offsets[None], np.array(side), yaws_before=(yaw - turns)[:, None], turns=turns[:, None])
+    return np.asarray(np.cumprod(apart >= -ROUNDED, axis=0).sum(axis=0))
+
+
+def _turn_edges(
+    count: int, turns: list[list[tuple[IntArray, FloatArray]]], layers: int, reach: Reach
+) -> list[tuple[IntArray, IntArray, FloatArray]]:
+    """Edges from a foot before the turn to the same after it; the largest turn costs a step.
+
+    The turns are those into each heading, before the left and before the right foot swings.
+    """
+    parts: list[tuple[IntArray, IntArray, FloatArray]] = []
+    for heading, both in enumerate(turns):
+        for side, (befores, angles) in enumerate(both):
+            feet = ((np.arange(count) * 2 + 1 - side) * len(turns))[:, None]
+            rank, layer = np.triu_indices(len(befores))
+            rows = (feet + befores[rank]) * layers
+            columns = (feet + heading) * layers + layer + 1
+            costs = 0.5 + (angles[rank] / reach.turn) ** 2
+            parts.append((rows.ravel(), columns.ravel(), np.tile(costs, count)))
+    return parts
 
 
 def _way_to(before: IntArray, node: int) -> IntArray:
@@ -277,18 +321,29 @@ def _crossing(
         sides=np.concatenate([[first], sides, [last]]),
         positions=graph.positions[places],
         normals=normals[places],
-        yaws=_smoothed(yaws),
+        yaws=_smoothed(yaws, np.diff(graph.positions[places][:, [0, 2]], axis=0), np.array([*sides, last])),
         cost=cost,
     )
 
 
-def _smoothed(yaws: FloatArray) -> FloatArray:
-    """Headings averaged with their neighbours, but for the stances, by at most half the search's resolution."""
+def _smoothed(yaws: FloatArray, offsets: FloatArray, sides: IntArray) -> FloatArray:
+    """Headings averaged with their neighbours, but for the stances, by at most half the search's resolution.
+
+    Those of steps whose legs would cross by that stay; steps go by `offsets` (S - 1, 2) [m] and end on feet `sides`.
+    """
     yaws = np.unwrap(yaws)
     means = yaws.copy()
     means[2:-2] = 0.25 * yaws[1:-3] + 0.5 * yaws[2:-2] + 0.25 * yaws[3:-1]
     most = np.pi / HEADINGS
-    return yaws + np.clip(means - yaws, -most, most)
+    smooth = yaws + np.clip(means - yaws, -most, most)
+    for _ in range(len(yaws)):
+        apart = apart_midway(offsets, sides, yaws_before=smooth[:-1], turns=np.diff(smooth))
+        crossed = np.flatnonzero(apart < -ROUNDED)
+        ends = np.union1d(crossed, crossed + 1)
+        if np.array_equal(smooth[ends], yaws[ends]):
+            break
+        smooth[ends] = yaws[ends]
+    return smooth
 
 
 def _unreachable(stones: Stones, graph: _Graph, costs: FloatArray, goal: Stance, reach: Reach) -> PlanError:
