@@ -244,6 +244,26 @@ def test_skelroots_and_what_moves_in_instances_get_plans_and_points_without_ids_
         plan_scene_trajectories(tmp_path / "points.usda", tmp_path / "plans.usdc")
 
 
+def test_trajectories_that_cannot_be_walked_are_said_when_they_are_planned(tmp_path):
+    """One walks off the ground's end at z = 2, the other along it."""
+    scene = tmp_path / "scene.usda"
+    stage = new_stage(scene)
+    ground = UsdGeom.Mesh.Define(stage, "/World/Ground")
+    ground.CreatePointsAttr([Gf.Vec3f(*point) for point in ((-9, 0, -9), (-9, 0, 2), (9, 0, 2), (9, 0, -9))])
+    ground.CreateFaceVertexCountsAttr([4])
+    ground.CreateFaceVertexIndicesAttr([0, 1, 2, 3])
+    ground.GetPrim().AddAppliedSchema("UsdfootTerrainAPI")
+    for name, ahead in (("Off", (0.0, 0.0, 6.0)), ("On", (6.0, 0.0, 0.0))):
+        op = UsdGeom.Xform.Define(stage, f"/World/{name}").AddTranslateOp()
+        for code in np.arange(0.0, 132.0, 12.0):
+            op.Set(Gf.Vec3d(*ahead) * (code / 120.0), code)
+    stage.GetRootLayer().Save()
+    report = plan_scene_trajectories(scene, tmp_path / "plans.usda")
+    (problem,) = report.problems
+    assert sorted(report.plans) == ["Off", "On"] and not report.skipped
+    assert problem.severity == "warning" and problem.where == "Off" and "is off the terrain (and" in problem.message
+
+
 def test_files_of_tracks_through_the_command_line(tmp_path, capsys):
     lines = [f"{10 * i}\t{person}\t{person}\t{0.4 * i}" for i in range(20) for person in (1, 2)]
     (tmp_path / "tracks.txt").write_text("\n".join(lines))

@@ -67,6 +67,24 @@ def test_where_no_stones_lead_the_verb_says_how_far_they_do(stages, tmp_path, ca
     assert not (tmp_path / "plans.usda").exists()
 
 
+def test_given_footholds_on_which_nobody_can_stand_are_named(stages, tmp_path):
+    """Points a few centimetres over the stones: the way leads over them, and lint's first word on it is said."""
+    scene, layer = tmp_path / "scene.usda", tmp_path / "plans.usda"
+    plan_scene_stones(stages / "river.usda", layer)
+    (plan,) = plans_of(layer, stages / "river.usda").values()
+    stage = Usd.Stage.CreateNew(str(scene))
+    stage.GetRootLayer().subLayerPaths = [str(stages / "river.usda")]
+    for key in ("metersPerUnit", "upAxis", "timeCodesPerSecond"):
+        stage.SetMetadata(key, Usd.Stage.Open(str(stages / "river.usda")).GetMetadata(key))
+    points = UsdGeom.Points.Define(stage, "/World/Holds")
+    for lift, expected in ((0.0, 0), (0.08, 1)):
+        points.CreatePointsAttr([Gf.Vec3f(*map(float, place + [0.0, lift, 0.0])) for place in plan.positions[2:-2]])
+        stage.GetRootLayer().Save()
+        problems = plan_scene_stones(scene, layer, on="/World/Holds").problems
+        assert [problem.severity for problem in problems] == ["warning"] * expected
+        assert all("m above the ground (and" in problem.message for problem in problems)
+
+
 def test_wanderers_get_the_same_bytes_from_the_same_seed(stages, tmp_path):
     layers = [tmp_path / f"{name}.usda" for name in "abc"]
     for layer, seed in zip(layers, (1, 1, 2), strict=True):

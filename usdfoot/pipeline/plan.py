@@ -18,15 +18,12 @@ from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.maths.planar import GROUND_AXES
 from usdfoot.model.agent import Crowd
-from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Outcome, Problem
 from usdfoot.model.terrain import Terrain
+from usdfoot.pipeline.plan_doubts import find_doubts
 from usdfoot.planning.flights import fly_like_clips
-from usdfoot.planning.lint import lint_plans
 from usdfoot.planning.path import PathOptions
-from usdfoot.planning.proportions import Proportions
-from usdfoot.planning.world import Obstacle
 from usdfoot.readers.agents import AgentSource, list_agents, select_agents
 from usdfoot.readers.casting import Casting
 from usdfoot.readers.habits import HabitsReader
@@ -110,7 +107,7 @@ def plan_scene_paths(
     planned = _flying_like_clips(planned, sources, terrain, Casting.to_look(stage, prims, info.units))
     walked = [walker for walker in walkers if walker.name in _names(planned)]
     problems += _detours(planned, walked)
-    problems += _doubts(planned, terrain, obstacles, [walker.proportions for walker in walked])
+    problems += find_doubts(planned, terrain, obstacles, [walker.proportions for walker in walked])
     progress("write", 0, 0)
     chosen = {name: value for name, value in asdict(options).items() if value is not None}
     file = save_plans(planned, output, info, made_by={"planner": "path", "options": chosen})
@@ -189,27 +186,6 @@ def _detours(planned: Sequence[PlannedAgent], walkers: Sequence[Walker]) -> list
             message = f"{part.name}: {what}, round what nobody walks on or through. --no-around keeps to the curve"
             left.append(Problem(severity="warning", where=part.name, message=message))
     return left
-
-
-def _doubts(
-    planned: Sequence[PlannedAgent], terrain: Terrain, obstacles: Sequence[Obstacle], bodies: Sequence[Proportions]
-) -> list[Problem]:
-    """A warning for each plan that cannot be walked as it is, with its first fault."""
-    lowest = min(float(part.plan.positions[:, 1].min()) for part in planned)
-    plans = [replace(part.plan, name=part.name) for part in planned]
-    ground = Ground(terrain, fallback_height=lowest)
-    faults = lint_plans(plans, ground, bodies=bodies, obstacles=obstacles)
-    errors = [fault for fault in faults if fault.severity == "error"]
-    doubts = []
-    for plan in plans:
-        own = [fault for fault in errors if fault.plan == plan.name]
-        if own:
-            more = f" (and {len(own) - 1} more)" if len(own) > 1 else ""
-            place = ", ".join(f"{value:.2f}" for value in plan.positions[max(own[0].footstep, 0)])
-            what = f"footstep {own[0].footstep} at ({place}) m {own[0].message}{more}"
-            message = f"{plan.name}: {what}. usdfoot plan lint tells more"
-            doubts.append(Problem(severity="warning", where=plan.name, message=message))
-    return doubts
 
 
 def _problem(error: UsdfootError) -> Problem:

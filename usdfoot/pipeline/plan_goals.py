@@ -20,6 +20,7 @@ from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
 from usdfoot.pipeline.goal_speeds import slow_to_clips
 from usdfoot.pipeline.plan import PlanReport, save_plans
+from usdfoot.pipeline.plan_doubts import find_doubts
 from usdfoot.planning.crowd import CrowdOptions, plan_crowd
 from usdfoot.planning.reach import Reach, reach_of_biped, reach_of_examples
 from usdfoot.planning.scenario import Scenario
@@ -194,7 +195,7 @@ def plan_scene_stones(
             faults.append(_problem(agent.seeker.name, error))
     progress("write", 0, 0)
     made_by = {"planner": "stones", "reach": reach, "leaps": leaps, "spacing": spacing, "options": asdict(options)}
-    return _save(found, made, faults, output, made_by)
+    return _save(found, made, faults, output, made_by, doubted=True)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -238,11 +239,15 @@ def _save(
     problems: Sequence[Problem],
     output: str | os.PathLike[str],
     made_by: dict[str, Any],
+    *,
+    doubted: bool = False,
 ) -> PlanReport:
+    """Writes the plans; if `doubted`, with a warning of each that cannot be walked."""
     everything = (*found.problems, *problems)
     if not made:
         reasons = [problem.message for problem in everything if problem.severity == "error"]
         raise SceneError(found.info.identifier, "no agent can be planned", names=reasons)
+    walkers = [agent for agent in found.agents if agent.seeker.name in made]
     planned = [
         PlannedAgent(
             name=agent.source.name,
@@ -250,9 +255,11 @@ def _save(
             size=agent.seeker.body.foot_length,
             agent=agent.seeker.name,
         )
-        for agent in found.agents
-        if agent.seeker.name in made
+        for agent in walkers
     ]
+    if doubted:
+        bodies = [agent.seeker.body for agent in walkers]
+        everything = (*everything, *find_doubts(planned, found.terrain, found.obstacles, bodies))
     file = save_plans(planned, output, found.info, made_by=made_by)
     return PlanReport(file=file, plans={part.name: part.plan for part in planned}, problems=everything)
 

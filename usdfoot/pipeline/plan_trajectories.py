@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from usdfoot.bridge.names import unique_name
@@ -17,10 +17,13 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
 from usdfoot.pipeline.plan import PlanReport, save_plans
+from usdfoot.pipeline.plan_doubts import find_doubts
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.trajectories import TrajectoryOptions, plan_trajectories
+from usdfoot.planning.world import Obstacle
 from usdfoot.readers.agents import list_agents, select_agents
 from usdfoot.readers.movers import Mover, read_movers
+from usdfoot.readers.obstacles import read_obstacles
 from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
 from usdfoot.readers.terrain import no_terrain, read_terrain
 from usdfoot.readers.walkers import only_proportions
@@ -52,6 +55,7 @@ class _Surroundings:
     terrain: Terrain
     body: Proportions
     problems: tuple[Problem, ...]
+    obstacles: tuple[Obstacle, ...] = ()
 
 
 def plan_scene_trajectories(
@@ -86,9 +90,10 @@ def plan_scene_trajectories(
     everyone, agent_problems = list_agents(stage, found)
     movers, mover_problems = read_movers(stage, info.units, sources=select_agents(everyone, agents), pattern=prims)
     terrain, terrain_problems = read_terrain(stage, found, info.units)
+    obstacles, obstacle_problems = read_obstacles(stage, found, info.units)
     body = only_proportions(found, info.units, foreign=tuple(source.plan for source in everyone))
-    problems = (*agent_problems, *terrain_problems, *mover_problems)
-    around = _Surroundings(info=info, terrain=terrain, body=body, problems=problems)
+    problems = (*agent_problems, *terrain_problems, *obstacle_problems, *mover_problems)
+    around = _Surroundings(info=info, terrain=terrain, body=body, problems=problems, obstacles=obstacles)
     if not movers:
         reasons = [problem.message for problem in problems if problem.severity == "error"]
         remedy = "" if reasons else "animate Xforms, SkelRoots, or Points with ids; --prims names other animated prims"
@@ -133,9 +138,7 @@ def plan_track_file(
     ]
     if not movers:
         raise SceneError(file, "nobody is in it twice", "a track is two positions or more")
-    around = _Surroundings(
-        info=around.info, terrain=around.terrain, body=around.body, problems=(*around.problems, *problems)
-    )
+    around = replace(around, problems=(*around.problems, *problems))
     return _planned(movers, around, output, options or TrajectoryOptions(), progress)
 
 
@@ -155,17 +158,25 @@ def _planned(
         PlannedAgent(name=mover.name, plan=plan, size=around.body.foot_length, agent=mover.agent)
         for mover, plan in zip(movers, plans, strict=True)
     ]
+    doubts = find_doubts(planned, around.terrain, around.obstacles, [around.body] * len(planned))
     progress("write", 0, 0)
     made_by = {"planner": "trajectories", "options": asdict(options)}
     file = save_plans(planned, output, around.info, made_by=made_by)
-    return PlanReport(file=file, plans={part.name: part.plan for part in planned}, problems=around.problems)
+    return PlanReport(file=file, plans={part.name: part.plan for part in planned}, problems=(*around.problems, *doubts))
 
 
 def _read_surroundings(scene: str | os.PathLike[str]) -> _Surroundings:
     stage = open_stage(scene)
     info, prims = read_stage_info(stage), collect_prims(stage)
     terrain, problems = read_terrain(stage, prims, info.units)
-    return _Surroundings(info=info, terrain=terrain, body=only_proportions(prims, info.units), problems=tuple(problems))
+    obstacles, obstacle_problems = read_obstacles(stage, prims, info.units)
+    return _Surroundings(
+        info=info,
+        terrain=terrain,
+        body=only_proportions(prims, info.units),
+        problems=(*problems, *obstacle_problems),
+        obstacles=obstacles,
+    )
 
 
 def _nowhere(file: str | os.PathLike[str]) -> _Surroundings:

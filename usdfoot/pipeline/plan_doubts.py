@@ -1,0 +1,47 @@
+"""Doubts: what lint finds in plans as soon as they are made."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from usdfoot.model.ground import Ground
+from usdfoot.model.report import Problem
+from usdfoot.model.terrain import Terrain
+from usdfoot.planning.faults import ERROR
+from usdfoot.planning.lint import lint_plans
+from usdfoot.planning.proportions import Proportions
+from usdfoot.planning.world import Obstacle
+from usdfoot.writers.plans import PlannedAgent
+
+__all__ = ["find_doubts"]
+
+
+def find_doubts(
+    planned: Sequence[PlannedAgent], terrain: Terrain, obstacles: Sequence[Obstacle], bodies: Sequence[Proportions]
+) -> list[Problem]:
+    """A warning for each plan that cannot be walked as it is, with its first fault.
+
+    Args:
+        planned: Plans of everyone who walks at the same time and place.
+        terrain: Below them.
+        obstacles: That nobody walks through.
+        bodies: Who walks each plan.
+    """
+    lowest = min(float(part.plan.positions[:, 1].min()) for part in planned)
+    plans = {part.name: replace(part.plan, name=part.name) for part in planned}
+    ground = Ground(terrain, fallback_height=lowest)
+    faults = lint_plans(list(plans.values()), ground, bodies=bodies, obstacles=obstacles)
+    errors = [fault for fault in faults if fault.severity == ERROR]
+    own = {name: [fault for fault in errors if fault.plan == name] for name in {fault.plan for fault in errors}}
+    doubts = []
+    for name, plan in plans.items():
+        if name in own:
+            first, *others = own[name]
+            more = f" (and {len(others)} more)" if others else ""
+            place = ", ".join(f"{value:.2f}" for value in plan.positions[max(first.footstep, 0)])
+            what = f"footstep {first.footstep} at ({place}) m {first.message}{more}"
+            doubts.append(
+                Problem(severity="warning", where=name, message=f"{name}: {what}. usdfoot plan lint tells more")
+            )
+    return doubts
