@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, UsdValidation
 
+from tests.few_clips import copy_stages
 from tests.scenes import OFFSETS, Units, add_character, new_stage
 from usdfoot.cli.main import main
 from usdfoot.pipeline.plan_goals import GoalOptions, plan_scene_crowd, plan_scene_stones, plan_scene_wander
@@ -65,6 +67,19 @@ def test_where_no_stones_lead_the_verb_says_how_far_they_do(stages, tmp_path, ca
     assert main([*arguments, "--on", "/World/Terrain/Straight_*"]) == 2
     assert "the goal cannot be reached; the way over" in capsys.readouterr().err
     assert not (tmp_path / "plans.usda").exists()
+
+
+def test_stones_are_crossed_in_the_time_that_steps_of_the_clips_take(stages, tmp_path):
+    """Whose clips walk a third slower takes a third longer over the same steps, but for two short ones at the end."""
+    spans = []
+    for rate in (30.0, 22.5):
+        copy = copy_stages(stages, tmp_path / f"{rate:g}")
+        layer = Sdf.Layer.FindOrOpen(str(copy / "clips.usdc"))
+        layer.timeCodesPerSecond = rate
+        layer.Save()
+        (plan,) = plan_scene_stones(copy / "river.usda", tmp_path / "plans.usda", reach="biped").plans.values()
+        spans.append(np.diff(plan.strike_times[2:-2]))
+    assert_allclose(spans[1], spans[0] * 4.0 / 3.0, rtol=0.05)
 
 
 def test_given_footholds_on_which_nobody_can_stand_are_named(stages, tmp_path):

@@ -22,6 +22,7 @@ from usdfoot.pipeline.goal_speeds import slow_to_clips
 from usdfoot.pipeline.plan import PlanReport, save_plans
 from usdfoot.pipeline.plan_doubts import find_doubts
 from usdfoot.planning.crowd import CrowdOptions, plan_crowd
+from usdfoot.planning.habits import PEOPLE, Habits, find_habits
 from usdfoot.planning.reach import Reach, reach_of_biped, reach_of_examples
 from usdfoot.planning.scenario import Scenario
 from usdfoot.planning.stones import plan_stones, stance_at
@@ -181,16 +182,16 @@ def plan_scene_stones(
         found.stage, found.prims, found.info.units, sources=[agent.source for agent in found.agents]
     )
     made, faults = {}, list(problems)
-    reaches: dict[int, Reach] = {}
+    gaits: dict[int, tuple[Reach, Habits]] = {}
     for index, agent in enumerate(found.agents):
         progress("plan", index, len(found.agents))
         library = libraries.get(agent.source.name)
         if library is None:
             continue
         try:
-            if id(library) not in reaches:
-                reaches[id(library)] = _reach(library, reach, leaps)
-            made[agent.seeker.name] = _cross(found, agent, reaches[id(library)], on, spacing)
+            if id(library) not in gaits:
+                gaits[id(library)] = _gait_of(library, reach, leaps)
+            made[agent.seeker.name] = _cross(found, agent, gaits[id(library)], on, spacing)
         except UsdfootError as error:
             faults.append(_problem(agent.seeker.name, error))
     progress("write", 0, 0)
@@ -264,16 +265,20 @@ def _save(
     return PlanReport(file=file, plans={part.name: part.plan for part in planned}, problems=everything)
 
 
-def _reach(library: ClipLibrary, kind: str, leaps: bool) -> Reach:
-    if kind == "clips" and library.clips:
-        examples, _ = build_examples(library)
-        return reach_of_examples(examples, library.biped, leaps=leaps)
-    return reach_of_biped(library.biped)
+def _gait_of(library: ClipLibrary, kind: str, leaps: bool) -> tuple[Reach, Habits]:
+    """How far a library's steps go and how long they take; without clips as far as its legs allow, and people's."""
+    if not library.clips:
+        return reach_of_biped(library.biped), PEOPLE
+    examples, _ = build_examples(library)
+    habits = find_habits(examples, leg_length=library.biped.maximal_leg_length)
+    if kind == "clips":
+        return reach_of_examples(examples, library.biped, leaps=leaps), habits
+    return reach_of_biped(library.biped), habits
 
 
-def _cross(found: _Found, agent: GoalAgent, reach: Reach, on: str | None, spacing: float) -> FootstepPlan:
+def _cross(found: _Found, agent: GoalAgent, gait: tuple[Reach, Habits], on: str | None, spacing: float) -> FootstepPlan:
     """The agent's plan from where it stands to its last goal, where it faces as it came."""
-    seeker = agent.seeker
+    seeker, (reach, habits) = agent.seeker, gait
     stones = read_stones(found.stage, found.info.units, found.terrain, pattern=on, body=seeker.body, spacing=spacing)
     ground = Ground(found.terrain, fallback_height=float(seeker.start[1]))
     start, goal = _on(ground, seeker.start), _on(ground, seeker.goals[-1])
@@ -284,7 +289,7 @@ def _cross(found: _Found, agent: GoalAgent, reach: Reach, on: str | None, spacin
         stance_at(start, yaw, reach),
         stance_at(goal, ahead, reach),
         reach=reach,
-        body=seeker.body,
+        body=replace(seeker.body, habits=habits),
         speed=agent.authored_speed,
         name=seeker.name,
     )
