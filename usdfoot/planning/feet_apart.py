@@ -19,8 +19,10 @@ CLEARANCE = 0.03
 """Wanted between soles [m]."""
 FARTHEST = 0.4
 """A footstep is moved this far at most [m]."""
-SEARCHES, ROUNDS = 15, 12
-"""How often near feet are looked for, and how often they are moved in between."""
+SEARCHES, ROUNDS = 60, 12
+"""How often near feet are looked for at most, and how often they are moved in between."""
+PATIENCE = 12
+"""So many searches may bring nothing before one gives up."""
 RELAXING = 0.8
 """With every search the own feet may come this much nearer to each other across, over before."""
 ACROSS = 0.1
@@ -45,7 +47,7 @@ def set_feet_apart(
     feet = confine(feet, np.arange(len(feet.owners))) if confine else feet
     near = find_near_feet(feet, slack=NEAR)
     start = feet.positions[:, [0, 2]]
-    best, least = feet, np.inf
+    best, least, found = feet, np.inf, 0
     for search in range(SEARCHES):
         before = feet.positions
         depths, directions = overlaps(feet, near.first, near.second)
@@ -62,8 +64,8 @@ def set_feet_apart(
         near = near.after(feet, np.any(feet.positions != before, axis=1))
         left = float(np.maximum(overlaps(feet, near.first, near.second)[0], 0.0).sum())
         if left < least:
-            best, least = feet, left
-        if left <= 0.0:
+            best, least, found = feet, left, search
+        if left <= 0.0 or search - found >= PATIENCE:
             break
     return best
 
