@@ -107,7 +107,7 @@ def plan_scene_paths(
     planned = _flying_like_clips(planned, sources, terrain, Casting.to_look(stage, prims, info.units))
     walked = [walker for walker in walkers if walker.name in _names(planned)]
     problems += _detours(planned, walked)
-    problems += find_doubts(planned, terrain, obstacles, [walker.proportions for walker in walked])
+    problems += find_doubts(planned, terrain, bodies=[walker.proportions for walker in walked], obstacles=obstacles)
     progress("write", 0, 0)
     chosen = {name: value for name, value in asdict(options).items() if value is not None}
     file = save_plans(planned, output, info, made_by={"planner": "path", "options": chosen})

@@ -18,15 +18,19 @@ __all__ = ["find_doubts"]
 
 
 def find_doubts(
-    planned: Sequence[PlannedAgent], terrain: Terrain, obstacles: Sequence[Obstacle], bodies: Sequence[Proportions]
+    planned: Sequence[PlannedAgent],
+    terrain: Terrain,
+    *,
+    bodies: Sequence[Proportions],
+    obstacles: Sequence[Obstacle] = (),
 ) -> list[Problem]:
     """A warning for each plan that cannot be walked as it is, with its first fault.
 
     Args:
         planned: Plans of everyone who walks at the same time and place.
         terrain: Below them.
-        obstacles: That nobody walks through.
         bodies: Who walks each plan.
+        obstacles: That nobody walks through.
     """
     lowest = min(float(part.plan.positions[:, 1].min()) for part in planned)
     plans = {part.name: replace(part.plan, name=part.name) for part in planned}

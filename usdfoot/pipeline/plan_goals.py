@@ -260,7 +260,7 @@ def _save(
     ]
     if doubted:
         bodies = [agent.seeker.body for agent in walkers]
-        everything = (*everything, *find_doubts(planned, found.terrain, found.obstacles, bodies))
+        everything = (*everything, *find_doubts(planned, found.terrain, bodies=bodies, obstacles=found.obstacles))
     file = save_plans(planned, output, found.info, made_by=made_by)
     return PlanReport(file=file, plans={part.name: part.plan for part in planned}, problems=everything)
 

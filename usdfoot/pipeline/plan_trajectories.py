@@ -158,7 +158,7 @@ def _planned(
         PlannedAgent(name=mover.name, plan=plan, size=around.body.foot_length, agent=mover.agent)
         for mover, plan in zip(movers, plans, strict=True)
     ]
-    doubts = find_doubts(planned, around.terrain, around.obstacles, [around.body] * len(planned))
+    doubts = find_doubts(planned, around.terrain, bodies=[around.body] * len(planned), obstacles=around.obstacles)
     progress("write", 0, 0)
     made_by = {"planner": "trajectories", "options": asdict(options)}
     file = save_plans(planned, output, around.info, made_by=made_by)
