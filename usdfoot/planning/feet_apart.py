@@ -27,6 +27,8 @@ RELAXING = 0.8
 """With every search the own feet may come this much nearer to each other across, over before."""
 ACROSS = 0.1
 """Feet that go less far across take no side step [m]."""
+UNDECIDED = 0.7
+"""Pushes between two feet of which less than this part is left in sum lead nowhere: one swings through the other."""
 NEAR = 0.1
 """Feet this far apart are watched while others move [m]."""
 
@@ -120,7 +122,7 @@ def _pushes(
 ) -> FloatArray:
     """Where to move every footstep [m]: the mean of what its overlaps ask for, shape (S, 2)."""
     deep = np.flatnonzero(depths > 0.0)
-    push = 0.5 * depths[deep, None] * directions[deep]
+    push = 0.5 * _decided(feet, first[deep], second[deep], depths[deep, None] * directions[deep])
     sums, counts = np.zeros((len(feet.owners), 2)), np.zeros(len(feet.owners))
     for instants, sign in ((first[deep], 1.0), (second[deep], -1.0)):
         norm = (1.0 - instants.shares) ** 2 + instants.shares**2
@@ -129,3 +131,29 @@ def _pushes(
             np.add.at(sums, index[used], sign * (share / norm)[used, None] * push[used])
             np.add.at(counts, index[used], share[used])
     return sums / np.maximum(counts, 1.0)[:, None]
+
+
+def _decided(feet: FootTable, first: Instants, second: Instants, pushes: FloatArray) -> FloatArray:
+    """Pushes between feet [m], shape (K, 2); across the way of a foot that swings through where another is.
+
+    Before that one it would be pushed back, behind it on.
+    """
+    pairs, groups = np.unique(np.stack([first.steps, second.steps], axis=1), axis=0, return_inverse=True)
+    groups = groups.reshape(-1)
+    depths = np.linalg.norm(pushes, axis=1)
+    sums, ways = np.zeros((len(pairs), 2)), np.zeros((len(pairs), 2))
+    np.add.at(sums, groups, pushes)
+    np.add.at(ways, groups, _ways(feet, first) - _ways(feet, second))
+    undecided = np.linalg.norm(sums, axis=1) < UNDECIDED * np.bincount(groups, depths)
+    lengths = np.linalg.norm(ways, axis=1, keepdims=True)
+    across = ways[:, ::-1] * np.array([1.0, -1.0]) / np.maximum(lengths, 1e-9)
+    across *= np.where(np.sum(sums * across, axis=1, keepdims=True) < 0.0, -1.0, 1.0)
+    turned = (undecided & (lengths[:, 0] > ACROSS))[groups, None]
+    return np.where(turned, depths[:, None] * across[groups], pushes)
+
+
+def _ways(feet: FootTable, instants: Instants) -> FloatArray:
+    """Where feet go in their swings (x, z) [m]; 0 of those that stand, shape (K, 2)."""
+    following = np.minimum(instants.steps + 2, len(feet.owners) - 1)
+    ways = (feet.positions[following] - feet.positions[instants.steps])[:, [0, 2]]
+    return np.where(instants.shares[:, None] > 0.0, ways, 0.0)

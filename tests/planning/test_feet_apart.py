@@ -1,0 +1,50 @@
+"""Feet apart: people whose ways cross do not tread on each other."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from usdfoot.planning.collisions import find_collisions
+from usdfoot.planning.feet_apart import FARTHEST, set_feet_apart
+from usdfoot.planning.foot_table import FootTable
+
+STEP, DURATION, STEPS = 0.7, 0.6, 12
+
+
+def crossing(seed: int, people: int = 2) -> FootTable:
+    """Feet of people who all walk past the middle in the middle of their ways, each in a direction of its own."""
+    generator = np.random.default_rng(seed)
+    count = people * STEPS
+    numbers, owners = np.tile(np.arange(STEPS), people), np.repeat(np.arange(people), STEPS)
+    headings, starts, asides = (
+        np.repeat(generator.uniform(low, high, people), STEPS)
+        for low, high in ((-np.pi, np.pi), (0.0, DURATION), (-0.2, 0.2))
+    )
+    along, across = STEP * (numbers - STEPS / 2), 0.1 * (-1.0) ** numbers + asides
+    forward, left = (np.stack([np.sin(yaw), np.cos(yaw)], axis=1) for yaw in (headings, headings + 0.5 * np.pi))
+    points = along[:, None] * forward + across[:, None] * left
+    strikes = starts + DURATION * numbers
+    return FootTable(
+        owners=owners,
+        numbers=numbers,
+        positions=np.column_stack([points[:, 0], np.zeros(count), points[:, 1]]),
+        yaws=headings,
+        sides=numbers % 2,
+        strikes=strikes,
+        liftoffs=strikes + DURATION + 0.1,
+        last=numbers >= STEPS - 2,
+        heels=np.full(count, 0.18),
+        toes=np.full(count, 0.08),
+        half_widths=np.full(count, 0.05),
+    )
+
+
+def test_feet_of_people_who_cross_come_apart() -> None:
+    trodden = 0
+    for seed in range(200):
+        feet = crossing(seed)
+        trodden += len(find_collisions(feet).depths) > 0
+        apart = set_feet_apart(feet, narrowest=np.full(len(feet.owners), 0.05))
+        assert not len(find_collisions(apart).depths), seed
+        assert np.linalg.norm(apart.positions - feet.positions, axis=1).max() <= FARTHEST + 1e-9
+    assert trodden > 150
