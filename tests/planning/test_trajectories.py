@@ -129,3 +129,14 @@ def test_someone_who_goes_on_for_millions_of_seconds_is_named_before_any_memory_
 def test_who_hardly_moves_where_the_track_begins_and_ends_stands_there(speed, is_still):
     (plan,) = plan_trajectories([line((0.0, 0.0, 0.0), (0.0, 0.0, speed))], LEVEL)
     assert plan.starts_standing == plan.ends_standing == is_still
+
+
+@pytest.mark.parametrize("speed", [0.3, 0.6])
+def test_who_goes_sideways_takes_short_steps(speed):
+    times = np.linspace(0.0, 8.0, 241)
+    positions = np.stack([speed * times, np.zeros(241), np.zeros(241)], axis=1)
+    trajectory = RootTrajectory(name="/T", times=times, positions=positions, yaws=np.zeros(241))
+    (plan,) = plan_trajectories([trajectory], LEVEL)
+    aside = np.abs(np.diff(plan.positions[:, 0]))
+    assert aside.max() < 0.8
+    assert np.abs(roots(plan, plan.strike_times[1:])[:, 0] - speed * plan.strike_times[1:]).max() < 0.2

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 
 from usdfoot.analysis.timing import TimingRule, time_steps
+from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
@@ -32,7 +33,9 @@ SHUFFLE = 0.3
 TURN = np.radians(35.0)
 """Turn that takes a step of its own [rad]."""
 QUICKEST = 1.4
-"""Most steps a second of turning on the spot, over those of short steps."""
+"""Most steps a second of turning on the spot, and of side steps, over those of short steps."""
+SIDE_STEP = 0.35
+"""How far the root goes to the side in a step, over the leg length; the foot ahead goes twice as far."""
 CLOSING = 1.0
 """Steps they go on for after they stop, so that the feet stand side by side."""
 ONSET = 0.75
@@ -181,6 +184,9 @@ def _cadences(curves: RootCurves, rule: TimingRule) -> tuple[FloatArray, FloatAr
     lengths = np.maximum(natural_lengths(speeds.ravel(), rule).reshape(speeds.shape), 1e-6)
     walking = np.where(speeds > STILL, np.maximum(speeds / lengths, slowest), 0.0)
     turns = np.minimum(np.abs(np.gradient(curves.yaws, SPACING, axis=1)) / TURN, QUICKEST * slowest)
+    aside = np.take_along_axis(np.abs(planar.rotate(-curves.yaws, velocities)[..., 0]), held, axis=1)
+    side_steps = np.minimum(aside / (SIDE_STEP * rule.leg_length), QUICKEST * slowest)
+    walking = np.where(speeds > STILL, np.maximum(walking, side_steps), 0.0)
     rates = np.maximum(walking, np.where(turns > 0.1, np.maximum(turns, slowest), 0.0))
     reach = 2 * round(CLOSING / slowest / SPACING) + 1
     before = maximum_filter1d(rates, reach, axis=1, origin=reach // 2, mode="constant")
