@@ -162,5 +162,5 @@ def _turned_away(agent: Agent, footstep: int) -> float:
         return 0.0
     facing = np.interp(plan.strike_times[footstep], trajectory.times, trajectory.yaws)
     before, own = plan.yaws[max(footstep - 1, 0)], plan.yaws[footstep]
-    feet = before + 0.5 * planar.wrap_angle(own - before)
+    feet = planar.midway_yaw(before, own)
     return float(planar.wrap_angle(facing - feet))

@@ -6,7 +6,7 @@ import numpy as np
 
 from usdfoot.maths.types import FloatArray
 
-__all__ = ["GROUND_AXES", "circular_mean", "direction", "rotate", "wrap_angle", "yaw_of"]
+__all__ = ["GROUND_AXES", "circular_mean", "direction", "midway_yaw", "rotate", "wrap_angle", "yaw_of"]
 
 GROUND_AXES = np.array([0, 2])
 """Which components of a position are its point (x, z) of the ground."""
@@ -32,6 +32,11 @@ def yaw_of(vectors: FloatArray) -> FloatArray:
 def wrap_angle(angles: FloatArray) -> FloatArray:
     """Angles [rad] brought into -pi..pi."""
     return np.remainder(np.asarray(angles) + np.pi, 2.0 * np.pi) - np.pi
+
+
+def midway_yaw(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Yaw halfway on the shorter turn from one to the other [rad]."""
+    return first + 0.5 * wrap_angle(second - first)
 
 
 def circular_mean(angles: FloatArray, weights: FloatArray | None = None, *, axis: int = -1) -> FloatArray:

@@ -228,7 +228,7 @@ def with_headings(contacts: ContactTable) -> ContactTable:
     """The table with headings made anew: as given, else from its yaws."""
     yaws = contacts.yaws
     previous = np.concatenate([yaws[:1], yaws[:-1]])
-    headings = previous + 0.5 * planar.wrap_angle(yaws - previous)
+    headings = planar.midway_yaw(previous, yaws)
     starts = contacts.first[:-1]
     headings[starts] = headings[starts + 1]
     if contacts.given_headings is not None:

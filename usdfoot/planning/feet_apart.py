@@ -85,7 +85,7 @@ def uncross(feet: FootTable, *, narrowest: FloatArray) -> FootTable:
     counts = np.diff(first, append=len(feet.owners))
     for number in range(1, int(counts.max())):
         rows = first[counts > number] + number
-        mean = feet.yaws[rows - 1] + 0.5 * planar.wrap_angle(feet.yaws[rows] - feet.yaws[rows - 1])
+        mean = planar.midway_yaw(feet.yaws[rows - 1], feet.yaws[rows])
         across = outward[rows, None] * planar.direction(mean + 0.5 * np.pi)
         apart = np.sum((points[rows] - points[rows - 1]) * across, axis=1)
         points[rows] += np.maximum(narrowest[rows] - apart, 0.0)[:, None] * across

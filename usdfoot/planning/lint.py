@@ -113,7 +113,7 @@ def lint_clips(plan: FootstepPlan, spaces: FootstepSpaces, *, style: str, reach:
         ClipError: If the style has no step of a foot.
     """
     rows = np.flatnonzero(np.diff(plan.strike_times) > 0.0) + 1
-    headings = plan.yaws[rows - 1] + 0.5 * planar.wrap_angle(plan.yaws[rows] - plan.yaws[rows - 1])
+    headings = planar.midway_yaw(plan.yaws[rows - 1], plan.yaws[rows])
     landings = planar.rotate(-headings, (plan.positions[rows] - plan.positions[rows - 1])[:, [0, 2]])
     durations = plan.strike_times[rows] - plan.strike_times[rows - 1]
     stances = plan.liftoff_times[rows - 1] - plan.strike_times[rows - 1]

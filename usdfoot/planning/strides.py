@@ -71,7 +71,7 @@ class Stances:
     @property
     def headings(self) -> FloatArray:
         """Mean of the feet's yaws [rad], shape (N,)."""
-        return self.support_yaws + 0.5 * planar.wrap_angle(self.other_yaws - self.support_yaws)
+        return planar.midway_yaw(self.support_yaws, self.other_yaws)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,7 +127,7 @@ def next_steps(
         ahead, facing = curves.at(stances.agents, strikes + 0.5 * durations)
         beyond, _ = curves.at(stances.agents, strikes + durations)
         yaws = _turned_feet(stances.support_yaws, facing + foot_yaws, sides, options)
-        headings = stances.support_yaws + 0.5 * planar.wrap_angle(yaws - stances.support_yaws)
+        headings = planar.midway_yaw(stances.support_yaws, yaws)
         velocities = planar.rotate(-headings, (roots - before)[:, [0, 2]]) / durations[:, None]
         speeds = np.linalg.norm(velocities, axis=1)
         runs = choose_gaits(gaits, speeds, stances.runs) & (velocities[:, 1] > FORWARD * speeds) & ~rested

@@ -150,6 +150,6 @@ def _feet(windows: Windows, agents: IntArray) -> tuple[FloatArray, FloatArray, F
     """Places of the last contact and of the one before it [m] (N, 3), and their mean yaw [rad] (N,)."""
     number = windows.last[agents]
     yaws, other_yaws = (windows.at(windows.yaws, agents, number - back) for back in (0, 1))
-    headings = yaws + 0.5 * planar.wrap_angle(other_yaws - yaws)
+    headings = planar.midway_yaw(yaws, other_yaws)
     last, before = (windows.at(windows.positions, agents, number - back) for back in (0, 1))
     return last, before, headings
