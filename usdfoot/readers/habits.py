@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from usdfoot.analysis.examples import build_examples
@@ -9,6 +10,7 @@ from usdfoot.bridge.tokens import Motion
 from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import UsdfootError
 from usdfoot.planning.habits import PEOPLE, Habits, find_habits
+from usdfoot.planning.proportions import Proportions
 from usdfoot.readers.agents import AgentSource, read_agent_options
 from usdfoot.readers.casting import Casting
 
@@ -43,3 +45,7 @@ class HabitsReader:
             return self._known[id(library)]
         except UsdfootError:
             return PEOPLE
+
+    def body_of(self, casting: Casting, source: AgentSource) -> Proportions:
+        """Proportions of an agent's character with its habits; a person's if it has none that can be used."""
+        return replace(casting.body_of(source), habits=self.read(casting, source))
