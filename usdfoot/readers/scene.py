@@ -120,6 +120,7 @@ class SceneReader:
             everyone=listed.everyone,
             overrides=self._overrides,
             planned=self._plan_paths(stage, prims, motion, build),
+            most_footsteps=limits.footsteps,
         )
         spans = spans_of(self._walks.read_all(self._chosen) if foreseen else (), self.info)
         codes = find_frames(spans, self.info, frames, most=limits.frames)
