@@ -56,6 +56,10 @@ class HabitsReader:
         except UsdfootError:
             return PEOPLE
 
+    def body_of(self, casting: Casting, source: AgentSource) -> Proportions:
+        """Proportions of an agent's character with its habits; a person's if it has none that can be used."""
+        return replace(casting.body_of(source), habits=self.read(casting, source))
+
     def unhurried(self, path: WalkingPath, casting: Casting, source: AgentSource, *, body: Proportions) -> WalkingPath:
         """The path of an agent, slower where its steps would be so quick that its clips had to be hurried too much.
 
