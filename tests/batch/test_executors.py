@@ -8,6 +8,7 @@ import time
 
 import pytest
 
+from usdfoot.batch import executors
 from usdfoot.batch.executors import open_executor
 
 SCRIPT = """
@@ -62,3 +63,12 @@ def test_what_nobody_waits_for_any_more_ends_with_the_block(capfd):
         assert executor.submit(os.getpid).result() != os.getpid()
         executor.submit(time.sleep, 60)
     assert time.monotonic() - begin < 40.0 and capfd.readouterr().err == ""
+
+
+def test_an_error_is_not_told_later_for_workers_that_only_open_a_scene(monkeypatch):
+    monkeypatch.setattr(executors, "_open_early", time.sleep)
+    begin = time.monotonic()
+    with pytest.raises(ZeroDivisionError), open_executor(workers=2) as executor:
+        executor.submit(executors._open_early, 300.0)
+        raise ZeroDivisionError
+    assert time.monotonic() - begin < 60.0
