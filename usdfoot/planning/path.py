@@ -35,6 +35,8 @@ __all__ = ["PathOptions", "plan_each", "plan_path", "plan_paths"]
 
 LONGEST = 1e5
 """A path longer than that is in another unit than was meant, or broken [m]."""
+MOST_STEPS = 200_000
+"""As many take `LONGEST` in easy steps; who asks for more has another unit in mind."""
 BARRING = ("unreachable", "steep", "offTerrain", "obstructed", "obstacle")
 """Faults of plans whose paths lead where nobody walks."""
 
@@ -137,13 +139,18 @@ def plan_each(
 
 
 def _wrong_length(path: WalkingPath, body: Proportions) -> PlanError | None:
-    """What is wrong with a path too short to step along, or longer than anybody walks."""
+    """What is wrong with a path too short to step along, or longer than anybody walks, or that in steps too short."""
     length = path.length
     if not length <= LONGEST:
         what = f"is {length:.3g} m long, more than {LONGEST:g} m"
         return PlanError(path.name, what, "correct the curve, or the stage's metersPerUnit")
     if length < body.toe:
         return PlanError(path.name, f"is {length:.3g} m long, less than a step", "draw a longer curve")
+    asked = path.step_length or path.speed  # a short step takes about a second
+    if asked and length > MOST_STEPS * asked:
+        name, unit = ("stepLength", "m") if path.step_length else ("speed", "m/s")
+        what = f"takes more than {MOST_STEPS} steps with usdfoot:path:{name} of {asked:.3g} {unit}"
+        return PlanError(path.name, what, "correct it, or the stage's metersPerUnit")
     return None
 
 
