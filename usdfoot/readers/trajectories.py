@@ -246,7 +246,8 @@ def _indices(prim: Usd.Prim, positions: Usd.Attribute) -> range:
     Raises:
         PlanError: If there are more at some times than at others: indices then tell nobody apart.
     """
-    counts = sorted({len(positions.Get(code) or ()) for code in positions.GetTimeSamples() or (Usd.TimeCode.Default(),)})
+    codes = positions.GetTimeSamples() or (Usd.TimeCode.Default(),)
+    counts = sorted({len(positions.Get(code) or ()) for code in codes})
     if len(counts) > 1:
         what = f"has no ids, and {counts[-1]} positions at one time, {counts[0]} at another"
         raise PlanError(prim.GetPath(), what, "author ids, one a point, so that points can be told apart")
