@@ -231,6 +231,9 @@ def faulty(stage: Usd.Stage, what: str) -> Usd.Prim:
         cloud.GetPointsAttr().Set(Vt.Vec3fArray([Gf.Vec3f(0, 0, 90)]), 24.0)
     elif what == "not a number":
         cloud.GetPointsAttr().Set(Vt.Vec3fArray([Gf.Vec3f(float("nan"), 0, 0)]), 24.0)
+    elif what == "beyond the moon":
+        for code in (0.0, 24.0):
+            cloud.GetPointsAttr().Set(Vt.Vec3fArray([Gf.Vec3f(1e12, 0, 0)]), code)
     return cloud.GetPrim()
 
 
@@ -246,6 +249,7 @@ def faulty(stage: Usd.Stage, what: str) -> Usd.Prim:
         ("too many points", 1, "has 2 points but 1 ids at time code 24"),
         ("jump", 1, "jumps by 90 m from 0 to 1 s. cut it there, or correct the unit or the rate"),
         ("not a number", 1, "position of sample 1 is not a finite number"),
+        ("beyond the moon", 1, "sample 0 is 1e+12 m from the origin. author positions within 1e+09 m"),
     ],
 )
 def test_what_is_wrong_is_named(what, number, message):
