@@ -5,6 +5,9 @@ import signal
 import subprocess
 import sys
 import time
+import weakref
+from concurrent.futures import Future
+from types import SimpleNamespace
 
 import pytest
 
@@ -72,3 +75,13 @@ def test_an_error_is_not_told_later_for_workers_that_only_open_a_scene(monkeypat
         executor.submit(executors._open_early, 300.0)
         raise ZeroDivisionError
     assert time.monotonic() - begin < 60.0
+
+
+def test_what_a_cluster_has_made_is_not_held_on_to():
+    """Dask would make it again, into a folder that is done, if the worker vanished that made it."""
+    asked: Future[int] = Future()
+    cluster = executors._Cluster(SimpleNamespace(submit=lambda function: asked))
+    answer = cluster.submit(os.getpid)
+    asked.set_result(1)
+    held, asked = weakref.ref(asked), None
+    assert answer.result() == 1 and held() is None

@@ -128,8 +128,13 @@ class _Cluster(Executor):
         """As any executor does."""
         answer: Future[Any] = Future()
         self._asked[answer] = self._workers.submit(fn, *args, **kwargs)
-        self._asked[answer].add_done_callback(partial(_pass_on, answer))
+        self._asked[answer].add_done_callback(partial(self._pass_on, answer))
         return answer
+
+    def _pass_on(self, answer: Future[Any], asked: Future[Any]) -> None:
+        """Gives a future what became of another and lets go of that, which Dask would make again if its worker died."""
+        _answer_as(answer, asked)
+        self._asked.pop(answer, None)
 
     def give_up(self, error: Exception) -> None:
         """Has all that was asked for and not answered fail."""
@@ -139,7 +144,7 @@ class _Cluster(Executor):
                 asked.cancel()
 
 
-def _pass_on(answer: Future[Any], asked: Future[Any]) -> None:
+def _answer_as(answer: Future[Any], asked: Future[Any]) -> None:
     """Gives a future what became of another."""
     with suppress(InvalidStateError):  # given up meanwhile
         if asked.cancelled():
