@@ -7,10 +7,11 @@ import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from tests.batch.conftest import AGENTS, delay_plan, digests, write_crowd_scene
-from usdfoot.bridge.tokens import File
+from usdfoot.bridge.tokens import File, chunk_files
 from usdfoot.errors import OutputError
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.animate import animate
+from usdfoot.writers.chunks import read_chunk
 
 
 @pytest.fixture
@@ -137,6 +138,16 @@ def test_a_chunk_that_somebody_wrote_into_is_made_again(shot, is_only_change):
     if not is_only_change:
         delay_plan(scene, 2, 3.0)
     assert assert_as_new(scene, folder) == int(is_only_change)
+
+
+def test_files_of_two_makings_are_no_chunk(shot):
+    _, folder = shot
+    first, second = (chunk_files(index, 2) for index in (0, 1))
+    prims, notes = read_chunk(folder, first)
+    assert set(prims.agents) == set(prims.footsteps) == set(prims.anims) == set(notes.agent_hashes)
+    shutil.copyfile(folder / second.footsteps, folder / first.footsteps)
+    with pytest.raises(ValueError, match="one making"):
+        read_chunk(folder, first)
 
 
 def test_a_clips_analysis_that_cannot_be_kept_costs_nobody_the_motion(shot, tmp_path, monkeypatch, caplog):
