@@ -161,10 +161,11 @@ class _Layer:
 
     def _add_set(self, spec: Spec) -> int:
         own = [self._field(name, value) for name, value in spec.fields.items()]
-        prims = tuple([name for name, below in spec.below.items() if below.kind == SpecKind.PRIM])
-        properties = tuple([name[1:] for name in spec.below if name[0] == "."])
-        lists = zip(LISTS, (prims, properties), strict=True)
-        own += [self._field(name, Names(Type.TOKENS, names)) for name, names in lists if names]
+        if spec.below:
+            prims = tuple([name for name, below in spec.below.items() if below.kind == SpecKind.PRIM])
+            properties = tuple([name[1:] for name in spec.below if name[0] == "."])
+            lists = zip(LISTS, (prims, properties), strict=True)
+            own += [self._field(name, Names(Type.TOKENS, names)) for name, names in lists if names]
         key = tuple(own)
         if key not in self._sets:
             self._sets[key] = len(self._set_entries)
