@@ -4,7 +4,7 @@ import shutil
 
 import numpy as np
 import pytest
-from pxr import Sdf, Usd, UsdGeom, UsdSkel, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from tests.batch.conftest import AGENTS, delay_plan, digests, write_crowd_scene
 from usdfoot.bridge.tokens import File, chunk_files
@@ -105,6 +105,42 @@ def test_changed_overrides_leave_the_bytes_of_a_first_run(shot):
     layer.Save()
     assert assert_as_new(scene, folder) == 0
     delay_plan(scene, 2, 3.0)
+    assert assert_as_new(scene, folder) == AGENTS - 1
+
+
+def test_what_a_scene_is_put_together_of_leaves_the_bytes_of_a_first_run(shot):
+    scene, folder = shot
+    moved = Usd.Stage.Open(str(scene))
+    UsdGeom.Xformable(moved.GetPrimAtPath("/World/Crowd/Plan_1")).GetOrderedXformOps()[0].Set(Gf.Vec3d(0.75, 0.0, 0.25))
+    moved.Save()
+    assert assert_as_new(scene, folder) == AGENTS - 1
+    moved.GetPrimAtPath("/World/Crowd").SetChildrenReorder(["Agent_2", "Agent_1", "Agent_0"])
+    moved.Save()
+    assert assert_as_new(scene, folder) >= AGENTS - 1  # one chunk is the source of what is kept
+    over = Sdf.Layer.CreateNew(str(scene.with_name("over.usda")))
+    plan, kind = Sdf.CreatePrimInLayer(over, "/World/Crowd/Plan_0"), Sdf.ValueTypeNames.FloatArray
+    weights = Sdf.AttributeSpec(plan, "usdfoot:plan:rootWeights", kind, Sdf.VariabilityUniform)
+    weights.default = [0.25] * len(moved.GetPrimAtPath(plan.path).GetAttribute("positions").Get())
+    over.Save()
+    moved.GetRootLayer().subLayerPaths.append("./over.usda")
+    moved.Save()
+    assert assert_as_new(scene, folder) == AGENTS - 1
+    moved.GetRootLayer().subLayerPaths.remove("./over.usda")
+    moved.Save()
+    assert assert_as_new(scene, folder) == AGENTS - 1
+
+
+def test_a_plan_retimed_by_overrides_is_walked_so_as_in_a_first_run(shot):
+    scene, folder = shot
+    layer = Sdf.Layer.FindOrOpen(str(folder / File.OVERRIDES))
+    made = Sdf.Layer.OpenAsAnonymous(str(folder / File.FOOTSTEPS))
+    for name in ("usdfoot:plan:strikeTimes", "usdfoot:plan:liftoffTimes"):
+        path = f"/Crowd/Plans/Agent_2.{name}"
+        Sdf.CreatePrimInLayer(layer, "/Crowd/Plans/Agent_2")
+        Sdf.CopySpec(made, path, layer, path)
+        times = layer.GetAttributeAtPath(path)
+        times.default = Sdf.TimeCodeArray([Sdf.TimeCode(float(code) + 3.0) for code in times.default])
+    layer.Save()
     assert assert_as_new(scene, folder) == AGENTS - 1
 
 
