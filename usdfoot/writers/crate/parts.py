@@ -104,7 +104,7 @@ def read_part(path: Path) -> CratePart:
         OSError: If it cannot be read.
         ValueError: If it is none.
     """
-    content = memoryview(np.fromfile(path, dtype=np.uint8))  # which nobody fills with zeros before
+    content = np.fromfile(path, dtype=np.uint8).data  # which nobody fills with zeros before
     if content[: len(IDENTIFIER)] != IDENTIFIER:
         raise ValueError(f"{path} is no layer in USD's binary format")
     starts, readers = _sections(content)
