@@ -18,7 +18,7 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
-from usdfoot.pipeline.goal_speeds import slow_to_clips
+from usdfoot.pipeline.goal_speeds import fit_to_clips
 from usdfoot.pipeline.plan import PlanReport, save_plans
 from usdfoot.pipeline.plan_doubts import find_doubts
 from usdfoot.planning.crowd import CrowdOptions, plan_crowd
@@ -79,7 +79,7 @@ def plan_scene_crowd(
     progress("read", 0, 0)
     found = _read(scene, options, with_goals=True)
     progress("plan", 0, 0)
-    agents, slowed = slow_to_clips(found.stage, found.prims, found.info.units, agents=found.agents)
+    agents, slowed = fit_to_clips(found.stage, found.prims, found.info.units, agents=found.agents)
     seekers = tuple(agent.seeker for agent in agents)
     task = Scenario(seekers=seekers, obstacles=found.obstacles, bounds=None)
     plans, problems = plan_crowd(task, found.terrain, options=CrowdOptions(duration=duration))

@@ -166,7 +166,7 @@ def _headings(
     """Headings as given, else where the root goes, smoothed; shape (A, F)."""
     last = inside.sum(axis=1) - 1
     given = np.array([trajectory.yaws is not None for trajectory in trajectories])
-    yaws = np.zeros(clock.shape)
+    yaws: FloatArray = np.zeros(clock.shape)
     if given.any():
         rows = np.broadcast_to(np.arange(len(trajectories))[:, None], clock.shape)
         values = np.concatenate([np.zeros(len(t.times)) if t.yaws is None else t.yaws for t in trajectories])
