@@ -1,4 +1,4 @@
-"""Goal speeds: agents with goals step as the clips of their characters do, and go no faster than these show."""
+"""Goal speeds: agents with goals go no faster than the clips of their characters show."""
 
 from __future__ import annotations
 
@@ -8,28 +8,28 @@ from typing import Any
 
 import numpy as np
 
-from usdfoot.analysis.examples import build_examples
 from usdfoot.analysis.gaits import RUNNING_FROUDE
 from usdfoot.analysis.timing import EARTH_GRAVITY
+from usdfoot.batch.analysed import build_once
 from usdfoot.bridge.tokens import Agent as Token
 from usdfoot.bridge.tokens import Motion
 from usdfoot.bridge.units import StageUnits
-from usdfoot.errors import UsdfootError
+from usdfoot.engine.options import EngineOptions
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.report import Problem
-from usdfoot.planning.habits import PEOPLE, Habits, find_habits
 from usdfoot.readers.goals import GoalAgent, read_agent_libraries
 from usdfoot.readers.stage import authored
 
-__all__ = ["fit_to_clips"]
+__all__ = ["slow_to_clips"]
 
 
-def fit_to_clips(
+def slow_to_clips(
     stage: Any, prims: Any, units: StageUnits, *, agents: Sequence[GoalAgent]
 ) -> tuple[tuple[GoalAgent, ...], tuple[Problem, ...]]:
-    """The agents with the habits of their clips, runners faster than their clips slowed down to them, and who that is.
+    """The agents, those that want to go faster than their clips do slowed down to them, and who that is.
 
-    Agents without clips, and those whom physics moves, step as people do and keep their speeds.
+    Clips are read only where somebody wants to go faster than people walk. Agents without clips, and those whom physics
+    moves, keep their speeds.
 
     Args:
         stage: Open stage.
@@ -37,22 +37,24 @@ def fit_to_clips(
         units: Its units.
         agents: With goals.
     """
-    moved = [agent.source for agent in agents if authored(agent.source.prim, Token.MOTION) != Motion.PHYSICS]
-    libraries = read_agent_libraries(stage, prims, units, sources=moved)[0]
+    quick = [agent for agent in agents if _runs(agent) and authored(agent.source.prim, Token.MOTION) != Motion.PHYSICS]
+    sources = [agent.source for agent in quick]
+    libraries = read_agent_libraries(stage, prims, units, sources=sources)[0] if quick else {}
     different = {id(library): library for library in libraries.values()}
-    gaits = {number: _gait_of(library) for number, library in different.items()}
-    fitted, problems = [], []
+    tops = {number: _top_speed(library) for number, library in different.items()}
+    slowed, problems = [], []
     for agent in agents:
-        library, seeker = libraries.get(agent.source.name), agent.seeker
-        top, habits = gaits[id(library)] if library is not None else (np.inf, PEOPLE)
-        if _runs(agent) and seeker.speed > top:
+        library = libraries.get(agent.source.name)
+        top = tops[id(library)] if library is not None else np.inf
+        seeker = agent.seeker
+        if seeker.speed > top:
             what = (
                 f"{seeker.name}: wants to go {seeker.speed:.2f} m/s; {top:.2f} m/s were taken, as fast as its clips go"
             )
             problems.append(Problem(severity="warning", where=seeker.name, message=what))
-            seeker = replace(seeker, speed=top)
-        fitted.append(replace(agent, seeker=replace(seeker, body=replace(seeker.body, habits=habits))))
-    return tuple(fitted), tuple(problems)
+            agent = replace(agent, seeker=replace(seeker, speed=top))
+        slowed.append(agent)
+    return tuple(slowed), tuple(problems)
 
 
 def _runs(agent: GoalAgent) -> bool:
@@ -60,12 +62,10 @@ def _runs(agent: GoalAgent) -> bool:
     return agent.seeker.speed > np.sqrt(RUNNING_FROUDE * EARTH_GRAVITY * agent.seeker.body.leg_length)
 
 
-def _gait_of(library: ClipLibrary) -> tuple[float, Habits]:
-    """Speed of the fastest step of a library [m/s] and how it steps; without any step there is no limit."""
-    try:
-        examples, _ = build_examples(library)
-    except UsdfootError:  # animating it tells why
-        return float("inf"), PEOPLE
+def _top_speed(library: ClipLibrary) -> float:
+    """Speed of the fastest step of a library [m/s]; without any step there is no limit."""
+    if not library.clips:
+        return float("inf")
+    examples, _ = build_once(library, samples=EngineOptions().samples)
     speeds = np.linalg.norm(examples.landings, axis=1) / examples.durations
-    top = float(speeds.max(initial=0.0)) or float("inf")
-    return top, find_habits(examples, leg_length=library.biped.maximal_leg_length)
+    return float(speeds.max(initial=0.0)) or float("inf")
