@@ -100,6 +100,23 @@ def test_given_footholds_on_which_nobody_can_stand_are_named(stages, tmp_path):
         assert all("m above the ground (and" in problem.message for problem in problems)
 
 
+def test_wanderers_take_the_time_that_steps_of_their_clips_take(stages, tmp_path):
+    """Whose clips walk a third slower takes a third longer over the same steps; short ones take long anyway."""
+    paces = []
+    for rate in (30.0, 22.5):
+        copy = copy_stages(stages, tmp_path / f"{rate:g}")
+        layer = Sdf.Layer.FindOrOpen(str(copy / "clips.usdc"))
+        layer.timeCodesPerSecond = rate
+        layer.Save()
+        agents = GoalOptions(agents="Visitor_00")
+        (plan,) = plan_scene_wander(
+            copy / "plaza.usda", tmp_path / "plans.usda", options=agents, steps=30
+        ).plans.values()
+        lengths, times = np.linalg.norm(np.diff(plan.positions, axis=0), axis=1)[2:-1], np.diff(plan.strike_times)[2:-1]
+        paces.append(np.median(times[lengths > 0.5] * lengths[lengths > 0.5]))
+    assert paces[1] == pytest.approx(paces[0] * 4.0 / 3.0, rel=0.05)
+
+
 def test_wanderers_get_the_same_bytes_from_the_same_seed(stages, tmp_path):
     layers = [tmp_path / f"{name}.usda" for name in "abc"]
     for layer, seed in zip(layers, (1, 1, 2), strict=True):

@@ -71,6 +71,13 @@ def test_a_given_speed_is_the_mean_speed(tmp_path):
     assert (fast.liftoff_times[:-2] < fast.strike_times[1:-1]).all()  # runs
 
 
+def test_who_starts_standing_stands_first_and_then_swings_as_in_a_walk(tmp_path):
+    scene = scene_with_prints(tmp_path / "scene.usda", lengths=np.array([0.1, 0.6, 0.6, 0.6, 0.6, 0.6]))
+    plan = time_scene_plans(scene, tmp_path / "timed.usda").plans["/World/Prints"]
+    swings = plan.strike_times[2:] - plan.liftoff_times[:-2]
+    assert plan.liftoff_times[0] > 0.5 and swings[0] > 0.8 * swings[1:4].mean(), "not in half the time"
+
+
 def test_the_command_writes_a_stage_that_physics_can_walk(tmp_path, capsys):
     scene = scene_with_prints(tmp_path / "scene.usda", lengths=np.full(5, 0.6))
     assert main(["animate", str(scene), "-o", str(tmp_path / "shot"), "-q", "--motion", "physics"]) == 2

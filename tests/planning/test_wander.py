@@ -4,11 +4,15 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from tests.engine.plans import no_terrain
 from tests.planning.terrains import bridge, slab, spiral, storeys, terrain_of
 from usdfoot.errors import PlanError
 from usdfoot.maths import planar
 from usdfoot.model.ground import Ground
+from usdfoot.model.path import WalkingPath
+from usdfoot.planning.habits import Habits
 from usdfoot.planning.lint import lint_plans, lint_steps
+from usdfoot.planning.path import plan_path
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.routes import find_route
 from usdfoot.planning.wander import News, WanderOptions, join_footsteps, plan_wander, wander
@@ -143,7 +147,21 @@ def test_strikes_as_they_come_are_those_of_the_plan():
 def test_who_is_given_a_speed_goes_at_it():
     slow, quick = (walk(4, options=WanderOptions(speed=speed)) for speed in (0.4, 0.8))
     assert_array_equal(slow.positions, quick.positions)
-    assert_allclose(slow.strike_times, 2.0 * quick.strike_times)
+    assert_allclose(np.diff(slow.strike_times[2:]), 2.0 * np.diff(quick.strike_times[2:]))
+
+
+def test_it_sets_out_from_a_stand_as_along_a_path_with_the_steps_of_its_habits():
+    habits = Habits(walk_ratio=0.009, easy_step=0.7)
+    body = Proportions(habits=habits)
+    line = WalkingPath(name="/Line", points=np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 6.0]]))
+    path = plan_path(line, Ground(no_terrain()), proportions=body)
+    options = WanderOptions(body=body, wobble=0.0)
+    plan = plan_wander(World(), np.zeros(3), 0.0, generator=np.random.default_rng(1), steps=10, options=options)
+    swings = [one.strike_times[2] - one.liftoff_times[0] for one in (plan, path)]
+    assert swings[0] == pytest.approx(swings[1], abs=0.1), "not in half the time"
+    assert plan.liftoff_times[0] == pytest.approx(path.liftoff_times[0], abs=0.05)
+    assert_allclose(np.diff(plan.positions[2:, 2]), 0.7 * body.leg_length, rtol=1e-6)
+    assert_allclose(np.diff(plan.strike_times[3:-1]), np.diff(path.strike_times)[4], rtol=0.06)
 
 
 def test_it_stays_on_walkable_ground_and_its_heights():

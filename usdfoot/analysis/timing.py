@@ -9,12 +9,14 @@ import numpy as np
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import BoolArray, FloatArray
 
-__all__ = ["FootstepTimes", "StepTiming", "TimingRule", "time_footsteps", "time_steps"]
+__all__ = ["STAND_TIME", "FootstepTimes", "StepTiming", "TimingRule", "time_footsteps", "time_steps"]
 
 HUMAN_LEG = 0.86
 """Leg from hip to ankle of the people that times and weights were measured on [m]; bodies of other sizes move alike."""
 EARTH_GRAVITY = 9.81
 """[m/s^2]."""
+STAND_TIME = 0.5
+"""Who starts standing does so for this long before the first step [s]."""
 RUN_FROUDE = 0.5
 """Froude number, speed squared over gravity and leg length, at which people begin to run (Kram et al. 1997)."""
 

@@ -25,11 +25,13 @@ class Limits:
     """Frames of the crowd, and samples of a clip."""
     triangles: int = 50_000_000
     """Triangles of the terrain."""
+    footsteps: int = 100_000
+    """Footsteps of a plan."""
     prims: int = 5_000_000
     """Prims of a scene, those of instances counted as often as they are."""
 
     def __post_init__(self) -> None:
-        for name in ("agents", "joints", "frames", "triangles", "prims"):
+        for name in ("agents", "footsteps", "joints", "frames", "triangles", "prims"):
             if getattr(self, name) < 1:
                 raise UsdfootError(name, f"limit is {getattr(self, name)}", "give 1 or more")
 
@@ -42,7 +44,7 @@ def check_limit(where: object, what: str, count: float, *, limit: int) -> None:
 
     Args:
         where: Prim or file.
-        what: agents | joints | frames | triangles | prims.
+        what: agents | footsteps | joints | frames | triangles | prims.
         count: How many there are.
         limit: How many there may be.
     """

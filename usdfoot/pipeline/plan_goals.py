@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from usdfoot.analysis.examples import build_examples
+from usdfoot.batch.analysed import build_once
 from usdfoot.bridge.scene import StageInfo
+from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import PlanError, SceneError, UsdfootError
 from usdfoot.maths import planar
 from usdfoot.model.clip import ClipLibrary
@@ -22,7 +23,6 @@ from usdfoot.pipeline.goal_speeds import slow_to_clips
 from usdfoot.pipeline.plan import PlanReport, save_plans
 from usdfoot.pipeline.plan_doubts import find_doubts
 from usdfoot.planning.crowd import CrowdOptions, plan_crowd
-from usdfoot.planning.habits import PEOPLE, Habits, find_habits
 from usdfoot.planning.reach import Reach, reach_of_biped, reach_of_examples
 from usdfoot.planning.scenario import Scenario
 from usdfoot.planning.stones import plan_stones, stance_at
@@ -30,6 +30,7 @@ from usdfoot.planning.wander import WanderOptions, plan_wander
 from usdfoot.planning.world import Obstacle, World
 from usdfoot.readers.agents import AgentSource, list_agents_without_plans, select_agents
 from usdfoot.readers.goals import GoalAgent, read_agent_libraries, read_goal_agents
+from usdfoot.readers.habits import HabitsReader
 from usdfoot.readers.obstacles import read_obstacles
 from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
 from usdfoot.readers.stones import read_stones
@@ -121,7 +122,7 @@ def plan_scene_wander(
     """
     options = options or GoalOptions()
     progress("read", 0, 0)
-    found = _read(scene, options, with_goals=False)
+    found = _read(scene, options, with_goals=False, habits=HabitsReader(build=build_once))
     outline = None if bounds is None else np.array(bounds)[[[0, 1], [0, 3], [2, 3], [2, 1]]]
     generators = np.random.default_rng(seed).spawn(len(found.agents))
     terrain = Ground(found.terrain)
@@ -177,21 +178,21 @@ def plan_scene_stones(
     """
     options = options or GoalOptions()
     progress("read", 0, 0)
-    found = _read(scene, options, with_goals=True)
+    found = _read(scene, options, with_goals=True, habits=HabitsReader(build=build_once))
     libraries, problems = read_agent_libraries(
         found.stage, found.prims, found.info.units, sources=[agent.source for agent in found.agents]
     )
     made, faults = {}, list(problems)
-    gaits: dict[int, tuple[Reach, Habits]] = {}
+    reaches: dict[int, Reach] = {}
     for index, agent in enumerate(found.agents):
         progress("plan", index, len(found.agents))
         library = libraries.get(agent.source.name)
         if library is None:
             continue
         try:
-            if id(library) not in gaits:
-                gaits[id(library)] = _gait_of(library, reach, leaps)
-            made[agent.seeker.name] = _cross(found, agent, gaits[id(library)], on, spacing)
+            if id(library) not in reaches:
+                reaches[id(library)] = _reach_of(library, reach, leaps)
+            made[agent.seeker.name] = _cross(found, agent, reaches[id(library)], on, spacing)
         except UsdfootError as error:
             faults.append(_problem(agent.seeker.name, error))
     progress("write", 0, 0)
@@ -212,13 +213,15 @@ class _Found:
     problems: tuple[Problem, ...]
 
 
-def _read(scene: str | os.PathLike[str], options: GoalOptions, *, with_goals: bool) -> _Found:
+def _read(
+    scene: str | os.PathLike[str], options: GoalOptions, *, with_goals: bool, habits: HabitsReader | None = None
+) -> _Found:
     stage = open_stage(scene)
     info, prims = read_stage_info(stage), collect_prims(stage)
     everyone, agent_problems = list_agents_without_plans(stage, prims, with_goals=with_goals)
     sources: Sequence[AgentSource] = select_agents(everyone, options.agents)
     agents, faults = read_goal_agents(
-        stage, prims, info.units, sources=sources, speed=options.speed, radius=options.radius
+        stage, prims, info.units, sources=sources, speed=options.speed, radius=options.radius, habits=habits
     )
     obstacles, obstacle_problems = read_obstacles(stage, prims, info.units)
     terrain, terrain_problems = read_terrain(stage, prims, info.units)
@@ -265,20 +268,17 @@ def _save(
     return PlanReport(file=file, plans={part.name: part.plan for part in planned}, problems=everything)
 
 
-def _gait_of(library: ClipLibrary, kind: str, leaps: bool) -> tuple[Reach, Habits]:
-    """How far a library's steps go and how long they take; without clips as far as its legs allow, and people's."""
-    if not library.clips:
-        return reach_of_biped(library.biped), PEOPLE
-    examples, _ = build_examples(library)
-    habits = find_habits(examples, leg_length=library.biped.maximal_leg_length)
-    if kind == "clips":
-        return reach_of_examples(examples, library.biped, leaps=leaps), habits
-    return reach_of_biped(library.biped), habits
+def _reach_of(library: ClipLibrary, kind: str, leaps: bool) -> Reach:
+    """How far a library's steps go; without clips as far as its legs allow."""
+    if kind == "biped" or not library.clips:
+        return reach_of_biped(library.biped)
+    examples, _ = build_once(library, samples=EngineOptions().samples)
+    return reach_of_examples(examples, library.biped, leaps=leaps)
 
 
-def _cross(found: _Found, agent: GoalAgent, gait: tuple[Reach, Habits], on: str | None, spacing: float) -> FootstepPlan:
+def _cross(found: _Found, agent: GoalAgent, reach: Reach, on: str | None, spacing: float) -> FootstepPlan:
     """The agent's plan from where it stands to its last goal, where it faces as it came."""
-    seeker, (reach, habits) = agent.seeker, gait
+    seeker = agent.seeker
     stones = read_stones(found.stage, found.info.units, found.terrain, pattern=on, body=seeker.body, spacing=spacing)
     ground = Ground(found.terrain, fallback_height=float(seeker.start[1]))
     start, goal = _on(ground, seeker.start), _on(ground, seeker.goals[-1])
@@ -289,7 +289,7 @@ def _cross(found: _Found, agent: GoalAgent, gait: tuple[Reach, Habits], on: str 
         stance_at(start, yaw, reach),
         stance_at(goal, ahead, reach),
         reach=reach,
-        body=replace(seeker.body, habits=habits),
+        body=seeker.body,
         speed=agent.authored_speed,
         name=seeker.name,
     )

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable
 from fnmatch import fnmatchcase
 
+from usdfoot.batch.analysed import build_once
 from usdfoot.errors import PlanError, SceneError
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
@@ -15,6 +16,7 @@ from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.retiming import TimingOptions, plan_times
 from usdfoot.readers.agents import list_agents
 from usdfoot.readers.casting import Casting
+from usdfoot.readers.habits import HabitsReader
 from usdfoot.readers.plans import is_plan, read_prints
 from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
 from usdfoot.readers.walkers import only_proportions
@@ -58,6 +60,7 @@ def time_scene_plans(
         names = [prim.GetPath() for prim in found]
         raise SceneError(info.identifier, what, "apply UsdfootPlanAPI to PointInstancers of prints", names)
     progress("plan", 0, 0)
+    habits = HabitsReader(build=build_once)
     nobody = only_proportions(prims, info.units, foreign=foreign)
     timed: dict[str, FootstepPlan] = {}
     problems: list[Problem] = []
@@ -66,7 +69,7 @@ def time_scene_plans(
         try:
             prints, warnings = read_prints(prim, info.units)
             walker = walkers.get(prim.GetPath())
-            body = casting.body_of(walker) if walker else nobody
+            body = habits.body_of(casting, walker) if walker else nobody
             timed[path] = plan_times(prints, body, options)
             problems += (*warnings, *_impossible(timed[path], body))
         except PlanError as error:

@@ -15,8 +15,6 @@ from usdfoot.planning.world import World, clearances
 
 __all__ = ["choose_facing", "choose_step"]
 
-EASY_STEP = 0.8
-"""Length of an easy walking step over the leg length."""
 SLOPE = 8
 """Samples of the way ahead between which the ground may not rise more than a slope and half a step."""
 SHOULDERS = 1.2
@@ -29,7 +27,7 @@ def choose_step(
     wanderer: Wanderer, world: World, routes: Sequence[Route], *, generator: np.random.Generator, options: WanderOptions
 ) -> tuple[float, float, int]:
     """Length [m] and turn [rad] of the next step, and the side to which it turns out of a dead end, 0 if in none."""
-    easy = EASY_STEP * options.body.leg_length
+    easy = options.body.habits.easy_step * options.body.leg_length
     wanted, farthest, needed = generator.normal(scale=options.wobble), easy, options.look_ahead
     aim = None
     if routes:

@@ -9,7 +9,7 @@ import numpy as np
 from usdfoot.analysis.gaits import has_flight
 from usdfoot.analysis.timing import EARTH_GRAVITY, HUMAN_LEG
 from usdfoot.maths import planar, quaternion
-from usdfoot.maths.types import BoolArray, FloatArray
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import SIDES
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
@@ -142,7 +142,7 @@ def _steps(
     rows = np.flatnonzero(feet.numbers > 0)
     before = rows - 1
     displacements = feet.positions[rows] - feet.positions[before]
-    durations, leg = feet.strikes[rows] - feet.strikes[before], legs[rows]
+    durations, leg = _durations(feet, rows), legs[rows]
     flights = np.maximum(feet.strikes[rows] - feet.liftoffs[before], 0.0)
     turns = planar.wrap_angle(feet.yaws[rows] - feet.yaws[before])
     apart = apart_midway(displacements[:, [0, 2]], feet.sides[rows], yaws_before=feet.yaws[before], turns=turns)
@@ -188,6 +188,14 @@ def _steps(
     return found + faults_at(
         names, feet, own[late], kind="hurried", values=swings[late], message=message, severity=WARNING
     )
+
+
+def _durations(feet: FootTable, rows: IntArray) -> FloatArray:
+    """How long the steps to footsteps (K,) take [s]: strike to strike, the first from a stand as its foot swings."""
+    durations = feet.strikes[rows] - feet.strikes[rows - 1]
+    own = np.maximum(rows - 2, 0)
+    sets_out = (feet.numbers[rows] == 2) & (feet.strikes[own] == feet.strikes[rows - 1])
+    return np.where(sets_out, feet.strikes[rows] - feet.liftoffs[own], durations)
 
 
 def _collisions(

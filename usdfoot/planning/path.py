@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdfoot.analysis.timing import STAND_TIME
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.biped import LEFT
@@ -46,7 +47,7 @@ class PathOptions:
     """Both feet stand side by side at the start; else the walk begins in mid gait."""
     ends_standing: bool = True
     """Both feet stand side by side at the end; else the walk ends in mid gait."""
-    stand_time: float = 0.5
+    stand_time: float = STAND_TIME
     """How long the feet stand at the start before one leaves, and at the end [s]."""
     first_side: int = LEFT
     """The foot that steps first."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from usdfoot.analysis.timing import TimingRule, time_footsteps
+from usdfoot.analysis.timing import STAND_TIME, time_footsteps
 from usdfoot.errors import PlanError
 from usdfoot.model.plan import FootstepPlan, PlanDraft
 from usdfoot.planning.proportions import Proportions
@@ -26,6 +26,8 @@ class TimingOptions:
     """Both first feet stand from the start."""
     ends_standing: bool = True
     """Both last feet stand to the end."""
+    stand_time: float = STAND_TIME
+    """How long who starts standing does so before the first step [s]."""
 
 
 def plan_times(prints: PlanDraft, body: Proportions, options: TimingOptions | None = None) -> FootstepPlan:
@@ -43,11 +45,12 @@ def plan_times(prints: PlanDraft, body: Proportions, options: TimingOptions | No
     try:
         times = time_footsteps(
             prints.positions,
-            TimingRule(leg_length=body.leg_length, flight_distance=options.flight_distance),
+            replace(body.timing, flight_distance=options.flight_distance),
             speed=options.speed,
             start_time=options.start_time,
             starts_standing=options.starts_standing,
             ends_standing=options.ends_standing,
+            stand_time=options.stand_time,
         )
     except PlanError as error:
         raise PlanError(prints.name, error.what, error.remedy) from error

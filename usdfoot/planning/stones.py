@@ -9,7 +9,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
-from usdfoot.analysis.timing import time_footsteps
+from usdfoot.analysis.timing import STAND_TIME, time_footsteps
 from usdfoot.errors import PlanError
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
@@ -96,7 +96,7 @@ def plan_stones(
     body: Proportions | None = None,
     speed: float = 0.0,
     start_time: float = 0.0,
-    stand_time: float = 0.5,
+    stand_time: float = STAND_TIME,
     name: str = "stones",
 ) -> FootstepPlan:
     """The plan of the most comfortable way over stones, standing at both ends, timed by its steps ([P] 4.1).

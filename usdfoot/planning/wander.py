@@ -8,7 +8,7 @@ from itertools import islice
 
 import numpy as np
 
-from usdfoot.analysis.timing import TimingRule, time_footsteps
+from usdfoot.analysis.timing import STAND_TIME, time_footsteps
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import LEFT, RIGHT
@@ -61,7 +61,7 @@ def wander(
         generator: Draws the directions.
         goals: Places to go to (x, y, z) [m], each shape (3,); none = wander at random.
         options: How.
-        start_time: When it starts walking [s].
+        start_time: When it stands there [s]; it does so for `stand_time`.
 
     Raises:
         PlanError: If start or a goal is in an obstacle, out of bounds or off the ground, or a goal cannot be reached.
@@ -78,6 +78,7 @@ def wander(
     aims = _Aims(world=world, goals=tuple(places), routes=tuple(routes), at_random=not places)
     for before in [lay_footstep(wanderer, side, world, options=options, time=start_time) for side in (RIGHT, LEFT)]:
         aims = aims.told((yield before))
+    before = replace(before, strike_time=before.strike_time + options.stand_time)
     while True:
         stands = not (aims.goals or aims.at_random)
         aims = aims.routed(wanderer.position, options)
@@ -167,7 +168,14 @@ def plan_wander(
     footsteps = list(islice(way, steps))
     options = options or WanderOptions()
     ends_standing = len(footsteps) < steps
-    return join_footsteps(footsteps, name=name, body=options.body, speed=options.speed, ends_standing=ends_standing)
+    return join_footsteps(
+        footsteps,
+        name=name,
+        body=options.body,
+        speed=options.speed,
+        ends_standing=ends_standing,
+        stand_time=options.stand_time,
+    )
 
 
 def join_footsteps(
@@ -177,6 +185,7 @@ def join_footsteps(
     body: Proportions | None = None,
     speed: float = 0.0,
     ends_standing: bool = False,
+    stand_time: float = STAND_TIME,
 ) -> FootstepPlan:
     """The plan of footsteps as they came.
 
@@ -186,6 +195,7 @@ def join_footsteps(
         body: That walks.
         speed: Mean of all steps [m/s]; 0 = as fast as such steps are.
         ends_standing: Whether it stands at the end, as `wander` does at its last goal.
+        stand_time: How long it stands before the first step [s].
     """
     body = body or Proportions()
     steps = list(footsteps)
@@ -194,11 +204,12 @@ def join_footsteps(
     positions = np.array([step.position for step in steps])
     times = time_footsteps(
         positions,
-        TimingRule(leg_length=body.leg_length),
+        body.timing,
         speed=speed,
         start_time=steps[0].strike_time,
         starts_standing=True,
         ends_standing=ends_standing,
+        stand_time=stand_time,
     )
     return FootstepPlan(
         name=name,

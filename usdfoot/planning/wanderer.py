@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from usdfoot.analysis.timing import TimingRule, time_steps
+from usdfoot.analysis.timing import STAND_TIME, time_steps
 from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import LEFT
@@ -47,6 +47,8 @@ class WanderOptions:
     body: Proportions = field(default_factory=Proportions)
     speed: float = 0.0
     """Mean of all steps [m/s]; 0 = as fast as such steps are."""
+    stand_time: float = STAND_TIME
+    """How long it stands before its first step [s]."""
     radius: float = 0.3
     """Kept free around the middle of the feet [m]."""
     look_ahead: float = 2.0
@@ -134,7 +136,7 @@ def lay_footstep(
     position = np.array([point[0], height, point[1]])
     if before is not None:
         distance = np.linalg.norm(position - before.position)
-        timing = time_steps(np.array([distance]), TimingRule(leg_length=body.leg_length))
+        timing = time_steps(np.array([distance]), body.timing)
         usual = float(timing.step_times[0])
         time = before.strike_time + (max(float(distance) / options.speed, 0.5 * usual) if options.speed else usual)
     return Footstep(

@@ -20,6 +20,7 @@ from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.scenario import Seeker
 from usdfoot.readers.agents import AgentSource
 from usdfoot.readers.casting import Casting, skipped
+from usdfoot.readers.habits import HabitsReader
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.stage import StagePrims, authored, start_code, targets
 
@@ -45,6 +46,7 @@ def read_goal_agents(
     sources: Sequence[AgentSource],
     speed: float,
     radius: float,
+    habits: HabitsReader | None = None,
 ) -> tuple[tuple[GoalAgent, ...], tuple[Problem, ...]]:
     """Agents where their prims stand at the stage's start, and those that cannot be used.
 
@@ -57,12 +59,13 @@ def read_goal_agents(
         sources: The agents.
         speed: Of agents that author none [m/s].
         radius: Of their bodies [m].
+        habits: Finds how they step; None = all as people do.
     """
     casting = Casting.to_look(stage, prims, units)
     agents, problems = [], []
     for source in sources:
         try:
-            body = casting.body_of(source)
+            body = habits.body_of(casting, source) if habits else casting.body_of(source)
             own = _read_speed(source.prim, units)
             seeker = _read_seeker(stage, source.prim, units, speed=own or speed, radius=radius, body=body)
             agents.append(GoalAgent(source=source, seeker=seeker, authored_speed=own))

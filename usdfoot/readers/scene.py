@@ -114,12 +114,14 @@ class SceneReader:
         self._chosen = self._overrides.over(listed.chosen)
         self._cast: dict[str, Agent | Follower | None] = {}
         self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units, limits=limits)
+        self._doubts: dict[str, Problem] = {}
         self._walks = WalkReader(
             stage,
             self.info.units,
             everyone=listed.everyone,
             overrides=self._overrides,
             planned=self._plan_paths(stage, prims, motion, build),
+            most_footsteps=limits.footsteps,
         )
         spans = spans_of(self._walks.read_all(self._chosen) if foreseen else (), self.info)
         codes = find_frames(spans, self.info, frames, most=limits.frames)
@@ -170,6 +172,7 @@ class SceneReader:
             *casting.problems,
             *casting.unfit_clips(),
             *self._terrain_problems,
+            *(self._doubts[agent.name] for agent in cast if agent.flights_open and agent.name in self._doubts),
         )
         _require_agents(self.info, self._listed.everyone, len(cast) + len(followers), problems)
         crowd = Crowd(
@@ -230,6 +233,7 @@ class SceneReader:
         habits = HabitsReader(motion=motion, build=build)
         walkers, errors = read_walkers(stage, prims, self.info.units, sources=self._chosen, habits=habits)
         obstacles = read_obstacles(stage, prims, self.info.units)[0] if walkers else ()
+        self._doubts = {walker.name: doubt for walker in walkers if (doubt := walker.doubt())}
         return {**plan_walkers(walkers, self._terrain, obstacles=obstacles), **errors}
 
 
