@@ -6,7 +6,10 @@ from dataclasses import dataclass
 
 from usdfoot.errors import SceneError, UsdfootError
 
-__all__ = ["DEFAULT_LIMITS", "Limits", "check_limit"]
+__all__ = ["DEFAULT_LIMITS", "FARTHEST", "Limits", "check_limit"]
+
+FARTHEST = 1e9
+"""Nobody walks farther from the origin [m]; squares of what lies much farther are beyond single precision."""
 
 
 @dataclass(frozen=True, kw_only=True)
