@@ -117,6 +117,21 @@ def test_wanderers_take_the_time_that_steps_of_their_clips_take(stages, tmp_path
     assert paces[1] == pytest.approx(paces[0] * 4.0 / 3.0, rel=0.05)
 
 
+def test_what_is_wrong_with_plans_of_wanderers_is_told_once_for_all_who_meet(stages, tmp_path, capsys):
+    """Two set out from one place."""
+    copy = copy_stages(stages, tmp_path / "copy")
+    stage = Usd.Stage.Open(str(copy / "plaza.usda"))
+    one, other = (stage.GetPrimAtPath(f"/World/Agents/Visitor_0{i}") for i in range(2))
+    for name in other.GetAttribute("xformOpOrder").Get():
+        other.GetAttribute(name).Set(one.GetAttribute(name).Get())
+    stage.GetRootLayer().Save()
+    scene = copy / "plaza.usda"
+    arguments = ["plan", "wander", str(scene), "-o", str(tmp_path / "plans.usda"), "--agents", "Visitor_0[01]"]
+    assert main([*arguments, "--steps", "6"]) == 0
+    said = capsys.readouterr().err
+    assert said.count("2 of 2 agents step on each other") == 1 and "usdfoot plan crowd keeps them apart" in said
+
+
 def test_wanderers_get_the_same_bytes_from_the_same_seed(stages, tmp_path):
     layers = [tmp_path / f"{name}.usda" for name in "abc"]
     for layer, seed in zip(layers, (1, 1, 2), strict=True):

@@ -146,7 +146,7 @@ def plan_scene_wander(
             problems.append(_problem(seeker.name, error))
     progress("write", 0, 0)
     made_by = {"planner": "wander", "steps": steps, "seed": seed, "options": asdict(options)}
-    return _save(found, made, problems, output, made_by)
+    return _save(found, made, problems, output, made_by, alone=True)
 
 
 def plan_scene_stones(
@@ -197,7 +197,7 @@ def plan_scene_stones(
             faults.append(_problem(agent.seeker.name, error))
     progress("write", 0, 0)
     made_by = {"planner": "stones", "reach": reach, "leaps": leaps, "spacing": spacing, "options": asdict(options)}
-    return _save(found, made, faults, output, made_by, doubted=True)
+    return _save(found, made, faults, output, made_by, alone=True)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -244,9 +244,9 @@ def _save(
     output: str | os.PathLike[str],
     made_by: dict[str, Any],
     *,
-    doubted: bool = False,
+    alone: bool = False,
 ) -> PlanReport:
-    """Writes the plans; if `doubted`, with a warning of each that cannot be walked."""
+    """Writes the plans, with a warning of each that cannot be walked, `alone` or with all others."""
     everything = (*found.problems, *problems)
     if not made:
         reasons = [problem.message for problem in everything if problem.severity == "error"]
@@ -261,11 +261,10 @@ def _save(
         )
         for agent in walkers
     ]
-    if doubted:
-        bodies = [agent.seeker.body for agent in walkers]
-        everything = (*everything, *find_doubts(planned, found.terrain, bodies=bodies, obstacles=found.obstacles))
+    bodies = [agent.seeker.body for agent in walkers]
+    doubts = find_doubts(planned, found.terrain, bodies=bodies, obstacles=found.obstacles, alone=alone)
     file = save_plans(planned, output, found.info, made_by=made_by)
-    return PlanReport(file=file, plans={part.name: part.plan for part in planned}, problems=everything)
+    return PlanReport(file=file, plans={part.name: part.plan for part in planned}, problems=(*everything, *doubts))
 
 
 def _reach_of(library: ClipLibrary, kind: str, leaps: bool) -> Reach:

@@ -76,10 +76,11 @@ def _free_ways(
     heights = np.full((len(turns), len(distances) + 1), wanderer.height)
     passable = np.ones((len(turns), len(distances)), dtype=bool)
     if world.ground is not None:
-        for column in range(len(distances)):  # along the way, each height from the one before
-            sample = world.ground.heights(points[:, column], heights[:, column], step_up=options.step)
-            passable[:, column] = sample.walkable & (np.abs(sample.heights - heights[:, column]) <= options.step)
-            heights[:, column + 1] = sample.heights
+        ways = np.concatenate([np.broadcast_to(wanderer.place, (len(turns), 1, 2)), points], axis=1).reshape(-1, 2)
+        first = np.arange(len(turns) + 1) * (len(distances) + 1)
+        sample = world.ground.follow(ways, np.full(len(ways), wanderer.height), first=first, step_up=options.step)
+        heights[:, 1:] = sample.heights.reshape(heights.shape)[:, 1:]
+        passable = sample.walkable.reshape(heights.shape)[:, 1:] & (np.abs(np.diff(heights)) <= options.step)
         rises = np.abs(heights[:, SLOPE:] - heights[:, :-SLOPE])
         passable[:, SLOPE - 1 :] &= rises <= SLOPE * spacing * np.tan(STEEPEST) + 0.5 * options.step
     here = float(clearances(world, wanderer.place[None], np.array([wanderer.height]))[0])
