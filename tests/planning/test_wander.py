@@ -10,6 +10,7 @@ from usdfoot.errors import PlanError
 from usdfoot.maths import planar
 from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
+from usdfoot.planning.gait import derive_gait
 from usdfoot.planning.habits import Habits
 from usdfoot.planning.lint import lint_plans, lint_steps
 from usdfoot.planning.path import plan_path
@@ -145,9 +146,14 @@ def test_strikes_as_they_come_are_those_of_the_plan():
 
 
 def test_who_is_given_a_speed_goes_at_it():
-    slow, quick = (walk(4, options=WanderOptions(speed=speed)) for speed in (0.4, 0.8))
-    assert_array_equal(slow.positions, quick.positions)
-    assert_allclose(np.diff(slow.strike_times[2:]), 2.0 * np.diff(quick.strike_times[2:]))
+    """With the steps that people take at that speed, not in slow motion."""
+    for speed in (0.4, 0.8, 1.3):
+        plan = walk(4, World(), options=WanderOptions(speed=speed, wobble=0.0), steps=12)
+        lengths, times = np.linalg.norm(np.diff(plan.positions, axis=0), axis=1)[2:], np.diff(plan.strike_times)[2:]
+        assert lengths.sum() / times.sum() == pytest.approx(speed, rel=0.1)
+        gait = derive_gait(speed=speed)
+        assert np.median(times) == pytest.approx(gait.step_time, rel=0.15)
+        assert lengths.max() == pytest.approx(gait.step_length, abs=0.03)
 
 
 def test_it_sets_out_from_a_stand_as_along_a_path_with_the_steps_of_its_habits():

@@ -27,7 +27,7 @@ def choose_step(
     wanderer: Wanderer, world: World, routes: Sequence[Route], *, generator: np.random.Generator, options: WanderOptions
 ) -> tuple[float, float, int]:
     """Length [m] and turn [rad] of the next step, and the side to which it turns out of a dead end, 0 if in none."""
-    easy = options.body.habits.easy_step * options.body.leg_length
+    easy = options.easy_step
     wanted, farthest, needed = generator.normal(scale=options.wobble), easy, options.look_ahead
     aim = None
     if routes:
