@@ -13,13 +13,15 @@ from usdfoot.errors import PlanError
 from usdfoot.maths import planar
 from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
+from usdfoot.planning.crossing_graph import HEADINGS
+from usdfoot.planning.crossings import Stance, Stones, stance_at
 from usdfoot.planning.faults import LintLimits
 from usdfoot.planning.lint import lint_steps
 from usdfoot.planning.path import plan_path
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.reach import Reach, step_costs
 from usdfoot.planning.stone_tops import stones_on
-from usdfoot.planning.stones import HEADINGS, Stance, Stones, find_crossing, plan_stones, stance_at
+from usdfoot.planning.stones import find_crossing, plan_stones
 
 REACH = Reach(
     outline=np.array([(-0.05, -0.3), (0.5, -0.3), (0.5, 0.9), (-0.05, 0.9)]),
@@ -144,10 +146,29 @@ def test_where_there_is_no_way_the_error_says_how_far_one_leads():
         find_crossing(stones_at(gap), stance_at(np.zeros(3), 0.0, REACH), goal, reach=REACH)
 
 
-def test_more_footholds_than_are_searched_are_refused_with_the_way_out():
-    start, goal = (stance_at(np.array([0.0, 0.0, z]), 0.0, REACH) for z in (0.0, 3.0))
-    with pytest.raises(PlanError, match=r"pairs of footholds within a step, more than .* --on, or widen --spacing"):
-        find_crossing(stones_at(np.zeros((1500, 2))), start, goal, reach=REACH)
+def wide_ground(*, gate: bool) -> Stones:
+    """17,000 footholds in 24 m by 7 m, cut in two by a ditch with a bridge 5 m off the straight way, or without."""
+    places = np.stack(np.meshgrid(np.arange(-12.0, 12.0, 0.1), np.arange(0.0, 7.0, 0.1)), axis=-1).reshape(-1, 2)
+    ditch = (places[:, 1] > 2.0) & (places[:, 1] < 4.0)
+    return stones_at(places[~ditch | (gate & (np.abs(places[:, 0] - 5.0) < 0.3))])
+
+
+def test_of_very_many_footholds_only_those_near_the_way_are_searched():
+    start, goal = stance_at(np.array([-1.0, 0.0, 0.5]), 0.0, REACH), stance_at(np.array([-1.0, 0.0, 6.0]), 0.0, REACH)
+    stones = wide_ground(gate=True)
+    crossing = find_crossing(stones, start, goal, reach=REACH)
+    assert_allclose(crossing.positions[2:-2], stones.positions[crossing.footholds[2:-2]])
+    over = crossing.positions[(crossing.positions[:, 2] > 2.0) & (crossing.positions[:, 2] < 4.0)]
+    assert len(over) >= 2 and np.all(np.abs(over[:, 0] - 5.0) < 0.3), "over the bridge"
+    shortest = 2.0 * np.hypot(6.0, 1.5) + 2.5
+    assert crossing.cost < 1.35 * shortest / 0.6, "steps are comfortable, turns and all"
+
+
+def test_of_very_many_footholds_the_error_says_how_far_a_way_leads():
+    start, goal = stance_at(np.array([-1.0, 0.0, 0.5]), 0.0, REACH), stance_at(np.array([-1.0, 0.0, 6.0]), 0.0, REACH)
+    stones = wide_ground(gate=False)
+    with pytest.raises(PlanError, match=r"of \d+ footholds, the most promising of 12240, ends .* 2\.00 m from"):
+        find_crossing(stones, start, goal, reach=REACH)
 
 
 def test_a_stone_too_high_is_not_stepped_on():
@@ -180,4 +201,4 @@ def test_footholds_of_meshes_are_on_walkable_level_tops_under_nothing():
     assert len(stones.positions) == 9, "a grid of 0.1 m with its middle at the stone's, the foot's width from its edge"
     assert np.all(np.abs(stones.positions - [0.0, 0.3, 0.2]) <= [0.2 - body.half_width, 1e-9, 0.2 - body.half_width])
     with pytest.raises(PlanError, match=r"/Ground_0: is 0\.4 m by 0\.4 m, too large"):
-        stones_on(terrain, body=body, spacing=0.001)
+        stones_on(terrain, body=body, spacing=0.0002)

@@ -8,8 +8,8 @@ from usdfoot.errors import PlanError
 from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.terrain import Terrain
+from usdfoot.planning.crossings import Stones
 from usdfoot.planning.proportions import Proportions
-from usdfoot.planning.stones import Stones
 
 __all__ = ["stones_on"]
 
@@ -17,7 +17,7 @@ STEEPEST = np.radians(35.0)
 """Tops steeper than this are nothing to stand on."""
 LEVEL = 0.03
 """How much the top may fall away under the foot [m]."""
-MOST_PLACES = 20_000
+MOST_PLACES = 1_000_000
 """Places looked at on one mesh at most."""
 
 

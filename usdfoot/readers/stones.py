@@ -12,9 +12,9 @@ from pxr import Usd, UsdGeom
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import SceneError
 from usdfoot.model.terrain import Terrain
+from usdfoot.planning.crossings import Stones
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.stone_tops import stones_on
-from usdfoot.planning.stones import Stones
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.stage import start_code
 
