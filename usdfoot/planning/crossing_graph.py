@@ -55,8 +55,7 @@ class CrossingGraph:
 def build_graph(stones: Stones, start: Stance, goal: Stance, reach: Reach) -> CrossingGraph:
     """The graph of all footholds and the stances; the two of a stance come first, then those of the goal."""
     positions = np.concatenate([start.positions, goal.positions, stones.positions])
-    discomforts = np.zeros(len(positions))
-    discomforts[4:] = 0.0 if stones.discomforts is None else stones.discomforts
+    discomforts = np.concatenate([np.zeros(4), stones.costs])
     yaws = start.yaw + np.arange(HEADINGS) * (2.0 * np.pi / HEADINGS)
     goal_heading = int(np.argmin(np.abs(planar.wrap_angle(yaws - goal.yaw))))
     yaws[goal_heading] = goal.yaw if goal_heading else start.yaw

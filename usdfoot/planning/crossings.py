@@ -29,7 +29,7 @@ class Stones:
     normals: FloatArray
     """Of the ground, shape (N, 3)."""
     discomforts: FloatArray | None = None
-    """What it costs to stand there, in comfortable steps, shape (N,); None = nothing."""
+    """How much worse it is to stand there, in comfortable steps, shape (N,); None = no worse."""
 
     def __post_init__(self) -> None:
         if not len(self.positions):
@@ -38,13 +38,18 @@ class Stones:
         if stray.size:
             raise PlanError(self.name, f"foothold {stray[0]} is not finite", "repair its position")
 
+    @property
+    def costs(self) -> FloatArray:
+        """The discomforts, 0 where there are none, shape (N,)."""
+        return np.zeros(len(self.positions)) if self.discomforts is None else self.discomforts
+
     def only(self, kept: IntArray | BoolArray) -> Stones:
         """The footholds that are kept."""
         return Stones(
             name=self.name,
             positions=self.positions[kept],
             normals=self.normals[kept],
-            discomforts=None if self.discomforts is None else self.discomforts[kept],
+            discomforts=self.costs[kept],
         )
 
 

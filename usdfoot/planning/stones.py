@@ -187,13 +187,26 @@ def _unreachable(
     x, y, z = graph.positions[nearest]
     left = np.logical_not(reached)
     left[:2] = False
-    gap = np.linalg.norm(graph.positions[left] - graph.positions[nearest], axis=1).min()
+    gaps = graph.positions[left] - graph.positions[nearest]
+    gap = gaps[np.argmin(np.linalg.norm(gaps, axis=1))]
+    higher = f", {abs(gap[1]):.2f} m {'higher' if gap[1] > 0.0 else 'lower'}" if abs(gap[1]) > reach.rise else ""
     most = "" if len(chosen) == len(stones.positions) else f", the most promising of {len(stones.positions)},"
     return PlanError(
         stones.name,
         f"the goal cannot be reached; the way over {int(reached[4:].sum())} of {len(chosen)} footholds{most} "
         f"ends at {where} ({x:.2f}, {y:.2f}, {z:.2f}) m, {far[nearest]:.2f} m before the goal, and the next one not "
-        f"reached is {gap:.2f} m from there",
-        f"a step reaches {reach.farthest:.2f} m and rises {reach.rise:.2f} m; add footholds"
-        + ("" if reach.leaps else ", or let it leap"),
+        f"reached is {np.linalg.norm(gap):.2f} m from there{higher}",
+        f"a step reaches {reach.farthest:.2f} m and rises {reach.rise:.2f} m; {_what_helps(gap, nearest < 4, reach)}",
     )
+
+
+def _what_helps(gap: FloatArray, at_start: bool, reach: Reach) -> str:
+    """What would let a way lead on over a gap (3,) [m]."""
+    if abs(gap[1]) > reach.rise:
+        help_up = "add footholds at heights between"
+        return f"{help_up}, or stand the agent on the ground beside them" if at_start else help_up
+    if np.hypot(gap[0], gap[2]) <= reach.farthest:
+        return "add footholds beside these, there is none for the foot whose turn it is"
+    if at_start:
+        return "stand the agent nearer to the footholds"
+    return "add footholds" + ("" if reach.leaps else ", or let it leap")
