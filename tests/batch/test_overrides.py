@@ -9,6 +9,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 
 from tests.batch.conftest import AGENTS, digests, write_crowd_scene
 from usdfoot.bridge.tokens import File
+from usdfoot.errors import SceneError
 from usdfoot.pipeline.animate import animate
 from usdfoot.pipeline.validate import validate
 from usdfoot.readers.scene import SceneReader
@@ -246,6 +247,31 @@ def test_what_is_said_of_a_written_agent_and_no_run_follows_is_named(shot):
         f"{where}/Agent_0: the agent is moved off its footsteps. move /Crowd/Plans/Agent_0 instead"
     )
     assert said[1] == f"{where}/Agent_1: usdfoot:agent:character is not followed here. author it in the scene"
+
+
+def test_what_is_said_of_nobody_in_the_scene_is_named(shot):
+    """A name that is misspelt, or that an agent no longer has."""
+    scene, folder = shot
+    with edited(folder) as stage:
+        stage.OverridePrim("/Crowd/Agents/Agent_11").SetActive(False)
+        stage.OverridePrim("/Crowd/Plans/Agent_12")
+        stage.OverridePrim("/Crowd/Agents/Agent_1")
+        UsdGeom.Xform.Define(stage, "/Crowd/Agents/Props")
+    report = animate(scene, folder, chunk_size=1, agents="Agent_0")
+    said = [problem.message for problem in report.problems if problem.where.startswith("overrides.usda")]
+    assert said == [
+        "overrides.usda /Crowd/Agents/Agent_11: no agent of the scene has this name. correct it, or take it away",
+        "overrides.usda /Crowd/Plans/Agent_12: no agent of the scene has this name. correct it, or take it away",
+    ]
+
+
+def test_that_all_agents_are_muted_is_said(shot):
+    scene, folder = shot
+    with edited(folder) as stage:
+        for number in range(AGENTS):
+            stage.GetPrimAtPath(f"/Crowd/Agents/Agent_{number}").SetActive(False)
+    with pytest.raises(SceneError, match=r"no agent can be used: overrides\.usda makes all of them inactive"):
+        animate(scene, folder, chunk_size=1)
 
 
 def test_agents_hidden_in_the_scene_are_hidden_in_the_crowd_and_share_their_prototype(shot):

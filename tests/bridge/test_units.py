@@ -62,6 +62,7 @@ def test_times_are_codes_over_the_rate():
     ("values", "message"),
     [
         ({"meters_per_unit": 0.0}, "metersPerUnit: is 0.0. author a positive number"),
+        ({"meters_per_unit": 1e300}, r"metersPerUnit: is 1e\+300. author a number between 1e-12 and 1e\+18"),
         ({"time_codes_per_second": float("nan")}, "timeCodesPerSecond: is nan"),
         ({"up_axis": "X"}, "upAxis: is X. author Y or Z"),
     ],

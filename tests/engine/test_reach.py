@@ -13,8 +13,12 @@ from numpy.testing import assert_allclose
 from tests.builders import Gait
 from tests.engine.plans import crowd, slope, way
 from tests.engine.walkers import WALKS, in_world, library_of
-from usdfoot.engine.animate import animate_crowd, prepare_library
+from usdfoot.engine import reaching
+from usdfoot.engine.animate import animate_crowd, blend_steps, prepare_library
+from usdfoot.engine.corrections import correct_steps
 from usdfoot.engine.options import EngineOptions
+from usdfoot.engine.queries import step_queries
+from usdfoot.model.contact_table import lay_contacts
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.physics.animate import animate_all
 
@@ -45,6 +49,38 @@ def test_a_step_out_of_reach_is_reported_and_the_next_ones_are_exact_again(anima
         assert results.placement_error[others].max() < 1e-3
         assert results.slide.max() < 1e-3
         assert results.yaw_error.max() < np.radians(0.5)
+
+
+def test_steps_are_weighed_for_where_their_feet_ended_up(walker_library):
+    """Only the steps beside a foot that moved are weighed anew, which must leave none as it was before."""
+    ways = [way(24, length=length, turn=0.05, stand_first=0.5) for length in (0.5, 1.2, 3.0)]
+    every_third = ways[0].positions + np.where(np.arange(24) % 3 == 2, 1.4, 0.0)[:, None] * [0.0, 0.0, 1.0]
+    scene = crowd(walker_library.source, [*ways, replace(ways[0], positions=every_third)])
+    contacts = lay_contacts([agent.plan for agent in scene.agents])
+    setup, blend, landings = blend_steps(walker_library, scene.agents, contacts, options=EngineOptions())
+    steps = np.flatnonzero(~setup.segments.stands)
+    anew = correct_steps(setup, walker_library.spaces, step_queries(setup, steps), corrections=8)
+    assert landings.limited.sum() > 25
+    assert_allclose(blend.weights[steps, :3], anew.weights, atol=1e-12)
+    assert np.array_equal(blend.examples[steps, :3], anew.examples)
+
+
+def test_footsteps_all_out_of_reach_cost_what_they_are_many(walker_library, monkeypatch):
+    asked = []
+
+    def counted(setup, spaces, queries, **options):
+        asked.append(len(queries.landings))
+        return correct_steps(setup, spaces, queries, **options)
+
+    monkeypatch.setattr(reaching, "correct_steps", counted)
+    totals = []
+    for count in (30, 120):
+        scene = crowd(walker_library.source, [way(count, length=3.0)])
+        contacts = lay_contacts([agent.plan for agent in scene.agents])
+        asked.clear()
+        blend_steps(walker_library, scene.agents, contacts, options=EngineOptions())
+        totals.append(sum(asked))
+    assert totals[1] < 5 * totals[0]
 
 
 def test_feet_that_stand_stay_however_far_the_next_step_goes(animate):

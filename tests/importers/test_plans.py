@@ -110,8 +110,8 @@ def test_what_an_stp_file_does_not_say_is_asked_for(tmp_path):
     assert_allclose(plan.strike_times, [0.0, 1.0])
     with pytest.raises(PlanError, match=r"walk.stp: does not say in which unit its lengths are. give --unit"):
         stp(tmp_path, two_steps(), unit="")
-    with pytest.raises(SceneError, match="has 2 frames, more than 1"):
-        stp(tmp_path, two_steps(), limits=Limits(frames=1))
+    with pytest.raises(SceneError, match="has 2 footsteps, more than 1"):
+        stp(tmp_path, two_steps(), limits=Limits(footsteps=1))
 
 
 @pytest.mark.parametrize(

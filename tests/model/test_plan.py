@@ -67,6 +67,7 @@ def test_both_feet_together_at_the_ends_is_standing() -> None:
         ),
         (lambda: changed("sides", 2, 3), "footstep 2 has protoIndex 3. 0 = left, 1 = right"),
         (lambda: changed("positions", 1, np.nan), "positions of footstep 1 is not a finite number"),
+        (lambda: changed("positions", 2, -3e38), r"footstep 2 is 3e\+38 m from the origin. author positions within"),
         (lambda: changed("strike_times", 3, np.inf), "strikeTimes of footstep 3"),
         (lambda: changed("root_weights", 0, np.nan), "rootWeights of footstep 0"),
         (lambda: changed("root_weights", 2, 1.5), "rootWeights of footstep 2 is 1.5. 0 to 1 is possible"),

@@ -15,9 +15,11 @@ from usdfoot.cli.main import main
 from usdfoot.engine.animate import PreparedLibraries
 from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import OutputError, SceneError
+from usdfoot.pipeline.animate import animate
 from usdfoot.pipeline.lint import lint_scene
 from usdfoot.pipeline.plan import plan_scene_paths
 from usdfoot.pipeline.plan_trajectories import plan_scene_trajectories
+from usdfoot.pipeline.validate import validate
 from usdfoot.planning.flights import fly_like_clips
 from usdfoot.readers.agents import list_agents
 from usdfoot.readers.plans import read_plan
@@ -175,6 +177,39 @@ def _flown(scene):
     options = EngineOptions()
     crowd = fly_like_clips(scene.crowd, options=options, libraries=PreparedLibraries(options))
     return [agent.plan for agent in crowd.agents]
+
+
+def test_steps_too_quick_for_the_clips_take_longer_and_that_is_said(stages, tmp_path):
+    """0.5 m at 1.6 m/s: a step in 0.31 s, which the clips take in 0.54 s or more."""
+    copy = copy_stages(stages, tmp_path, kept=("walk_070", "walk_100", "walk_130", "walk_160", "walk_200", "stand"))
+    scene = tmp_path / "scene.usda"
+    stage = new_stage(scene, Units(rate=30.0))
+    for name, asset in (("Motion", "clips.usdc"), ("Person", "human.usdc")):
+        stage.DefinePrim(f"/World/{name}").GetReferences().AddReference(str(copy / asset))
+    for name, x, length in (("Quick", 0.0, 0.5), ("Free", 3.0, 0.0)):
+        points = np.array([(x, 0.0, z) for z in (0.0, 2.0, 4.0, 6.0)])
+        add_curve(stage, f"/World/{name}Way", Units(), points, speed=1.6, stepLength=length)
+        add_agent(
+            stage,
+            f"/World/{name}",
+            path=f"/World/{name}Way",
+            character="/World/Person",
+            clips="/World/Motion/Clips",
+        )
+    stage.GetRootLayer().Save()
+    report = plan_scene_paths(scene, tmp_path / "plans.usdc")
+    (problem,) = report.problems
+    assert problem.severity == "warning" and problem.where == "Quick"
+    assert "is to go 1.60 m/s by steps of 0.50 m in 0.31 s; its clips cannot be hurried so much" in problem.message
+    steps = report.plans["Quick"].positions[3:-2, 2]
+    assert_allclose(np.diff(steps), 0.5, atol=0.03)
+    assert np.diff(report.plans["Quick"].strike_times)[3:-2].min() > 0.4
+    read = read_scene(scene)
+    assert problem in read.crowd.problems
+    quick = next(agent.plan for agent in read.crowd.agents if agent.name == "Quick")
+    assert_allclose(quick.strike_times, report.plans["Quick"].strike_times, atol=1e-9)
+    animate(scene, tmp_path / "crowd")
+    assert validate(tmp_path / "crowd/crowd.usd").passed
 
 
 def test_agents_points_and_xforms_that_move_get_plans(tmp_path):

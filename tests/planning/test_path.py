@@ -274,8 +274,12 @@ def test_paths_too_short_or_empty_are_refused():
         plan_path(straight(0.05), LEVEL)
     with pytest.raises(PlanError, match=r"/Path.*is 1e\+30 m long, more than 100000 m"):
         plan_path(straight(1e30), LEVEL)
+    with pytest.raises(PlanError, match=r"/Path.*takes 1e\+07 steps of 1e-06 m, more than 100000. .*stepLength"):
+        plan_path(straight(10.0, step_length=1e-6), LEVEL)
     with pytest.raises(PlanError, match="speed is -1"):
         straight(speed=-1.0)
+    with pytest.raises(PlanError, match=r"/Path.*takes more than 100000 steps at 1e-05 m/s\. .*speed"):
+        plan_path(straight(speed=1e-5), LEVEL)
     assert len(plan_path(straight(0.3), LEVEL)) == 4
 
 

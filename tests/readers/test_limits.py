@@ -29,6 +29,19 @@ def test_limits_name_what_there_is_too_much_of():
         SceneReader(stage, frames=(0, 100), limits=Limits(frames=100))
 
 
+def test_a_plan_of_too_many_footsteps_is_left_out_by_name(tmp_path, capsys):
+    stage = simple_scene()
+    plan = next(prim for prim in stage.Traverse() if prim.IsA(UsdGeom.PointInstancer))
+    count = len(plan.GetAttribute("protoIndices").Get())
+    with pytest.raises(SceneError, match=f"{plan.GetPath()}: has {count} footsteps, more than 3.*--max-footsteps"):
+        SceneReader(stage, limits=Limits(footsteps=3)).read()
+    SceneReader(stage, limits=Limits(footsteps=count)).read()
+    stage.Export(str(tmp_path / "scene.usda"))
+    flags = ["-o", str(tmp_path / "out"), "-q", "--workers", "1", "--max-footsteps", "3"]
+    assert main(["animate", str(tmp_path / "scene.usda"), *flags]) == 2
+    assert "footsteps, more than 3" in capsys.readouterr().err
+
+
 def test_too_many_triangles_are_refused_before_they_are_read():
     stage = simple_scene()
     mesh = UsdGeom.Mesh.Define(stage, "/World/ground_more")

@@ -68,6 +68,20 @@ def test_without_the_schema_names_tell(path):
     assert_array_equal(terrain.walkable, [True])
 
 
+@pytest.mark.parametrize("is_marked", [True, False])
+def test_proxies_are_no_terrain_beside_what_they_stand_for(is_marked):
+    stage = new_stage()
+    for purpose in ("proxy", "render"):
+        for name in ("Left", "Right"):
+            add_mesh(stage, f"/World/Terrain/{purpose}/Ground{name}", SQUARE, [(0, 1, 2, 3)], Units())
+        UsdGeom.Imageable(UsdGeom.Xform.Define(stage, f"/World/Terrain/{purpose}")).GetPurposeAttr().Set(purpose)
+    if is_marked:
+        stage.GetPrimAtPath("/World/Terrain").AddAppliedSchema(Schema.TERRAIN)
+    assert read(stage)[0].meshes == ("/World/Terrain/render/GroundLeft", "/World/Terrain/render/GroundRight")
+    stage.GetPrimAtPath("/World/Terrain/render").SetActive(False)
+    assert read(stage)[0].meshes == ("/World/Terrain/proxy/GroundLeft", "/World/Terrain/proxy/GroundRight")
+
+
 def test_no_terrain_is_no_error():
     stage = new_stage()
     add_mesh(stage, "/World/Wall", SQUARE, [(0, 1, 2, 3)], Units())

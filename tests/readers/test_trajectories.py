@@ -179,6 +179,40 @@ def test_instances_face_as_they_are_oriented():
     assert_allclose(np.degrees(trajectory.yaws), [30.0, 75.0], atol=0.1)
 
 
+def add_instances(stage, counts_at):
+    """A PointInstancer without ids: {time code: number of instances}, each walking along its own lane."""
+    instancer = UsdGeom.PointInstancer.Define(stage, "/World/People")
+    for code, count in counts_at.items():
+        places = [Gf.Vec3f(float(lane), 0.0, code / 24.0) for lane in range(count)]
+        instancer.GetPositionsAttr().Set(Vt.Vec3fArray(places), code)
+    instancer.GetProtoIndicesAttr().Set(Vt.IntArray([0] * max(counts_at.values())))
+    return instancer.GetPrim()
+
+
+def test_instances_without_ids_are_told_apart_by_their_index_as_usd_does():
+    stage = new_stage()
+    trajectory = reader(Units()).read(add_instances(stage, {0.0: 3, 24.0: 3}), 2)
+    assert_allclose(trajectory.positions, [(2.0, 0.0, 0.0), (2.0, 0.0, 1.0)])
+    with pytest.raises(PlanError, match="/World/People: has no ids, and 3 positions at one time, 2 at another"):
+        reader(Units()).read(add_instances(stage, {0.0: 3, 24.0: 2}), 1)
+
+
+def test_an_instance_is_followed_while_it_is_shown():
+    """Programs park those who have left the picture somewhere far away, invisible."""
+    stage = new_stage()
+    prim = add_instances(stage, {0.0: 2, 24.0: 2, 48.0: 2, 72.0: 2})
+    instancer = UsdGeom.PointInstancer(prim)
+    instancer.GetPositionsAttr().Set(Vt.Vec3fArray([Gf.Vec3f(0.0), Gf.Vec3f(0.0, -9e5, 0.0)]), 0.0)
+    for code, hidden in ((0.0, [1]), (24.0, []), (72.0, [1])):
+        instancer.GetInvisibleIdsAttr().Set(Vt.Int64Array(hidden), code)
+    trajectory = reader(Units()).read(prim, 1)
+    assert_allclose(trajectory.times, [1.0, 2.0])
+    instancer.GetInvisibleIdsAttr().Clear()
+    instancer.GetInvisibleIdsAttr().Set(Vt.Int64Array([1]))
+    with pytest.raises(PlanError, match="/World/People: hides id 1 at all times"):
+        reader(Units()).read(prim, 1)
+
+
 def faulty(stage: Usd.Stage, what: str) -> Usd.Prim:
     samples = {0.0: {1: (0, 0, 0)}, 1.0: {1: (0, 0, 1)}}
     if what == "no samples":
@@ -197,6 +231,9 @@ def faulty(stage: Usd.Stage, what: str) -> Usd.Prim:
         cloud.GetPointsAttr().Set(Vt.Vec3fArray([Gf.Vec3f(0, 0, 90)]), 24.0)
     elif what == "not a number":
         cloud.GetPointsAttr().Set(Vt.Vec3fArray([Gf.Vec3f(float("nan"), 0, 0)]), 24.0)
+    elif what == "beyond the moon":
+        for code in (0.0, 24.0):
+            cloud.GetPointsAttr().Set(Vt.Vec3fArray([Gf.Vec3f(1e12, 0, 0)]), code)
     return cloud.GetPrim()
 
 
@@ -212,6 +249,7 @@ def faulty(stage: Usd.Stage, what: str) -> Usd.Prim:
         ("too many points", 1, "has 2 points but 1 ids at time code 24"),
         ("jump", 1, "jumps by 90 m from 0 to 1 s. cut it there, or correct the unit or the rate"),
         ("not a number", 1, "position of sample 1 is not a finite number"),
+        ("beyond the moon", 1, "sample 0 is 1e+12 m from the origin. author positions within 1e+09 m"),
     ],
 )
 def test_what_is_wrong_is_named(what, number, message):

@@ -13,6 +13,8 @@ from usdfoot.maths.types import FloatArray
 __all__ = ["CANONICAL", "StageUnits"]
 
 _HALF_TURN_ROOT = float(np.sqrt(0.5))
+_SMALLEST, _LARGEST = 1e-12, 1e18
+"""Lengths that a unit may have [m]: beyond picometres and a hundred light years, numbers run over when multiplied."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,6 +43,9 @@ class StageUnits:
         ):
             if not (np.isfinite(value) and value > 0.0):
                 raise SceneError(label, f"is {value}", "author a positive number")
+        if not _SMALLEST <= self.meters_per_unit <= _LARGEST:
+            remedy = f"author a number between {_SMALLEST:g} and {_LARGEST:g}"
+            raise SceneError("metersPerUnit", f"is {self.meters_per_unit:g}", remedy)
 
     @property
     def axes_to_canonical(self) -> FloatArray:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 __all__ = ["add_batch_flags", "add_limits", "limits_of"]
 
-LIMITED = ("agents", "joints", "frames", "triangles", "prims")
+LIMITED = ("agents", "footsteps", "joints", "frames", "triangles", "prims")
 """What there may be too much of, as the options' names have it."""
 
 

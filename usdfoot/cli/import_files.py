@@ -79,7 +79,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--height", metavar="LENGTH", type=number, default=0.0, help="of white in a picture, of 1 in other height maps"
     )
-    add_limits(parser, "agents", "joints", "frames", "triangles")
+    add_limits(parser, "agents", "footsteps", "joints", "frames", "triangles")
 
 
 def run(arguments: argparse.Namespace) -> int:

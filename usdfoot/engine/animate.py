@@ -114,8 +114,6 @@ def prepare_library(
         raise ClipError(library.skeleton.name, "has no clip with a usable step", names=reasons)
     rig = build_rig(library.skeleton, library.biped, examples)
     whole = with_stand(examples, find_standing_pose(library, examples))
-    styles = list(examples.styles)
-    style = "default" if "default" in styles else max(sorted(set(styles)), key=styles.count)
     return PreparedLibrary(
         source=library,
         examples=whole,
@@ -128,7 +126,7 @@ def prepare_library(
         ),
         rig=rig,
         device=device_library(whole, rig, pelvis=library.biped.pelvis),
-        style=style,
+        style=examples.default_style,
         shapes=sample_shapes(library, whole),
         problems=tuple(problems),
     )

@@ -73,30 +73,24 @@ def _grounded(setup: Setup, steps: IntArray) -> BoolArray:
     return np.asarray(setup.contacts.liftoffs[supports] >= setup.contacts.strikes[supports + 1])
 
 
-def give_way(setup: Setup, moved: FloatArray, excess: FloatArray) -> FloatArray:
-    """How much farther feet come back that were moved, so that the next footstep can be kept, (x, z) [m], (M, 2).
+def give_way(setup: Setup, asking: IntArray, asked: IntArray, *, moved: FloatArray, excess: FloatArray) -> FloatArray:
+    """How much farther feet come back that were moved, so that the next footstep can be kept, (x, z) [m], (N, 2).
 
     A foot comes back the way it was moved, where it is sure to be in reach, if that is towards the next footstep.
 
     Args:
-        setup: Contacts as they are and M segments.
-        moved: How far back the foot that each leads to was moved, (x, z) [m], shape (M, 2).
-        excess: How far the landing of each falls short of its footstep, 0 of those that do not ask, shape (M, 2) [m].
+        setup: Contacts as they are, and segments.
+        asking: Segments whose footsteps are out of reach, shape (N,).
+        asked: Segments that lead to the feet these step from, -1 = nothing does, shape (N,).
+        moved: How far back those feet were moved, (x, z) [m], shape (N, 2).
+        excess: How far the landings of `asking` fall short of their footsteps, shape (N, 2) [m].
     """
-    segments, contacts = setup.segments, setup.contacts
-    leading = np.full(len(contacts.sides), -1)
-    steps = np.flatnonzero(~segments.stands)
-    leading[segments.supports[steps] + 1] = steps
-    planned = contacts.steps[segments.supports[steps] + 1] >= 0
-    asking = steps[planned & excess[steps].any(axis=1)]
-    asked = leading[segments.supports[asking]]
-    asking, asked = asking[asked >= 0], asked[asked >= 0]
-    back = moved[asked] / np.maximum(np.linalg.norm(moved[asked], axis=1, keepdims=True), 1e-12)
-    missing = np.linalg.norm(excess[asking], axis=1, keepdims=True)
-    gain = -np.sum(back * excess[asking], axis=1, keepdims=True) / missing
-    farther = np.zeros_like(moved)
-    farther[asked] = np.where(gain > LEAST_GAIN, back * missing / np.maximum(gain, LEAST_GAIN), 0.0)
-    return farther
+    planned = setup.contacts.steps[setup.segments.supports[asking] + 1] >= 0
+    back = moved / np.maximum(np.linalg.norm(moved, axis=1, keepdims=True), 1e-12)
+    missing = np.linalg.norm(excess, axis=1, keepdims=True)
+    gain = -np.sum(back * excess, axis=1, keepdims=True) / missing
+    gives = (planned & (asked >= 0))[:, None] & (gain > LEAST_GAIN)
+    return np.where(gives, back * missing / np.maximum(gain, LEAST_GAIN), 0.0)
 
 
 def unreached_steps(agents: Sequence[Agent], motions: Sequence[Motion]) -> list[Problem]:

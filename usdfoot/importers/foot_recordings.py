@@ -68,7 +68,7 @@ def import_foot_recording(
     )
     plans, problems = {}, []
     for index, row in enumerate(_records(path, data, TABLE, int(header["table"]), int(header["agents"]))):
-        check_limit(path, "frames", int(row["count"]), limit=limits.frames)
+        check_limit(path, "footsteps", int(row["count"]), limit=limits.footsteps)
         steps = _records(path, data, kind, int(row["offset"]), int(row["count"]))
         try:
             plans[f"agent_{index}"] = _plan(f"{path} (agent {index})", steps)

@@ -89,7 +89,7 @@ def import_stp(
         raise version.error(f"is version {version.words[0]}", "version 54 is known")
     reader.keyword("STEPS")
     count = reader.whole("number of footsteps", 1e9)
-    check_limit(path, "frames", count, limit=limits.frames)
+    check_limit(path, "footsteps", count, limit=limits.footsteps)
     if len(reader.lines) < 4 * count:
         raise PlanError(path, f"is cut off: {count} footsteps need {4 * count} rows of matrices", "export it again")
     rows = [reader.lines.popleft() for _ in range(4 * count)]

@@ -71,6 +71,11 @@ class Examples:
     swing_balls: FloatArray
     """Swing ball joint, likewise, shape (E, S, 3)."""
 
+    @property
+    def default_style(self) -> str:
+        """Style of steps that name none: "default" where a clip has it, else that of most examples."""
+        return "default" if "default" in self.styles else max(sorted(set(self.styles)), key=self.styles.count)
+
     def __len__(self) -> int:
         return len(self.durations)
 

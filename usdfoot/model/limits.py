@@ -6,7 +6,10 @@ from dataclasses import dataclass
 
 from usdfoot.errors import SceneError, UsdfootError
 
-__all__ = ["DEFAULT_LIMITS", "Limits", "check_limit"]
+__all__ = ["DEFAULT_LIMITS", "FARTHEST", "Limits", "check_limit"]
+
+FARTHEST = 1e9
+"""Nobody walks farther from the origin [m]; squares of what lies much farther are beyond single precision."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,11 +28,13 @@ class Limits:
     """Frames of the crowd, and samples of a clip."""
     triangles: int = 50_000_000
     """Triangles of the terrain."""
+    footsteps: int = 100_000
+    """Footsteps of a plan."""
     prims: int = 5_000_000
     """Prims of a scene, those of instances counted as often as they are."""
 
     def __post_init__(self) -> None:
-        for name in ("agents", "joints", "frames", "triangles", "prims"):
+        for name in ("agents", "footsteps", "joints", "frames", "triangles", "prims"):
             if getattr(self, name) < 1:
                 raise UsdfootError(name, f"limit is {getattr(self, name)}", "give 1 or more")
 
@@ -42,7 +47,7 @@ def check_limit(where: object, what: str, count: float, *, limit: int) -> None:
 
     Args:
         where: Prim or file.
-        what: agents | joints | frames | triangles | prims.
+        what: agents | footsteps | joints | frames | triangles | prims.
         count: How many there are.
         limit: How many there may be.
     """

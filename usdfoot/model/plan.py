@@ -10,6 +10,7 @@ from usdfoot.errors import PlanError
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.biped import SIDES
+from usdfoot.model.limits import FARTHEST
 
 __all__ = ["FootstepPlan", "PlanDraft"]
 
@@ -73,6 +74,10 @@ class FootstepPlan:
         }
         if not np.isfinite(np.concatenate([values.ravel() for values in arrays.values()])).all():
             self._name_infinite(arrays)
+        far = np.flatnonzero((np.abs(self.positions) > FARTHEST).any(axis=1))
+        if far.size:
+            what = f"footstep {far[0]} is {np.abs(self.positions[far[0]]).max():.3g} m from the origin"
+            raise PlanError(self.name, what, f"author positions within {FARTHEST:g} m, or correct metersPerUnit")
         beyond = ((self.root_weights < 0.0) | (self.root_weights > 1.0)).nonzero()[0]
         if beyond.size:
             weight = self.root_weights[beyond[0]]

@@ -9,6 +9,7 @@ import numpy as np
 
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.limits import FARTHEST
 from usdfoot.model.plan import FootstepPlan
 
 __all__ = ["FASTEST", "RootTrajectory", "find_breaks", "root_distances", "sample_trajectories", "sample_trajectory"]
@@ -54,6 +55,10 @@ class RootTrajectory:
             bad = np.flatnonzero(~np.isfinite(values.reshape(len(values), -1)).all(axis=1))
             if bad.size:
                 raise PlanError(self.name, f"{label} of sample {bad[0]} is not a finite number", "author numbers")
+        far = np.flatnonzero((np.abs(self.positions) > FARTHEST).any(axis=1))
+        if far.size:
+            what = f"sample {far[0]} is {np.abs(self.positions[far[0]]).max():.3g} m from the origin"
+            raise PlanError(self.name, what, f"author positions within {FARTHEST:g} m, or correct metersPerUnit")
         if np.any(np.diff(self.times) <= 0.0):
             raise PlanError(self.name, "times do not increase", "order the samples by time")
         steps = np.linalg.norm(np.diff(self.positions, axis=0), axis=1)

@@ -201,9 +201,8 @@ def _lint_clips(plans: Mapping[str, FootstepPlan], walkers: _Walkers) -> tuple[l
 def _prepare(library: ClipLibrary) -> tuple[FootstepSpaces, str]:
     """Footstep spaces of a library, and the style of plans that name none."""
     examples, _ = build_examples(library)
-    styles = list(examples.styles)
     spaces = build_spaces(examples, leg_length=library.biped.maximal_leg_length)
-    return spaces, "default" if "default" in styles else max(sorted(set(styles)), key=styles.count)
+    return spaces, examples.default_style
 
 
 def _save(

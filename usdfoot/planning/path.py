@@ -12,6 +12,7 @@ from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.biped import LEFT
 from usdfoot.model.ground import Ground
+from usdfoot.model.limits import DEFAULT_LIMITS
 from usdfoot.model.path import WalkingPath
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.planning.bypass import go_round
@@ -137,11 +138,18 @@ def plan_each(
 
 
 def _wrong_length(path: WalkingPath, body: Proportions) -> PlanError | None:
-    """What is wrong with a path too short to step along, or longer than anybody walks."""
+    """What is wrong with a path too short to step along, or longer than anybody walks, or that in steps too short."""
     length = path.length
     if not length <= LONGEST:
         what = f"is {length:.3g} m long, more than {LONGEST:g} m"
         return PlanError(path.name, what, "correct the curve, or the stage's metersPerUnit")
+    most = DEFAULT_LIMITS.footsteps
+    if path.step_length and length > most * path.step_length:
+        what = f"takes {length / path.step_length:.3g} steps of {path.step_length:.3g} m, more than {most}"
+        return PlanError(path.name, what, "author a longer usdfoot:path:stepLength, or none")
+    if path.speed and not path.step_length and length > most * path.speed:  # a short step takes less than a second
+        what = f"takes more than {most} steps at {path.speed:.3g} m/s"
+        return PlanError(path.name, what, "author a higher usdfoot:path:speed, or none")
     if length < body.toe:
         return PlanError(path.name, f"is {length:.3g} m long, less than a step", "draw a longer curve")
     return None

@@ -5,14 +5,22 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from usdfoot.analysis.examples import build_examples
 from usdfoot.bridge.tokens import Motion
 from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import UsdfootError
+from usdfoot.model.clip import ClipLibrary
+from usdfoot.model.examples import Examples
+from usdfoot.model.path import WalkingPath
+from usdfoot.planning.gait import derive_gait
 from usdfoot.planning.habits import PEOPLE, Habits, find_habits
+from usdfoot.planning.hurry import unhurried_time
 from usdfoot.planning.proportions import Proportions
 from usdfoot.readers.agents import AgentSource, read_agent_options
 from usdfoot.readers.casting import Casting
+from usdfoot.spaces.library import FootstepSpaces, build_spaces
 
 if TYPE_CHECKING:
     from usdfoot.engine.animate import ExamplesBuilder
@@ -31,21 +39,63 @@ class HabitsReader:
     def __init__(self, *, motion: str | None = None, build: ExamplesBuilder | None = None) -> None:
         self._motion = motion
         self._build: ExamplesBuilder = build or build_examples
-        self._known: dict[int, Habits] = {}
+        self._examples: dict[int, Examples] = {}
+        self._habits: dict[int, Habits] = {}
+        self._spaces: dict[int, FootstepSpaces] = {}
 
     def read(self, casting: Casting, source: AgentSource) -> Habits:
         """Habits of an agent; people's where no clips move it, or none that can be used: animating it tells why."""
         try:
-            if (self._motion or read_agent_options(source, casting.units).motion) == Motion.PHYSICS:
+            library = self._library_of(casting, source)
+            if library is None:
                 return PEOPLE
-            library = casting.library_of(source)
-            if id(library) not in self._known:
-                examples, _ = self._build(library, samples=EngineOptions().samples)
-                self._known[id(library)] = find_habits(examples, leg_length=library.biped.maximal_leg_length)
-            return self._known[id(library)]
+            if id(library) not in self._habits:
+                examples = self._examples_of(library)
+                self._habits[id(library)] = find_habits(examples, leg_length=library.biped.maximal_leg_length)
+            return self._habits[id(library)]
         except UsdfootError:
             return PEOPLE
 
     def body_of(self, casting: Casting, source: AgentSource) -> Proportions:
         """Proportions of an agent's character with its habits; a person's if it has none that can be used."""
         return replace(casting.body_of(source), habits=self.read(casting, source))
+
+    def unhurried(self, path: WalkingPath, casting: Casting, source: AgentSource, *, body: Proportions) -> WalkingPath:
+        """The path of an agent, slower where its steps would be so quick that its clips had to be hurried too much.
+
+        Only who is given both speed and step length can be asked for that: to one of them the other is derived.
+        """
+        if not (path.speed and path.step_length):
+            return path
+        try:
+            library = self._library_of(casting, source)
+            if library is None:
+                return path
+            examples, spaces = self._examples_of(library), self._spaces_of(library)
+            gait = derive_gait(body, speed=path.speed, step_length=path.step_length, step_width=path.step_width)
+            style = path.style or examples.default_style
+            quickest = unhurried_time(gait, spaces, np.asarray(examples.durations, dtype=float), style=style)
+        except UsdfootError:  # animating it tells why
+            return path
+        return path if quickest <= gait.step_time else replace(path, speed=path.step_length / quickest)
+
+    def _library_of(self, casting: Casting, source: AgentSource) -> ClipLibrary | None:
+        """Clips that move an agent, None where physics does."""
+        motion = self._motion or read_agent_options(source, casting.units).motion
+        return None if motion == Motion.PHYSICS else casting.library_of(source)
+
+    def _examples_of(self, library: ClipLibrary) -> Examples:
+        if id(library) not in self._examples:
+            self._examples[id(library)] = self._build(library, samples=EngineOptions().samples)[0]
+        return self._examples[id(library)]
+
+    def _spaces_of(self, library: ClipLibrary) -> FootstepSpaces:
+        if id(library) not in self._spaces:
+            examples = self._examples_of(library)
+            self._spaces[id(library)] = build_spaces(
+                examples,
+                pelvis=library.biped.pelvis,
+                leg_length=library.biped.maximal_leg_length,
+                synthetic=np.array([clip.synthetic for clip in library.clips])[examples.clip_indices],
+            )
+        return self._spaces[id(library)]

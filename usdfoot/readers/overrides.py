@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -58,10 +58,18 @@ class Overrides:
         spec = self.layer.GetPrimAtPath(f"{Prim.AGENTS}/{name}") if self.layer else None
         return bool(spec and spec.HasInfo("active") and not spec.active)
 
-    def unread(self) -> tuple[Problem, ...]:
-        """Warnings of what artists say of agents that no run follows."""
-        agents = self.stage.GetPrimAtPath(Prim.AGENTS) if self.stage else None
-        return tuple(problem for prim in agents.GetAllChildren() for problem in _unread(prim)) if agents else ()
+    def unread(self, names: Collection[str]) -> tuple[Problem, ...]:
+        """Warnings of what artists say that no run follows.
+
+        Args:
+            names: Of all agents of the scene.
+        """
+        scopes = [self.stage.GetPrimAtPath(path) if self.stage else None for path in (Prim.AGENTS, Prim.PLANS)]
+        agents, plans = (scope.GetAllChildren() if scope else () for scope in scopes)
+        overs = [prim for prim in (*agents, *plans) if prim.GetSpecifier() == Sdf.SpecifierOver]
+        return tuple(problem for prim in agents for problem in _unread(prim)) + tuple(
+            _nobodys(prim) for prim in overs if prim.GetName() not in names
+        )
 
     def over(self, sources: Sequence[AgentSource]) -> tuple[AgentSource, ...]:
         """Agents with what the artists say of each, without those that they muted."""
@@ -147,6 +155,13 @@ def _unread(prim: Usd.Prim) -> list[Problem]:
         plan = f"{Prim.PLANS}/{prim.GetName()}"
         reasons.append(f"the agent is moved off its footsteps. move {plan} instead, and take the transform away")
     return [Problem(severity="warning", where=where, message=f"{where}: {reason}") for reason in reasons]
+
+
+def _nobodys(prim: Usd.Prim) -> Problem:
+    """The warning for what is said of an agent that the scene has not."""
+    where = f"{File.OVERRIDES} {prim.GetPath()}"
+    message = f"{where}: no agent of the scene has this name. correct it, or take it away"
+    return Problem(severity="warning", where=where, message=message)
 
 
 def _target(stage: Usd.Stage, name: str) -> str | None:

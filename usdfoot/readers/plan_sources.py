@@ -12,6 +12,7 @@ from usdfoot.analysis.joint_words import side_of
 from usdfoot.bridge.tokens import Plan as Token
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray
+from usdfoot.model.limits import DEFAULT_LIMITS, check_limit
 from usdfoot.model.report import Problem
 from usdfoot.readers.skeleton import StartTransforms
 from usdfoot.readers.stage import authored_values, targets
@@ -50,7 +51,11 @@ class PlanSource:
 
 
 def ask_plan(
-    prim: Usd.Prim, transforms: StartTransforms | None = None, names: Collection[str] = (*PRINTS, *TIMES)
+    prim: Usd.Prim,
+    transforms: StartTransforms | None = None,
+    names: Collection[str] = (*PRINTS, *TIMES),
+    *,
+    most: int = DEFAULT_LIMITS.footsteps,
 ) -> PlanSource:
     """What is said of a plan, by attributes of these names.
 
@@ -58,15 +63,18 @@ def ask_plan(
         prim: PointInstancer.
         transforms: Of the stage, for whoever asks about many plans.
         names: Of attributes.
+        most: How many footsteps it may have.
 
     Raises:
         PlanError: If the prim is no PointInstancer.
+        SceneError: If it has too many footsteps.
     """
     if not prim.IsA(UsdGeom.PointInstancer):
         kind = prim.GetTypeName() or "an untyped prim"
         raise PlanError(prim.GetPath(), f"is {kind}", "a footstep plan is a PointInstancer with UsdfootPlanAPI")
     said, transforms = authored_values(prim, names), transforms or StartTransforms(prim.GetStage())
     path = str(prim.GetPath())
+    check_limit(path, "footsteps", max(len(said.get(name) or ()) for name in (*PRINTS[:2], *TIMES)), limit=most)
     return PlanSource(
         path=path,
         said=said,

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, TypeVar
 from pxr import Usd
 
 from usdfoot.bridge.scene import Scene, StageInfo
+from usdfoot.bridge.tokens import File
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.model.agent import Agent, Crowd, Follower
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits
@@ -114,12 +115,14 @@ class SceneReader:
         self._chosen = self._overrides.over(listed.chosen)
         self._cast: dict[str, Agent | Follower | None] = {}
         self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units, limits=limits)
+        self._doubts: dict[str, Problem] = {}
         self._walks = WalkReader(
             stage,
             self.info.units,
             everyone=listed.everyone,
             overrides=self._overrides,
             planned=self._plan_paths(stage, prims, motion, build),
+            most_footsteps=limits.footsteps,
         )
         spans = spans_of(self._walks.read_all(self._chosen) if foreseen else (), self.info)
         codes = find_frames(spans, self.info, frames, most=limits.frames)
@@ -164,13 +167,17 @@ class SceneReader:
         followers = [performer for performer in everyone if isinstance(performer, Follower)]
         problems = (
             *self._listed.problems,
-            *self._overrides.unread(),
+            *self._overrides.unread({source.name for source in self._listed.everyone}),
             *self._walks.problems,
             *self._frame_problems,
             *casting.problems,
             *casting.unfit_clips(),
             *self._terrain_problems,
+            *(self._doubts[agent.name] for agent in cast if agent.flights_open and agent.name in self._doubts),
         )
+        if self._listed.chosen and not self._chosen:
+            muted = f"{File.OVERRIDES} makes all of them inactive"
+            raise SceneError(self.info.identifier, "no agent can be used", names=[muted])
         _require_agents(self.info, self._listed.everyone, len(cast) + len(followers), problems)
         crowd = Crowd(
             agents=tuple(cast),
@@ -230,6 +237,7 @@ class SceneReader:
         habits = HabitsReader(motion=motion, build=build)
         walkers, errors = read_walkers(stage, prims, self.info.units, sources=self._chosen, habits=habits)
         obstacles = read_obstacles(stage, prims, self.info.units)[0] if walkers else ()
+        self._doubts = {walker.name: doubt for walker in walkers if (doubt := walker.doubt())}
         return {**plan_walkers(walkers, self._terrain, obstacles=obstacles), **errors}
 
 

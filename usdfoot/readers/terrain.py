@@ -58,7 +58,8 @@ def read_terrain(
 
     Terrain are the meshes, cubes and planes with UsdfootTerrainAPI on them or on a prim above, and the meshes of
     PointInstancers with it, each instance one mesh; without any, the meshes whose own or parent's name contains ground
-    or terrain. Skinned meshes are characters. Subdivision is ignored: the control cage counts.
+    or terrain. Skinned meshes are characters. Subdivision is ignored: the control cage counts. Meshes of purpose proxy
+    stand for those of purpose render: where there are both, they are left out.
 
     Raises:
         SceneError: If it has more triangles than the limits allow.
@@ -66,7 +67,7 @@ def read_terrain(
     marked = prims.with_apis.get(Schema.TERRAIN, ())
     meshes = [mesh for mesh in prims.meshes if not _is_skinned(mesh)]
     solids = [shape for shape in prims.shapes if marked and shape.GetTypeName() in _SOLIDS and _is_marked(shape)]
-    chosen = [*(mesh for mesh in meshes if _is_marked(mesh)), *solids] if marked else _named(meshes)
+    chosen = _without_proxies([*(mesh for mesh in meshes if _is_marked(mesh)), *solids] if marked else _named(meshes))
     outermost = [prim for prim in prims.instancers if marked and not is_plan(prim) and not is_scattered(prim)]
     scattered = [prim for prim in outermost if _is_marked(prim)]
     if not marked and chosen:
@@ -199,6 +200,14 @@ def _named(prims: Sequence[Usd.Prim]) -> list[Usd.Prim]:
         return any(name in prim.GetName().lower() for name in _NAMES)
 
     return [prim for prim in prims if is_named(prim) or is_named(prim.GetParent())]
+
+
+def _without_proxies(prims: Sequence[Usd.Prim]) -> list[Usd.Prim]:
+    """Those that are no proxies, or all where none is rendered instead of a proxy."""
+    purposes = [UsdGeom.Imageable(prim).ComputePurpose() for prim in prims]
+    if not {UsdGeom.Tokens.proxy, UsdGeom.Tokens.render} <= set(purposes):
+        return list(prims)
+    return [prim for prim, purpose in zip(prims, purposes, strict=True) if purpose != UsdGeom.Tokens.proxy]
 
 
 def _shapes_named(shapes: Sequence[Usd.Prim]) -> list[Problem]:

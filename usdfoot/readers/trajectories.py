@@ -63,7 +63,7 @@ class TrajectoryReader:
 
         Args:
             prim: Xformable with time samples, on itself or above; Points or PointInstancer with ids.
-            number: The agent's id among points, None if it has none.
+            number: The agent's id among points, None if it has none. Instances without ids have their index.
 
         Raises:
             PlanError: If the prim is neither, has no samples or ids, or lacks the id.
@@ -152,7 +152,10 @@ class TrajectoryReader:
         if first == stop:
             known = np.unique(cloud.ids)
             raise PlanError(prim.GetPath(), f"has no id {number} at any time", "its ids are those listed", known)
-        return _trajectory_of(cloud, np.arange(first, stop), str(prim.GetPath()))
+        rows = np.arange(first, stop)[cloud.shown[first:stop]]
+        if len(rows) == 0:
+            raise PlanError(prim.GetPath(), f"hides id {number} at all times", "show it while it walks")
+        return _trajectory_of(cloud, rows, str(prim.GetPath()))
 
     def _cloud(self, prim: Usd.Prim) -> _Cloud:
         key = str(prim.GetPath())
@@ -205,15 +208,18 @@ def _read_cloud(prim: Usd.Prim, units: StageUnits) -> _Cloud:
     is_instancer = prim.IsA(UsdGeom.PointInstancer)
     name = UsdGeom.Tokens.positions if is_instancer else UsdGeom.Tokens.points
     points, ids = prim.GetAttribute(name), prim.GetAttribute(UsdGeom.Tokens.ids)
-    if not (ids and ids.HasAuthoredValue()):
+    has_ids = bool(ids and ids.HasAuthoredValue())
+    if not has_ids and not is_instancer:
         raise PlanError(prim.GetPath(), "has no ids", "author ids, one a point, so that points can be told apart")
     codes = np.array(sorted({*points.GetTimeSamples(), *transform_codes(prim)}), dtype=float)
     if len(codes) < 2:
         raise PlanError(prim.GetPath(), f"has {len(codes)} time sample(s) of {name}", "a trajectory is animated")
+    indices = None if has_ids else _indices(prim, points)
     orientations = _orientation_attribute(prim) if is_instancer else None
     parts: list[tuple[np.ndarray, ...]] = []
     for code, matrix in zip(codes, matrices_of(prim, codes), strict=True):
-        numbers = np.array(ids.Get(float(code) + _JUST_AFTER) or (), dtype=np.int64)
+        known = ids.Get(float(code) + _JUST_AFTER) if indices is None else indices
+        numbers = np.array(known or (), dtype=np.int64)
         places = _values_at(points, float(code), len(numbers)).reshape(-1, 3)
         if len(places) != len(numbers):
             what = f"has {len(places)} {name} but {len(numbers)} ids at time code {code:g}"
@@ -232,6 +238,20 @@ def _read_cloud(prim: Usd.Prim, units: StageUnits) -> _Cloud:
         yaws=headings[order] if orientations is not None else None,
         shown=shown[order],
     )
+
+
+def _indices(prim: Usd.Prim, positions: Usd.Attribute) -> range:
+    """Which instances a PointInstancer without ids has: USD takes their indices for ids.
+
+    Raises:
+        PlanError: If there are more at some times than at others: indices then tell nobody apart.
+    """
+    codes = positions.GetTimeSamples() or (Usd.TimeCode.Default(),)
+    counts = sorted({len(positions.Get(code) or ()) for code in codes})
+    if len(counts) > 1:
+        what = f"has no ids, and {counts[-1]} positions at one time, {counts[0]} at another"
+        raise PlanError(prim.GetPath(), what, "author ids, one a point, so that points can be told apart")
+    return range(counts[0])
 
 
 def _shown(prim: Usd.Prim, code: float, count: int) -> BoolArray:

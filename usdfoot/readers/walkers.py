@@ -16,6 +16,7 @@ from usdfoot.errors import PlanError, UsdfootError
 from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
 from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
 from usdfoot.planning.path import PathOptions, plan_each
 from usdfoot.planning.proportions import Proportions, proportions_of
@@ -43,6 +44,21 @@ class Walker:
     """Path of the agent prim; empty = none."""
     path: WalkingPath
     proportions: Proportions
+    asked_speed: float = 0.0
+    """What the path asks for where that would hurry the clips too much [m/s]; 0 = the path's own speed is as asked."""
+
+    def doubt(self) -> Problem | None:
+        """A warning where the walker is slower than asked for."""
+        if not self.asked_speed:
+            return None
+        path = self.path
+        asked, taken = path.step_length / self.asked_speed, path.step_length / path.speed
+        message = (
+            f"{self.name}: is to go {self.asked_speed:.2f} m/s by steps of {path.step_length:.2f} m in {asked:.2f} s; "
+            f"its clips cannot be hurried so much, they take {taken:.2f} s, for {path.speed:.2f} m/s. lower "
+            "usdfoot:path:speed, lengthen usdfoot:path:stepLength, leave one of them out or add clips of quicker steps"
+        )
+        return Problem(severity="warning", where=self.name, message=message)
 
 
 def read_walkers(
@@ -56,7 +72,8 @@ def read_walkers(
 ) -> tuple[tuple[Walker, ...], dict[str, UsdfootError]]:
     """Everyone who walks a path, and by name why some cannot.
 
-    Agents that follow the same prim take its curves in turn. Those who are moved by clips step as these do.
+    Agents that follow the same prim take its curves in turn. Those who are moved by clips step as these do, and no
+    quicker than these can be hurried.
 
     Args:
         stage: Open stage.
@@ -86,8 +103,16 @@ def read_walkers(
             character = casting.character_of(source)
             steps_like = finder.read(casting, source)
             body = replace(proportions_of(character.skeleton, character.biped), habits=steps_like)
-            agent = str(source.prim.GetPath())
-            walkers.append(Walker(name=source.name, agent=agent, path=path, proportions=body))
+            slowed = finder.unhurried(path, casting, source, body=body)
+            walkers.append(
+                Walker(
+                    name=source.name,
+                    agent=str(source.prim.GetPath()),
+                    path=slowed,
+                    proportions=body,
+                    asked_speed=0.0 if slowed is path else path.speed,
+                )
+            )
         except UsdfootError as error:
             errors[source.name] = error
     if free_paths:

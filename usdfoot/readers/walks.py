@@ -35,6 +35,7 @@ class WalkReader:
         everyone: All of its agents.
         overrides: Of the artists.
         planned: Plans of agents that follow a path, or why there are none, by agent name.
+        most_footsteps: How many a plan may have.
     """
 
     def __init__(
@@ -45,11 +46,13 @@ class WalkReader:
         everyone: Sequence[AgentSource],
         overrides: Overrides,
         planned: Mapping[str, FootstepPlan | UsdfootError],
+        most_footsteps: int,
     ) -> None:
         self._units = units
         self._everyone = everyone
         self._overrides = overrides
         self._planned = planned
+        self._most = most_footsteps
         self._transforms = StartTransforms(stage)
         self._trajectories = TrajectoryReader(units=units)
         self._asked: dict[str, tuple[PlanSource, Planned | UsdfootError]] = {}
@@ -74,7 +77,7 @@ class WalkReader:
         for source in sources:
             if source.trajectory is None and not (source.name in self._walks or source.name in self._planned):
                 try:
-                    asked[source.name] = ask_plan(source.plan, self._transforms)
+                    asked[source.name] = self._source_of(source)
                 except UsdfootError:  # asked again and told when it is read
                     continue
         plans = plans_of(list(asked.values()), self._units)
@@ -129,12 +132,16 @@ class WalkReader:
         planned = self._planned.get(source.name)
         if planned is None:
             asked = self._asked.get(source.name)
-            found = asked[1] if asked else plans_of([ask_plan(source.plan, self._transforms)], self._units)[0]
+            found = asked[1] if asked else plans_of([self._source_of(source)], self._units)[0]
         else:
             found = planned if isinstance(planned, UsdfootError) else (planned, ())
         if isinstance(found, UsdfootError):
             raise found
         return found
+
+    def _source_of(self, source: AgentSource) -> PlanSource:
+        """Raises UsdfootError if the agent's plan is none, or too long."""
+        return ask_plan(source.plan, self._transforms, most=self._most)
 
     def _plan_of_name(self, name: str) -> FootstepPlan | None:
         """The plan that the scene gives the agent of a name; of one that has none there, what it last walked."""

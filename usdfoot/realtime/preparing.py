@@ -10,10 +10,11 @@ from usdfoot.engine.animate import PreparedLibrary
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.planting import prepare_planting
 from usdfoot.engine.poses import Setup, device_segments, no_seams, place_segments
+from usdfoot.engine.reaching import reach_footsteps
 from usdfoot.engine.root import lay_root
 from usdfoot.engine.seams import measure_seams
 from usdfoot.engine.slopes import ankle_sinks
-from usdfoot.engine.weights import align_events, reach_footsteps
+from usdfoot.engine.weights import align_events
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.contact_table import lay_on_ground
 from usdfoot.model.ground import Ground
