@@ -138,6 +138,34 @@ def test_it_keeps_off_what_crosses_its_way():
     assert least > 0.1
 
 
+def cart_at(time: float, velocity: tuple[float, float] | None) -> Obstacle:
+    """A cart that crosses the way from the left at 1.2 m/s."""
+    centre = np.array([-5.0 + 1.2 * time, 0.4])
+    return Obstacle(name="/Cart", outline=box_outline(centre - (0.9, 0.5), centre + (0.9, 0.5)), velocity=velocity)
+
+
+@pytest.mark.parametrize("known", ["given", "measured", "given once"])
+def test_what_moves_is_avoided_where_it_will_be(known):
+    velocity = {"given": (1.2, 0.0), "measured": None, "given once": (1.2, 0.0)}[known]
+    bumped = {velocity: 0, (0.0, 0.0): 0}
+    for seed in range(6):
+        for said in bumped:
+            start, goals = np.array([0.1 * seed - 0.3, 0.0, -4.0]), [np.array([0.1 * seed, 0.0, 4.5])]
+            world = World(bounds=SQUARE, obstacles=(cart_at(0.0, said),))
+            way = wander(world, start, 0.0, generator=np.random.default_rng(seed), goals=goals)
+            step, steps = next(way), 0
+            while step is not None and steps < 40:
+                place, cart = step.position[None, [0, 2]], cart_at(step.strike_time, None)
+                bumped[said] += int(clearances(World(obstacles=(cart,)), place)[0] < 0.0)
+                told = None if known == "given once" and said != (0.0, 0.0) else cart_at(step.strike_time, said)
+                try:
+                    step = way.send(told and World(bounds=SQUARE, obstacles=(told,)))
+                except StopIteration:
+                    break
+                steps += 1
+    assert bumped[velocity] == 0 < bumped[(0.0, 0.0)]
+
+
 def test_strikes_as_they_come_are_those_of_the_plan():
     way = wander(World(bounds=SQUARE), np.zeros(3), 0.0, generator=np.random.default_rng(5), start_time=2.0)
     footsteps = [next(way) for _ in range(12)]

@@ -68,7 +68,8 @@ def _free_ways(
 ) -> FloatArray:
     """How far each direction is free [m] for a body of a radius [m], at most `ahead`, shape (T,).
 
-    Who is already too close to something may walk where it does not come closer.
+    Who is already too close to something may walk where it does not come closer. What moves is where it will be when
+    the wanderer gets there.
     """
     spacing = 0.5 * radius
     distances = np.arange(1, max(1, int(np.ceil(ahead / spacing))) + 1) * spacing
@@ -84,7 +85,8 @@ def _free_ways(
         rises = np.abs(heights[:, SLOPE:] - heights[:, :-SLOPE])
         passable[:, SLOPE - 1 :] &= rises <= SLOPE * spacing * np.tan(STEEPEST) + 0.5 * options.step
     here = float(clearances(world, wanderer.place[None], np.array([wanderer.height]))[0])
-    free = clearances(world, points.reshape(-1, 2), heights[:, 1:].ravel()) >= min(radius, here)
+    times = np.tile(distances / options.pace, len(turns))
+    free = clearances(world, points.reshape(-1, 2), heights[:, 1:].ravel(), times=times) >= min(radius, here)
     clear = free.reshape(len(turns), -1) & passable
     first_blocked = np.where(clear.all(axis=1), len(distances), np.argmin(clear, axis=1))
     return np.minimum(first_blocked * spacing, ahead)
