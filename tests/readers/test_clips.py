@@ -197,6 +197,10 @@ def test_a_clip_without_the_legs_is_refused_by_name():
         (lambda a: token(a, Token.ROOT_MOTION, "hop"), "usdfoot:clip:rootMotion is hop. author one of auto"),
         (lambda a: code(a, Token.START, 900.0), "has the range 37.5 to 0.9667 s but samples from 0 to 0.9667 s"),
         (lambda a: codes(a, Token.STRIKE_TIMES[0], [5, 4]), "usdfoot:clip:left:strikeTimes do not increase"),
+        (
+            lambda a: codes(a, Token.STRIKE_TIMES[0], [1005, 1020]),
+            "usdfoot:clip:left:strikeTimes from 41.88 to 42.5 s lie outside its samples from 0 to 0.9667 s",
+        ),
     ],
 )  # fmt: skip
 def test_what_is_wrong_with_a_clip_is_said(spoil, message):

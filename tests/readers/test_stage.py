@@ -16,6 +16,12 @@ def test_a_missing_file_is_named(tmp_path):
         open_stage(tmp_path / "nowhere.usda")
 
 
+def test_of_a_crowd_s_folder_its_file_is_named(tmp_path):
+    (tmp_path / "crowd.usd").touch()
+    with pytest.raises(SceneError, match=r"is a folder\. give .*crowd\.usd$"):
+        open_stage(tmp_path)
+
+
 @pytest.mark.parametrize("name", ["notes.txt", "broken.usda", "folder.usd"])
 def test_what_is_not_usd_is_named(tmp_path, name):
     path = tmp_path / name

@@ -13,6 +13,7 @@ from pxr import Sdf, Tf, Usd, UsdGeom, UsdSkel
 
 from usdfoot.bridge.scene import StageInfo
 from usdfoot.bridge.schema import applied_apis, declared_type
+from usdfoot.bridge.tokens import File
 from usdfoot.bridge.units import StageUnits
 from usdfoot.bridge.usd_errors import usd_reason
 from usdfoot.errors import SceneError
@@ -57,6 +58,11 @@ def open_stage(scene: str | os.PathLike[str] | Usd.Stage) -> Usd.Stage:
     path = os.fspath(scene)
     is_anonymous = Sdf.Layer.IsAnonymousLayerIdentifier(path)
     package = Sdf.Layer.SplitIdentifier(path)[0].split("[")[0]
+    if os.path.isdir(path):
+        crowd = os.path.join(path, File.CROWD)
+        raise SceneError(
+            path, "is a folder", f"give {crowd if os.path.isfile(crowd) else f'a {_EXTENSIONS} file in it'}"
+        )
     if not is_anonymous and "://" not in path and not os.path.isfile(path) and not os.path.isfile(package):
         raise SceneError(path, "no such file", f"give a {_EXTENSIONS} file")
     try:
