@@ -205,8 +205,9 @@ def _what_helps(gap: FloatArray, at_start: bool, reach: Reach) -> str:
     if abs(gap[1]) > reach.rise:
         help_up = "add footholds at heights between"
         return f"{help_up}, or stand the agent on the ground beside them" if at_start else help_up
-    if np.hypot(gap[0], gap[2]) <= reach.farthest:
-        return "add footholds beside these, there is none for the foot whose turn it is"
     if at_start:
         return "stand the agent nearer to the footholds"
-    return "add footholds" + ("" if reach.leaps else ", or let it leap")
+    more = "" if reach.leaps else ", or let it leap"
+    if np.hypot(gap[0], gap[2]) <= reach.farthest:
+        return f"not in all directions, nor with either foot: add footholds between these, or beside them{more}"
+    return f"add footholds{more}"
