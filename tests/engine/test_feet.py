@@ -8,11 +8,14 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from tests.builders import Gait
 from tests.engine.plans import bumps, moved, slope, stairs, way
 from tests.engine.synthesis import synthesise
-from tests.engine.walkers import between, in_world
+from tests.engine.walkers import between, in_world, library_of
 from tests.planning.terrains import slab, terrain_of
 from tests.walker_body import BALL_HEIGHT
+from usdfoot.analysis.figures import timing_faults
+from usdfoot.engine.animate import prepare_library
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.slopes import lie_in_slopes
 from usdfoot.maths import planar, quaternion
@@ -133,6 +136,30 @@ def test_feet_leave_the_ground_in_time(animate, walker_library):
         for liftoff in motion.contacts[side].liftoff_times[:-1]:
             last = int(np.flatnonzero(feet.times <= liftoff + 1e-9)[-1])
             assert np.linalg.norm(feet.balls[last + 2, side] - feet.balls[last, side]) > 1e-3
+
+
+@pytest.mark.parametrize("length", [0.1, 0.2])
+def test_feet_of_drawn_out_steps_do_not_stand_before_they_strike(animate, length):
+    """Clips put the whole foot down at once, and slower than they show it hovers over its print."""
+    gaits = [
+        Gait(step_length=long, step_width=wide, heel_strike=False, clearance=0.05)
+        for long in (0.0, 0.2, 0.4)
+        for wide in (0.1, 0.2)
+    ]
+    library = prepare_library(library_of(gaits), EngineOptions())
+    plan = way(length=length, width=0.15, step_time=0.95)
+    motion = animate([plan], library=library, rate=30.0)[0]
+    feet = in_world(library.source, motion)
+    for side in (0, 1):
+        own = plan.sides == side
+        faults = timing_faults(
+            feet.times,
+            feet.balls[:, side],
+            strike_times=plan.strike_times[own],
+            flat_times=motion.contacts[side].flat_times[-own.sum() :],
+            liftoff_times=plan.liftoff_times[own],
+        )
+        assert not faults.any()
 
 
 def test_legs_pass_each_other(animate, walker_library):

@@ -212,6 +212,20 @@ def test_steps_too_quick_for_the_clips_take_longer_and_that_is_said(stages, tmp_
     assert validate(tmp_path / "crowd/crowd.usd").passed
 
 
+def test_who_has_clips_without_steps_is_planned_as_asked(stages, tmp_path):
+    copy = copy_stages(stages, tmp_path, kept=("stand",))
+    scene = tmp_path / "scene.usda"
+    stage = new_stage(scene, Units(rate=30.0))
+    for name, asset in (("Motion", "clips.usdc"), ("Person", "human.usdc")):
+        stage.DefinePrim(f"/World/{name}").GetReferences().AddReference(str(copy / asset))
+    add_curve(stage, "/World/Way", Units(), speed=1.6, stepLength=0.5)
+    add_agent(stage, "/World/Quick", path="/World/Way", character="/World/Person", clips="/World/Motion/Clips")
+    stage.GetRootLayer().Save()
+    report = plan_scene_paths(scene, tmp_path / "plans.usdc")
+    assert not report.problems
+    assert np.diff(report.plans["Quick"].strike_times)[3:-2].min() < 0.35
+
+
 def test_agents_points_and_xforms_that_move_get_plans(tmp_path):
     times, speed = np.arange(0.0, 240.0, 12.0), 1.2
     stage = new_stage(tmp_path / "points.usda")

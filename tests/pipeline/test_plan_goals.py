@@ -152,7 +152,8 @@ def test_a_scenario_becomes_a_valid_stage_that_can_be_planned(tmp_path, capsys):
 def test_who_wants_to_go_faster_than_its_clips_goes_as_fast_as_they_do(stages, tmp_path):
     pytest.importorskip("jupedsim")
     file, scene, layer = tmp_path / "case.xml", tmp_path / "scene.usda", tmp_path / "plans.usda"
-    file.write_text(CASE.replace(">1.2<", ">10<"))
+    far = CASE.replace("<x>-5<", "<x>-25<").replace("<x>5<", "<x>25<")  # room to run up and to stop
+    file.write_text(far.replace(">1.2<", ">10<"))
     convert_scenario(file, scene, character=str(stages / "human.usdc"), clips=str(stages / "clips.usdc"))
     report = plan_scene_crowd(scene, layer)
     (message,) = [problem.message for problem in report.problems]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from usdfoot.planning.collisions import find_collisions
@@ -48,3 +50,16 @@ def test_feet_of_people_who_cross_come_apart() -> None:
         assert not len(find_collisions(apart).depths), seed
         assert np.linalg.norm(apart.positions - feet.positions, axis=1).max() <= FARTHEST + 1e-9
     assert trodden > 150
+
+
+def test_feet_with_room_stay_where_they_are_while_others_are_moved() -> None:
+    feet = crossing(0, people=4)
+    beside = np.isin(feet.owners, (2, 3))
+    positions, yaws = feet.positions.copy(), np.where(beside, 0.0, feet.yaws)
+    own = feet.numbers[beside]
+    positions[beside, 0] = 50.0 + np.where(feet.owners[beside] == 2, 0.0, 0.32) + 0.1 * (-1.0) ** own
+    positions[beside, 2] = STEP * own  # soles two centimetres apart where they pass
+    feet = replace(feet, positions=positions, yaws=yaws, strikes=DURATION * feet.numbers.astype(float))
+    feet = replace(feet, liftoffs=feet.strikes + DURATION + 0.1)
+    apart = set_feet_apart(feet, narrowest=np.full(len(feet.owners), 0.05))
+    assert np.array_equal(apart.positions[beside], feet.positions[beside])

@@ -10,6 +10,7 @@ import numpy as np
 import warp as wp
 
 from usdfoot.engine.contact_feet import ContactFeet, device_feet
+from usdfoot.engine.early_balls import early_heights
 from usdfoot.engine.foot_rows import FootArrays
 from usdfoot.engine.legs import LegRig, leg_kinematics
 from usdfoot.engine.plant import swinging_foot
@@ -194,22 +195,27 @@ def _aside_shares(places: FloatArray, near: float) -> FloatArray:
 def _missing_heights(
     layout: Layout, rows: IntArray, balls: FloatArray, heels: FloatArray, ground: Ground
 ) -> FloatArray:
-    """What ball and heel (N, FINE, 3) lack to be over the terrain, with clearance in mid swing [m], shape (N, FINE)."""
+    """What ball and heel (N, FINE, 3) lack to be over the terrain, with clearance in mid swing [m], shape (N, FINE).
+
+    And the ball not to stand before it strikes.
+    """
     fractions = np.linspace(0.0, 1.0, FINE)
+    durations = layout.contacts.strikes[rows + 2] - layout.contacts.liftoffs[rows]
     middle = np.clip(np.minimum(fractions, 1.0 - fractions) / RISES, 0.0, 1.0)
     clearance = layout.options.clearance * middle**2 * (3.0 - 2.0 * middle)
+    early = early_heights(balls, layout.contacts.positions[rows + 2], durations=durations)
     highest = np.maximum(layout.contacts.positions[rows, 1], layout.contacts.positions[rows + 2, 1])
     floors = np.minimum.reduceat(layout.contacts.positions[:, 1], layout.contacts.first[:-1])
     lowest = floors[layout.contacts.agents[rows]]
     missing: FloatArray = np.zeros((len(rows), len(fractions)))
-    for path in (balls, heels):
+    for path, least in ((balls, np.maximum(early, clearance)), (heels, clearance)):
         heights = _highest(path[..., None, [0, 2]], highest, lowest, ground)
         uneven = np.flatnonzero(np.ptp(heights, axis=1) > EDGE_HEIGHT)
         places = path[uneven][..., [0, 2]]
         share = (middle == 1.0) * _aside_shares(places, AT_PRINT)
         beside = places[:, :, None] + share[..., None, None] * BESIDE
         heights[uneven] = np.maximum(heights[uneven], _highest(beside, highest[uneven], lowest[uneven], ground))
-        missing = np.maximum(missing, heights + clearance - path[..., 1])
+        missing = np.maximum(missing, heights + least - path[..., 1])
     missing = np.clip(missing, 0.0, BLIND_HEIGHT)
     missing[:, [0, -1]] = 0.0
     return missing

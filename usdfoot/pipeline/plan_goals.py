@@ -122,7 +122,7 @@ def plan_scene_wander(
     """
     options = options or GoalOptions()
     progress("read", 0, 0)
-    found = _read(scene, options, with_goals=False, habits=HabitsReader(build=build_once))
+    found = _read(scene, options, with_goals=False)
     outline = None if bounds is None else np.array(bounds)[[[0, 1], [0, 3], [2, 3], [2, 1]]]
     generators = np.random.default_rng(seed).spawn(len(found.agents))
     terrain = Ground(found.terrain)
@@ -178,7 +178,7 @@ def plan_scene_stones(
     """
     options = options or GoalOptions()
     progress("read", 0, 0)
-    found = _read(scene, options, with_goals=True, habits=HabitsReader(build=build_once))
+    found = _read(scene, options, with_goals=True)
     libraries, problems = read_agent_libraries(
         found.stage, found.prims, found.info.units, sources=[agent.source for agent in found.agents]
     )
@@ -213,13 +213,12 @@ class _Found:
     problems: tuple[Problem, ...]
 
 
-def _read(
-    scene: str | os.PathLike[str], options: GoalOptions, *, with_goals: bool, habits: HabitsReader | None = None
-) -> _Found:
+def _read(scene: str | os.PathLike[str], options: GoalOptions, *, with_goals: bool) -> _Found:
     stage = open_stage(scene)
     info, prims = read_stage_info(stage), collect_prims(stage)
     everyone, agent_problems = list_agents_without_plans(stage, prims, with_goals=with_goals)
     sources: Sequence[AgentSource] = select_agents(everyone, options.agents)
+    habits = HabitsReader(build=build_once)
     agents, faults = read_goal_agents(
         stage, prims, info.units, sources=sources, speed=options.speed, radius=options.radius, habits=habits
     )

@@ -11,12 +11,12 @@ from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import LEFT
 from usdfoot.planning.foot_table import FootTable, Instants
-from usdfoot.planning.near_feet import find_near_feet, overlaps
+from usdfoot.planning.near_feet import NearFeet, find_near_feet
 
 __all__ = ["is_sideways", "set_feet_apart", "uncross"]
 
-CLEARANCE = 0.03
-"""Wanted between soles [m]."""
+CLEARANCE, CLOSE = 0.03, 0.015
+"""Between soles that are moved apart, and those less than which apart are [m]."""
 FARTHEST = 0.4
 """A footstep is moved this far at most [m]."""
 SEARCHES, ROUNDS = 60, 12
@@ -52,19 +52,17 @@ def set_feet_apart(
     best, least, found = feet, np.inf, 0
     for search in range(SEARCHES):
         before = feet.positions
-        depths, directions = overlaps(feet, near.first, near.second)
         for _ in range(ROUNDS):
-            if not np.any(depths > -0.5 * CLEARANCE):
+            pushes = _pushes(feet, near)
+            if pushes is None:
                 break
-            pushes = _pushes(feet, near.first, near.second, depths + CLEARANCE, directions)
             feet, moved = _pushed(feet, pushes, start)
-            rows = near.touched(moved)
-            depths[rows], directions[rows] = overlaps(feet, near.first[rows], near.second[rows])
+            near = near.moved(feet, moved)
         feet = uncross(feet, narrowest=narrowest * RELAXING**search)
         if confine:
             feet = confine(feet, np.flatnonzero(np.any(feet.positions != before, axis=1)))
         near = near.after(feet, np.any(feet.positions != before, axis=1))
-        left = float(np.maximum(overlaps(feet, near.first, near.second)[0], 0.0).sum())
+        left = float(np.maximum(near.depths, 0.0).sum())
         if left < least:
             best, least, found = feet, left, search
         if left <= 0.0 or search - found >= PATIENCE:
@@ -117,14 +115,15 @@ def _placed(feet: FootTable, points: FloatArray) -> FootTable:
     return replace(feet, positions=positions)
 
 
-def _pushes(
-    feet: FootTable, first: Instants, second: Instants, depths: FloatArray, directions: FloatArray
-) -> FloatArray:
-    """Where to move every footstep [m]: the mean of what its overlaps ask for, shape (S, 2)."""
-    deep = np.flatnonzero(depths > 0.0)
-    push = 0.5 * _decided(feet, first[deep], second[deep], depths[deep, None] * directions[deep])
+def _pushes(feet: FootTable, near: NearFeet) -> FloatArray | None:
+    """Where to move every footstep [m]: the mean of what those too close ask for, shape (S, 2); None if nobody is."""
+    close = np.flatnonzero(near.depths > -CLOSE)
+    if not close.size:
+        return None
+    first, second = near.first[close], near.second[close]
+    push = 0.5 * _decided(feet, first, second, (near.depths[close, None] + CLEARANCE) * near.directions[close])
     sums, counts = np.zeros((len(feet.owners), 2)), np.zeros(len(feet.owners))
-    for instants, sign in ((first[deep], 1.0), (second[deep], -1.0)):
+    for instants, sign in ((first, 1.0), (second, -1.0)):
         norm = (1.0 - instants.shares) ** 2 + instants.shares**2
         for index, share in ((instants.steps, 1.0 - instants.shares), (instants.steps + 2, instants.shares)):
             used = share > 0.0

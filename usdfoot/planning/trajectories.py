@@ -101,7 +101,7 @@ def step_along_curves(curves: RootCurves, body: Proportions) -> FootTable:
     The root is midway between the feet whenever one strikes, so a footstep lies where the root is half a step later, to
     its side.
     """
-    rule = TimingRule(leg_length=body.leg_length)
+    rule = body.timing
     speeds, rates = _cadences(curves, rule)
     frames = np.clip(np.ceil((curves.ends - curves.starts) / SPACING).astype(int), 1, rates.shape[1] - 1)
     phases = np.concatenate([np.zeros((len(rates), 1)), np.cumsum(rates[:, :-1] * SPACING, axis=1)], axis=1)

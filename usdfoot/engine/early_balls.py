@@ -1,0 +1,33 @@
+"""Balls that would stand before they strike: swings of slow or drawn-out steps that hover over the print and settle."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from usdfoot.maths.types import FloatArray
+
+__all__ = ["early_heights"]
+
+HEIGHT = 0.018
+"""So far over its print a ball is not taken to stand [m]."""
+COMING_DOWN = 0.045
+"""From so long before the strike on it comes down [s]: a frame of film and a little."""
+RADIUS, SPEED = 0.015, 0.15
+"""A ball that is nearer and slower would be taken to stand, one twice as far or as fast not at all [m, m/s]
+(design.md section 10)."""
+
+
+def early_heights(balls: FloatArray, prints: FloatArray, *, durations: FloatArray) -> FloatArray:
+    """How far over the ground balls stay that would stand before they strike [m], shape (N, K).
+
+    Args:
+        balls: Soles under the balls at K instants, even in the swings' time [m], shape (N, K, 3).
+        prints: Where they land [m], shape (N, 3).
+        durations: Of the swings [s], shape (N,).
+    """
+    fractions, every = np.linspace(0.0, 1.0, balls.shape[1]), durations[:, None] / (balls.shape[1] - 1)
+    left = (1.0 - fractions) * durations[:, None]
+    away = np.linalg.norm((balls - prints[:, None])[..., [0, 2]], axis=-1)
+    speeds = np.linalg.norm(np.diff(balls, axis=1, append=balls[:, -1:]), axis=-1) / every
+    near, slow = (np.clip(2.0 - values / limit, 0.0, 1.0) for values, limit in ((away, RADIUS), (speeds, SPEED)))
+    return np.asarray(HEIGHT * near * slow * np.minimum(left / COMING_DOWN, 1.0) * (fractions > 0.5))
