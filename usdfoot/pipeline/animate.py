@@ -302,8 +302,8 @@ def _make_chunks(
 def _kept_record(task: ChunkTask, folder: Path, earlier: EarlierCrowd) -> ChunkRecord | None:
     """Of a chunk that is there already, by the crowd's report or by itself; None if it is to be made."""
     known = earlier.records.get(task.files.anims)
-    if known and known.content_hash == task.content_hash and is_intact(folder, task.files, earlier.intact or ()):
-        return known
+    if known and is_intact(folder, task.files, earlier.intact or ()):  # its files say the same
+        return known if known.content_hash == task.content_hash else None
     text = read_record(folder, task.files, task.content_hash, intact=earlier.intact)
     return None if text is None else parse_record(text)
 
