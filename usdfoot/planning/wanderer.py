@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from usdfoot.analysis.timing import STAND_TIME, time_steps
 from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import LEFT
+from usdfoot.planning.gait import Gait, derive_gait
 from usdfoot.planning.prints import print_orientations, settle_on_treads
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.world import World
@@ -61,6 +63,21 @@ class WanderOptions:
     """Highest rise or drop of the ground [m]."""
     arrival: float = 0.3
     """A goal is reached at this distance [m]."""
+
+    @cached_property
+    def _gait(self) -> Gait:
+        """Of steps straight ahead."""
+        return derive_gait(self.body, speed=self.speed)
+
+    @property
+    def easy_step(self) -> float:
+        """How far a step ahead leads at its speed [m]."""
+        return self._gait.step_length
+
+    @property
+    def pace(self) -> float:
+        """How fast easy steps lead ahead [m/s]."""
+        return self._gait.speed
 
     @property
     def side_step(self) -> float:
