@@ -297,6 +297,14 @@ def test_balls_higher_than_the_legs_are_long_are_refused():
         make_biped(skeleton, find_biped(skeleton, {}), {"ball_height:left": 5.0})
 
 
+@pytest.mark.parametrize(("measure", "name"), [("maximal", "max"), ("nominal", "nominal")])
+@pytest.mark.parametrize("factor", [0.01, 1.0 / 0.0254])
+def test_lengths_of_legs_in_other_units_than_the_bones_are_refused(measure, name, factor):
+    skeleton = rig(["Hips"], ["LeftUpLeg", "LeftLeg", "LeftFoot", "LeftToeBase"])
+    with pytest.raises(BipedError, match=rf"legLength:{name} says .* m, the bones of its legs are 0.82 m"):
+        make_biped(skeleton, find_biped(skeleton, {}), {"maximal": 0.82, measure: 0.8 * factor})
+
+
 def test_without_a_floor_the_ball_is_a_third_of_the_foot_above_the_sole():
     skeleton = rig(["Hips"], ["LeftUpLeg", "LeftLeg", "LeftFoot", "LeftToeBase"])
     hanging = make_skeleton(skeleton.joints, np.vstack([np.zeros((1, 3)), skeleton.rest_translations[1:]]))

@@ -121,6 +121,12 @@ def test_the_first_step_from_a_stand_swings_as_long_as_in_a_walk():
     np.testing.assert_array_equal(walking.liftoff_times, time_footsteps(positions).liftoff_times)
 
 
+def test_a_speed_is_that_of_the_steps_taken_and_not_of_the_feet_that_stand():
+    positions = row_of_prints(np.array([0.2, 0.6, 0.6, 0.6, 0.6]))
+    strikes = time_footsteps(positions, speed=0.9, starts_standing=True).strike_times
+    assert 4 * 0.6 / (strikes[-1] - strikes[1]) == pytest.approx(0.9)
+
+
 def test_one_print_is_no_plan():
     with pytest.raises(PlanError, match=r"two or more"):
         time_footsteps(np.zeros((1, 3)))

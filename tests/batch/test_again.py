@@ -4,13 +4,14 @@ import shutil
 
 import numpy as np
 import pytest
-from pxr import Sdf, Usd, UsdGeom, UsdSkel, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from tests.batch.conftest import AGENTS, delay_plan, digests, write_crowd_scene
-from usdfoot.bridge.tokens import File
+from usdfoot.bridge.tokens import File, chunk_files
 from usdfoot.errors import OutputError
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.animate import animate
+from usdfoot.writers.chunks import read_chunk
 
 
 @pytest.fixture
@@ -107,6 +108,42 @@ def test_changed_overrides_leave_the_bytes_of_a_first_run(shot):
     assert assert_as_new(scene, folder) == AGENTS - 1
 
 
+def test_what_a_scene_is_put_together_of_leaves_the_bytes_of_a_first_run(shot):
+    scene, folder = shot
+    moved = Usd.Stage.Open(str(scene))
+    UsdGeom.Xformable(moved.GetPrimAtPath("/World/Crowd/Plan_1")).GetOrderedXformOps()[0].Set(Gf.Vec3d(0.75, 0.0, 0.25))
+    moved.Save()
+    assert assert_as_new(scene, folder) == AGENTS - 1
+    moved.GetPrimAtPath("/World/Crowd").SetChildrenReorder(["Agent_2", "Agent_1", "Agent_0"])
+    moved.Save()
+    assert assert_as_new(scene, folder) >= AGENTS - 1  # one chunk is the source of what is kept
+    over = Sdf.Layer.CreateNew(str(scene.with_name("over.usda")))
+    plan, kind = Sdf.CreatePrimInLayer(over, "/World/Crowd/Plan_0"), Sdf.ValueTypeNames.FloatArray
+    weights = Sdf.AttributeSpec(plan, "usdfoot:plan:rootWeights", kind, Sdf.VariabilityUniform)
+    weights.default = [0.25] * len(moved.GetPrimAtPath(plan.path).GetAttribute("positions").Get())
+    over.Save()
+    moved.GetRootLayer().subLayerPaths.append("./over.usda")
+    moved.Save()
+    assert assert_as_new(scene, folder) == AGENTS - 1
+    moved.GetRootLayer().subLayerPaths.remove("./over.usda")
+    moved.Save()
+    assert assert_as_new(scene, folder) == AGENTS - 1
+
+
+def test_a_plan_retimed_by_overrides_is_walked_so_as_in_a_first_run(shot):
+    scene, folder = shot
+    layer = Sdf.Layer.FindOrOpen(str(folder / File.OVERRIDES))
+    made = Sdf.Layer.OpenAsAnonymous(str(folder / File.FOOTSTEPS))
+    for name in ("usdfoot:plan:strikeTimes", "usdfoot:plan:liftoffTimes"):
+        path = f"/Crowd/Plans/Agent_2.{name}"
+        Sdf.CreatePrimInLayer(layer, "/Crowd/Plans/Agent_2")
+        Sdf.CopySpec(made, path, layer, path)
+        times = layer.GetAttributeAtPath(path)
+        times.default = Sdf.TimeCodeArray([Sdf.TimeCode(float(code) + 3.0) for code in times.default])
+    layer.Save()
+    assert assert_as_new(scene, folder) == AGENTS - 1
+
+
 def test_a_crowd_whose_chunks_are_elsewhere_is_made_again(shot):
     scene, folder = shot
     parts = folder / File.CHUNKS
@@ -137,6 +174,16 @@ def test_a_chunk_that_somebody_wrote_into_is_made_again(shot, is_only_change):
     if not is_only_change:
         delay_plan(scene, 2, 3.0)
     assert assert_as_new(scene, folder) == int(is_only_change)
+
+
+def test_files_of_two_makings_are_no_chunk(shot):
+    _, folder = shot
+    first, second = (chunk_files(index, 2) for index in (0, 1))
+    prims, notes = read_chunk(folder, first)
+    assert set(prims.agents) == set(prims.footsteps) == set(prims.anims) == set(notes.agent_hashes)
+    shutil.copyfile(folder / second.footsteps, folder / first.footsteps)
+    with pytest.raises(ValueError, match="one making"):
+        read_chunk(folder, first)
 
 
 def test_a_clips_analysis_that_cannot_be_kept_costs_nobody_the_motion(shot, tmp_path, monkeypatch, caplog):

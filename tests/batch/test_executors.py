@@ -5,9 +5,13 @@ import signal
 import subprocess
 import sys
 import time
+import weakref
+from concurrent.futures import Future
+from types import SimpleNamespace
 
 import pytest
 
+from usdfoot.batch import executors
 from usdfoot.batch.executors import open_executor
 
 SCRIPT = """
@@ -62,3 +66,22 @@ def test_what_nobody_waits_for_any_more_ends_with_the_block(capfd):
         assert executor.submit(os.getpid).result() != os.getpid()
         executor.submit(time.sleep, 60)
     assert time.monotonic() - begin < 40.0 and capfd.readouterr().err == ""
+
+
+def test_an_error_is_not_told_later_for_workers_that_only_open_a_scene(monkeypatch):
+    monkeypatch.setattr(executors, "_open_early", time.sleep)
+    begin = time.monotonic()
+    with pytest.raises(ZeroDivisionError), open_executor(workers=2) as executor:
+        executor.submit(executors._open_early, 300.0)
+        raise ZeroDivisionError
+    assert time.monotonic() - begin < 60.0
+
+
+def test_what_a_cluster_has_made_is_not_held_on_to():
+    """Dask would make it again, into a folder that is done, if the worker vanished that made it."""
+    asked: Future[int] = Future()
+    cluster = executors._Cluster(SimpleNamespace(submit=lambda function: asked))
+    answer = cluster.submit(os.getpid)
+    asked.set_result(1)
+    held, asked = weakref.ref(asked), None
+    assert answer.result() == 1 and held() is None

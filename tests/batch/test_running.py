@@ -1,7 +1,7 @@
 """Chunks whose workers vanish are named; what is a fault of the program stays one."""
 
 import time
-from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, CancelledError, Future, ThreadPoolExecutor
 from types import SimpleNamespace
 
 import pytest
@@ -63,3 +63,15 @@ def test_threads_of_one_process_make_one_chunk_at_a_time(monkeypatch):
 def test_a_fault_of_the_program_is_none_of_the_workers():
     with pytest.raises(ZeroDivisionError):
         list(run_chunks(tasks(3), None, executor=Losing(ZeroDivisionError())))
+
+
+class Broken:
+    """An executor whose workers vanished before they were asked for chunks."""
+
+    def submit(self, function, task):
+        raise BrokenExecutor
+
+
+def test_chunks_that_nobody_is_left_for_are_named():
+    with pytest.raises(OutputError, match=r"2 of 2 chunks were not made: .*its worker vanished.*run again"):
+        list(run_chunks(tasks(2), None, executor=Broken()))

@@ -1,13 +1,16 @@
 """Workers open and list a scene before they are told what to make of it, once as long as its files stay as they are."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from tests.batch.conftest import AGENTS, delay_plan, digests, write_crowd_scene
-from usdfoot.batch import workshop
-from usdfoot.batch.tasks import cut_chunks, inputs_of
+from usdfoot.batch import analysed, workshop
+from usdfoot.batch.analysed import forget_examples
+from usdfoot.batch.tasks import EarlyTask, cut_chunks, early_task, inputs_of
 from usdfoot.bridge.tokens import File
+from usdfoot.errors import SceneError
 from usdfoot.model.limits import DEFAULT_LIMITS
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.animate import animate
@@ -34,17 +37,42 @@ def test_what_a_worker_listed_early_is_what_its_chunks_are_made_from(scene, tmp_
     tasks = tasks_of(scene, tmp_path / "out")
     listed = []
     monkeypatch.setattr(workshop, "list_scene", lambda *given, **how: listed.append(given) or list_scene(*given, **how))
-    workshop.open_early(tasks[0].scene, tasks[0].inputs, DEFAULT_LIMITS)
+    workshop.open_early(early_task(tasks[0]))
     for task in tasks:
         workshop.make_chunk(task)
     assert len(tasks) == AGENTS and listed == [(str(scene),)]
 
 
 def test_a_worker_lists_a_scene_again_that_changed_after_it_was_opened_early(scene, worker, tmp_path):
-    inputs = inputs_of(list_scene(scene).info, tmp_path / "out")
-    worker.submit(workshop.open_early, str(scene), inputs, DEFAULT_LIMITS).result()
+    listed = list_scene(scene)
+    early = EarlyTask(
+        scene=str(scene),
+        inputs=inputs_of(listed.info.layers, tmp_path / "out"),
+        options=MotionOptions(),
+        limits=DEFAULT_LIMITS,
+        folder=str(tmp_path / "out"),
+        agents=tuple(source.name for source in listed.chosen),
+    )
+    worker.submit(workshop.open_early, early).result()
     delay_plan(scene, 1, 3.0)
     animate(scene, tmp_path / "out", chunk_size=1, executor=worker)
     animate(scene, tmp_path / "fresh", chunk_size=1)
     made, fresh = digests(tmp_path / "out"), digests(tmp_path / "fresh")
     assert {name for name in fresh if fresh[name] != made[name]} <= {File.OVERRIDES}
+
+
+def test_what_a_worker_analysed_early_is_not_analysed_for_its_chunks(scene, tmp_path, monkeypatch):
+    tasks = tasks_of(scene, tmp_path / "out")
+    forget_examples()
+    workshop.open_early(early_task(tasks[0]))
+    assert not (tmp_path / "out").exists()
+    monkeypatch.setattr(analysed, "build_examples", None)
+    assert [workshop.make_chunk(task).kept_agents for task in tasks] == [0] * AGENTS
+
+
+def test_a_worker_that_cannot_open_a_scene_early_tells_it_with_the_chunk(scene, tmp_path):
+    task = replace(tasks_of(scene, tmp_path / "out")[0], agents=("Nobody",))
+    with pytest.raises(SceneError):
+        workshop.open_early(early_task(task))
+    with pytest.raises(SceneError):
+        workshop.make_chunk(task)

@@ -5,6 +5,8 @@ import ast
 import builtins
 import importlib
 import shlex
+import subprocess
+import sys
 
 import pytest
 
@@ -72,3 +74,9 @@ def test_every_argument_is_explained_and_files_are_known_to_be_files(names):
         assert action.help, action.dest
         if not action.option_strings and action.choices is None:
             assert action.metavar in FILES | FOLDERS, f"{action.metavar}: a new file? add it in cli/completion.py"
+
+
+def test_nothing_heavy_is_loaded_to_parse():
+    code = "import sys, usdfoot.cli.main; print(*{name.split('.')[0] for name in sys.modules})"
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert not {"numpy", "pxr", "rich", "scipy", "warp"} & set(ran.stdout.split())

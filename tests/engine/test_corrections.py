@@ -14,6 +14,7 @@ from tests.engine.synthesis import synthesise
 from usdfoot.engine.corrections import correct_steps
 from usdfoot.engine.landings import blend_landings
 from usdfoot.engine.options import EngineOptions
+from usdfoot.engine.poses import device_library
 from usdfoot.engine.queries import step_queries
 from usdfoot.spaces.landings import end_landings, left_landings
 from usdfoot.spaces.library import solve_steps
@@ -49,6 +50,23 @@ def test_uncorrected_they_are_what_the_spaces_answer(walker_library, asked, spac
     np.add.at(dense, (rows, found.examples), found.weights)
     np.add.at(other, (rows, answer.examples), answer.weights)
     assert_allclose(dense, other, atol=1e-9)
+
+
+def test_slerped_blends_land_near_those_of_sums_and_are_corrected_as_well(walker_library, asked):
+    """Design.md section 7: under 2 mm apart."""
+    setup, queries = asked
+    slerps = device_library(setup.examples, setup.rig, pelvis=setup.pelvis, slerps=True)
+    found = correct_steps(setup, walker_library.spaces, queries, corrections=8)
+    landed = [
+        blend_landings(library, queries.swing_sides, examples=found.examples, weights=found.weights)
+        for library in (setup.library, slerps)
+    ]
+    assert 1e-5 < np.linalg.norm(landed[0] - landed[1], axis=1).max() < 2e-3
+    again = correct_steps(replace(setup, library=slerps), walker_library.spaces, queries, corrections=8)
+    landed = blend_landings(slerps, queries.swing_sides, examples=again.examples, weights=again.weights)
+    assert_allclose(landed + again.missed, queries.landings, atol=1e-6)
+    inside = again.hull_distances == 0.0
+    assert np.linalg.norm(again.missed[inside], axis=1).mean() < 1e-3
 
 
 def test_what_they_miss_is_measured_and_grows_less_with_each_correction(walker_library, asked):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import warp as wp
@@ -11,7 +13,7 @@ from tests.engine.plans import way
 from tests.engine.synthesis import slow_phases, synthesise
 from usdfoot.engine.clock_kernel import read_samples
 from usdfoot.engine.options import EngineOptions
-from usdfoot.engine.poses import device_segments, place_segments, pose_feet, pose_frames
+from usdfoot.engine.poses import device_library, device_segments, place_segments, pose_feet, pose_frames
 from usdfoot.maths import quaternion
 from usdfoot.model.examples import LIFTOFF_PHASES
 from usdfoot.model.skeleton import forward_kinematics
@@ -64,6 +66,20 @@ def naive_blend(rotations: np.ndarray, examples: np.ndarray, weights: np.ndarray
     return quaternion.normalised(total)
 
 
+def naive_slerps(rotations: np.ndarray, examples: np.ndarray, weights: np.ndarray, sample: float) -> np.ndarray:
+    """As `naive_blend`, the examples slerped one after the other, each by its part of the weight so far."""
+    row = min(int(sample), rotations.shape[1] - 2)
+    fraction = sample - row
+    result, weighed = None, 0.0
+    for example, weight in zip(examples, weights, strict=True):
+        if weight > 0.0:
+            before, after = rotations[example, row].astype(float), rotations[example, row + 1].astype(float)
+            pose = quaternion.normalised((1.0 - fraction) * before + fraction * quaternion.align_signs(after, before))
+            weighed += weight
+            result = pose if result is None else quaternion.slerp(result, pose, np.array(weight / weighed))
+    return result
+
+
 def naive_position(values: np.ndarray, examples: np.ndarray, weights: np.ndarray, sample: float) -> np.ndarray:
     row = min(int(sample), values.shape[1] - 2)
     fraction = sample - row
@@ -79,6 +95,22 @@ def test_blended_rotations_are_the_aligned_sums(made, frames):
         expected = naive_blend(made.setup.examples.rotations, made.blend.examples[row], made.blend.weights[row], sample)
         got = quaternion.align_signs(rotations[frame].astype(float), expected)
         assert_allclose(got[joints], expected[joints], atol=2e-6)
+
+
+def test_on_request_rotations_are_slerped_one_after_the_other(made, frames):
+    """[B] 4.4: the pose a footstep is measured by is theirs too, so that landings are corrected as well as of sums."""
+    setup = made.setup
+    library = device_library(setup.examples, setup.rig, pelvis=setup.pelvis, slerps=True)
+    slerped = replace(setup, library=library)
+    rows, times, samples, _ = frames
+    joints = np.delete(np.arange(len(setup.skeleton.joints)), setup.pelvis)
+    arrays = place_segments(slerped, device_segments(slerped, made.blend))
+    every = np.arange(len(setup.skeleton.joints))
+    rotations = pose_frames(slerped, arrays, rows=rows, times=times, joints=every).rotations.numpy().astype(float)
+    for frame, (row, sample) in enumerate(zip(rows, samples, strict=True)):
+        expected = naive_slerps(setup.examples.rotations, made.blend.examples[row], made.blend.weights[row], sample)
+        got = quaternion.align_signs(rotations[frame], expected)
+        assert_allclose(got[joints], expected[joints], atol=3e-6)
 
 
 def test_the_sum_is_near_the_mean_rotation(made, frames):

@@ -108,6 +108,9 @@ def test_wanderers_take_the_time_that_steps_of_their_clips_take(stages, tmp_path
         layer = Sdf.Layer.FindOrOpen(str(copy / "clips.usdc"))
         layer.timeCodesPerSecond = rate
         layer.Save()
+        scene = Sdf.Layer.FindOrOpen(str(copy / "plaza.usda"))
+        scene.GetAttributeAtPath("/World/Agents/Visitor_00.usdfoot:agent:speed").default = 0.0
+        scene.Save()
         agents = GoalOptions(agents="Visitor_00")
         (plan,) = plan_scene_wander(
             copy / "plaza.usda", tmp_path / "plans.usda", options=agents, steps=30
@@ -115,6 +118,21 @@ def test_wanderers_take_the_time_that_steps_of_their_clips_take(stages, tmp_path
         lengths, times = np.linalg.norm(np.diff(plan.positions, axis=0), axis=1)[2:-1], np.diff(plan.strike_times)[2:-1]
         paces.append(np.median(times[lengths > 0.5] * lengths[lengths > 0.5]))
     assert paces[1] == pytest.approx(paces[0] * 4.0 / 3.0, rel=0.05)
+
+
+def test_what_is_wrong_with_plans_of_wanderers_is_told_once_for_all_who_meet(stages, tmp_path, capsys):
+    """Two set out from one place."""
+    copy = copy_stages(stages, tmp_path / "copy")
+    stage = Usd.Stage.Open(str(copy / "plaza.usda"))
+    one, other = (stage.GetPrimAtPath(f"/World/Agents/Visitor_0{i}") for i in range(2))
+    for name in other.GetAttribute("xformOpOrder").Get():
+        other.GetAttribute(name).Set(one.GetAttribute(name).Get())
+    stage.GetRootLayer().Save()
+    scene = copy / "plaza.usda"
+    arguments = ["plan", "wander", str(scene), "-o", str(tmp_path / "plans.usda"), "--agents", "Visitor_0[01]"]
+    assert main([*arguments, "--steps", "6"]) == 0
+    said = capsys.readouterr().err
+    assert said.count("2 of 2 agents step on each other") == 1 and "usdfoot plan crowd keeps them apart" in said
 
 
 def test_wanderers_get_the_same_bytes_from_the_same_seed(stages, tmp_path):
@@ -152,10 +170,11 @@ def test_a_scenario_becomes_a_valid_stage_that_can_be_planned(tmp_path, capsys):
 def test_who_wants_to_go_faster_than_its_clips_goes_as_fast_as_they_do(stages, tmp_path):
     pytest.importorskip("jupedsim")
     file, scene, layer = tmp_path / "case.xml", tmp_path / "scene.usda", tmp_path / "plans.usda"
-    file.write_text(CASE.replace(">1.2<", ">10<"))
+    far = CASE.replace("<x>-5<", "<x>-25<").replace("<x>5<", "<x>25<")  # room to run up and to stop
+    file.write_text(far.replace(">1.2<", ">10<"))
     convert_scenario(file, scene, character=str(stages / "human.usdc"), clips=str(stages / "clips.usdc"))
     report = plan_scene_crowd(scene, layer)
-    (message,) = [problem.message for problem in report.problems]
+    (message,) = [problem.message for problem in report.problems if "wants to go" in problem.message]
     assert "wants to go 10.00 m/s; " in message and message.endswith("m/s were taken, as fast as its clips go")
     (plan,) = plans_of(layer, scene).values()
     fastest = float(message.split("; ")[1].split()[0])

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose
 
 from usdfoot.planning.foot_table import FootTable, Instants, between, foot_axes
 from usdfoot.planning.near_feet import INSTANT, STOREY, NearFeet, find_near_feet, overlaps
@@ -101,3 +102,15 @@ def test_after_some_have_moved_the_pairs_are_those_of_a_new_search(seed: int, sh
     followed, anew = find_near_feet(feet, slack=SLACK).after(later, moved), find_near_feet(later, slack=SLACK)
     assert pairs_of(followed) == pairs_of(anew)
     assert len(followed.first.steps) == len(anew.first.steps)
+
+
+def test_overlaps_are_kept_up_to_date_where_feet_move() -> None:
+    feet = crowded(1)
+    generator = np.random.default_rng(2)
+    moved = generator.random(len(feet.owners)) < 0.3
+    later = replace(feet, positions=feet.positions + moved[:, None] * generator.normal(scale=0.2, size=(len(moved), 3)))
+    near = find_near_feet(feet, slack=SLACK)
+    for known in (near, near.moved(later, moved), near.after(later, moved)):
+        depths, directions = overlaps(feet if known is near else later, known.first, known.second)
+        assert_allclose(known.depths, depths, atol=1e-12)
+        assert_allclose(known.directions, directions, atol=1e-12)

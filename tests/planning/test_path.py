@@ -93,6 +93,17 @@ def test_feet_have_time_to_swing_up_and_down_however_short_the_way():
     assert swings(up)[rises > 0.1].min() > 0.5 > 0.39 > swings(plan_path(straight(8.0, speed=1.9), LEVEL)).min()
 
 
+def test_a_foot_that_swings_over_a_beam_has_time_for_its_height():
+    """A beam 0.16 m high and 0.1 m wide, too narrow to stand on, across the way of a quick walker."""
+    level = slab((-5.0, 5.0), (-10.0, 10.0), (0.0, 0.0))
+    beam = slab((-5.0, 5.0), (4.0, 4.1), (0.16, 0.16))
+    plan, flat = (plan_path(straight(8.0, speed=1.6), Ground(terrain_of(quads))) for quads in ([level, beam], [level]))
+    over = 2 + np.flatnonzero((plan.positions[:-2, 2] < 4.0) & (plan.positions[2:, 2] > 4.1))
+    swings, plain = (each.strike_times[2:] - each.liftoff_times[:-2] for each in (plan, flat))
+    assert len(over) == 2 and plan.positions[:, 1].max() < 1e-9
+    assert swings[over - 2].min() > np.median(plain) + 0.12
+
+
 def test_plans_turn_and_move_with_their_path():
     turn, shift = 1.1, np.array([3.0, 0.0, -2.0])
     path = circle(4.0, speed=1.1)

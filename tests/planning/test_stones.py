@@ -13,13 +13,15 @@ from usdfoot.errors import PlanError
 from usdfoot.maths import planar
 from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
+from usdfoot.planning.crossing_graph import HEADINGS
+from usdfoot.planning.crossings import Stance, Stones, stance_at
 from usdfoot.planning.faults import LintLimits
 from usdfoot.planning.lint import lint_steps
 from usdfoot.planning.path import plan_path
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.reach import Reach, step_costs
-from usdfoot.planning.stone_tops import stones_on
-from usdfoot.planning.stones import HEADINGS, Stance, Stones, find_crossing, plan_stones, stance_at
+from usdfoot.planning.stone_tops import given_stones, stones_on
+from usdfoot.planning.stones import find_crossing, plan_stones
 
 REACH = Reach(
     outline=np.array([(-0.05, -0.3), (0.5, -0.3), (0.5, 0.9), (-0.05, 0.9)]),
@@ -144,18 +146,73 @@ def test_where_there_is_no_way_the_error_says_how_far_one_leads():
         find_crossing(stones_at(gap), stance_at(np.zeros(3), 0.0, REACH), goal, reach=REACH)
 
 
-def test_more_footholds_than_are_searched_are_refused_with_the_way_out():
-    start, goal = (stance_at(np.array([0.0, 0.0, z]), 0.0, REACH) for z in (0.0, 3.0))
-    with pytest.raises(PlanError, match=r"pairs of footholds within a step, more than .* --on, or widen --spacing"):
-        find_crossing(stones_at(np.zeros((1500, 2))), start, goal, reach=REACH)
+def wide_ground(*, gate: bool) -> Stones:
+    """17,000 footholds in 24 m by 7 m, cut in two by a ditch with a bridge 5 m off the straight way, or without."""
+    places = np.stack(np.meshgrid(np.arange(-12.0, 12.0, 0.1), np.arange(0.0, 7.0, 0.1)), axis=-1).reshape(-1, 2)
+    ditch = (places[:, 1] > 2.0) & (places[:, 1] < 4.0)
+    return stones_at(places[~ditch | (gate & (np.abs(places[:, 0] - 5.0) < 0.3))])
+
+
+@pytest.mark.parametrize(
+    ("start", "help_is"),
+    [
+        ((0.0, 3.0, 0.0), "3.00 m lower. .*stand the agent on the ground"),
+        ((0.0, 0.0, -3.0), "stand the agent nearer"),
+    ],
+)
+def test_where_no_foothold_is_reached_the_error_says_where_to_stand(start, help_is):
+    goal = stance_at(np.array([0.0, 0.0, 4.2]), 0.0, REACH)
+    with pytest.raises(PlanError, match=rf"over 0 of 6 footholds ends at the start .*{help_is}"):
+        find_crossing(stones_at(straight()), stance_at(np.array(start), 0.0, REACH), goal, reach=REACH)
+
+
+def test_of_very_many_footholds_only_those_near_the_way_are_searched():
+    start, goal = stance_at(np.array([-1.0, 0.0, 0.5]), 0.0, REACH), stance_at(np.array([-1.0, 0.0, 6.0]), 0.0, REACH)
+    stones = wide_ground(gate=True)
+    crossing = find_crossing(stones, start, goal, reach=REACH)
+    assert_allclose(crossing.positions[2:-2], stones.positions[crossing.footholds[2:-2]])
+    over = crossing.positions[(crossing.positions[:, 2] > 2.0) & (crossing.positions[:, 2] < 4.0)]
+    assert len(over) >= 2 and np.all(np.abs(over[:, 0] - 5.0) < 0.3), "over the bridge"
+    shortest = 2.0 * np.hypot(6.0, 1.5) + 2.5
+    assert crossing.cost < 1.35 * shortest / 0.6, "steps are comfortable, turns and all"
+
+
+def test_of_very_many_footholds_the_error_says_how_far_a_way_leads():
+    start, goal = stance_at(np.array([-1.0, 0.0, 0.5]), 0.0, REACH), stance_at(np.array([-1.0, 0.0, 6.0]), 0.0, REACH)
+    stones = wide_ground(gate=False)
+    with pytest.raises(PlanError, match=r"of \d+ footholds, the most promising of 12240, ends .* 2\.00 m from"):
+        find_crossing(stones, start, goal, reach=REACH)
 
 
 def test_a_stone_too_high_is_not_stepped_on():
     places = np.insert(straight(3), 1, [0.0, 0.5, 0.0], axis=1)
     stones = Stones(name="/Stones", positions=places, normals=np.tile([0.0, 1.0, 0.0], (3, 1)))
     goal = stance_at(np.array([0.0, 0.0, 2.4]), 0.0, REACH)
-    with pytest.raises(PlanError, match="1 of 3 footholds"):
+    with pytest.raises(PlanError, match=r"1 of 3 footholds.*0\.50 m higher\. .*add footholds at heights between"):
         find_crossing(stones, stance_at(np.zeros(3), 0.0, REACH), goal, reach=REACH)
+
+
+def test_footholds_given_beside_an_edge_or_in_the_air_are_avoided_where_others_are_near():
+    """Of each pair of points the wrong one lies better; alone it is stepped on, and lint names it."""
+    terrain = terrain_of([slab((-0.3, 0.3), (-1.0, 6.0), (0.0, 0.0))])
+    good, wrong = np.insert(straight(), 1, 0.0, axis=1), np.insert(straight(), 1, 0.0, axis=1)
+    good[:, 2] += 0.15
+    wrong[::2, 0], wrong[1::2, 1] = 0.29, 0.2  # the sole over the edge; in the air
+    start, goal = (stance_at(np.array([0.0, 0.0, z]), 0.0, REACH) for z in (0.0, 4.35))
+    body = Proportions()
+    stones = given_stones("/Points", np.concatenate([wrong, good]), None, terrain=terrain, body=body)
+    assert find_crossing(stones, start, goal, reach=REACH).footholds[2:-2].min() >= 6
+    alone = given_stones("/Points", wrong, None, terrain=terrain, body=body)
+    assert find_crossing(alone, start, goal, reach=REACH).footholds[2:-2].max() < 6
+
+
+def test_footholds_given_lie_in_the_terrain_or_on_their_normals():
+    terrain = terrain_of([slab((-1.0, 1.0), (-1.0, 1.0), (0.0, 0.4))])
+    places, body = np.array([(0.0, 0.2, 0.0), (0.0, 2.0, 0.0)]), Proportions()
+    laid = given_stones("/Points", places, None, terrain=terrain, body=body).normals
+    assert_allclose(laid, [np.array([0.0, 2.0, -0.4]) / np.hypot(2.0, 0.4), (0.0, 1.0, 0.0)], atol=1e-9)
+    own = np.array([(0.0, 0.8, 0.6), (0.6, 0.8, 0.0)])
+    assert_allclose(given_stones("/Points", places, own, terrain=terrain, body=body).normals, own)
 
 
 def test_bad_stones_are_refused():
@@ -180,4 +237,4 @@ def test_footholds_of_meshes_are_on_walkable_level_tops_under_nothing():
     assert len(stones.positions) == 9, "a grid of 0.1 m with its middle at the stone's, the foot's width from its edge"
     assert np.all(np.abs(stones.positions - [0.0, 0.3, 0.2]) <= [0.2 - body.half_width, 1e-9, 0.2 - body.half_width])
     with pytest.raises(PlanError, match=r"/Ground_0: is 0\.4 m by 0\.4 m, too large"):
-        stones_on(terrain, body=body, spacing=0.001)
+        stones_on(terrain, body=body, spacing=0.0002)

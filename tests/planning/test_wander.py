@@ -10,6 +10,7 @@ from usdfoot.errors import PlanError
 from usdfoot.maths import planar
 from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
+from usdfoot.planning.gait import derive_gait
 from usdfoot.planning.habits import Habits
 from usdfoot.planning.lint import lint_plans, lint_steps
 from usdfoot.planning.path import plan_path
@@ -137,6 +138,34 @@ def test_it_keeps_off_what_crosses_its_way():
     assert least > 0.1
 
 
+def cart_at(time: float, velocity: tuple[float, float] | None) -> Obstacle:
+    """A cart that crosses the way from the left at 1.2 m/s."""
+    centre = np.array([-5.0 + 1.2 * time, 0.4])
+    return Obstacle(name="/Cart", outline=box_outline(centre - (0.9, 0.5), centre + (0.9, 0.5)), velocity=velocity)
+
+
+@pytest.mark.parametrize("known", ["given", "measured", "given once"])
+def test_what_moves_is_avoided_where_it_will_be(known):
+    velocity = {"given": (1.2, 0.0), "measured": None, "given once": (1.2, 0.0)}[known]
+    bumped = {velocity: 0, (0.0, 0.0): 0}
+    for seed in range(6):
+        for said in bumped:
+            start, goals = np.array([0.1 * seed - 0.3, 0.0, -4.0]), [np.array([0.1 * seed, 0.0, 4.5])]
+            world = World(bounds=SQUARE, obstacles=(cart_at(0.0, said),))
+            way = wander(world, start, 0.0, generator=np.random.default_rng(seed), goals=goals)
+            step, steps = next(way), 0
+            while step is not None and steps < 40:
+                place, cart = step.position[None, [0, 2]], cart_at(step.strike_time, None)
+                bumped[said] += int(clearances(World(obstacles=(cart,)), place)[0] < 0.0)
+                told = None if known == "given once" and said != (0.0, 0.0) else cart_at(step.strike_time, said)
+                try:
+                    step = way.send(told and World(bounds=SQUARE, obstacles=(told,)))
+                except StopIteration:
+                    break
+                steps += 1
+    assert bumped[velocity] == 0 < bumped[(0.0, 0.0)]
+
+
 def test_strikes_as_they_come_are_those_of_the_plan():
     way = wander(World(bounds=SQUARE), np.zeros(3), 0.0, generator=np.random.default_rng(5), start_time=2.0)
     footsteps = [next(way) for _ in range(12)]
@@ -145,9 +174,20 @@ def test_strikes_as_they_come_are_those_of_the_plan():
 
 
 def test_who_is_given_a_speed_goes_at_it():
-    slow, quick = (walk(4, options=WanderOptions(speed=speed)) for speed in (0.4, 0.8))
-    assert_array_equal(slow.positions, quick.positions)
-    assert_allclose(np.diff(slow.strike_times[2:]), 2.0 * np.diff(quick.strike_times[2:]))
+    """With the steps that people take at that speed, not in slow motion."""
+    for speed in (0.4, 0.8, 1.3):
+        plan = walk(4, World(), options=WanderOptions(speed=speed, wobble=0.0), steps=12)
+        lengths, times = np.linalg.norm(np.diff(plan.positions, axis=0), axis=1)[2:], np.diff(plan.strike_times)[2:]
+        assert lengths.sum() / times.sum() == pytest.approx(speed, rel=0.1)
+        gait = derive_gait(speed=speed)
+        assert np.median(times) == pytest.approx(gait.step_time, rel=0.15)
+        assert lengths.max() == pytest.approx(gait.step_length, abs=0.03)
+
+
+def test_short_steps_in_turns_are_not_hurried_to_keep_a_speed():
+    options = WanderOptions(speed=2.6)
+    quickest = derive_gait(speed=2.6).step_time
+    assert np.diff(walk(4, options=options, steps=60).strike_times)[2:].min() > 0.9 * quickest
 
 
 def test_it_sets_out_from_a_stand_as_along_a_path_with_the_steps_of_its_habits():

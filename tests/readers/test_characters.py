@@ -206,6 +206,12 @@ class TestAuthoredBiped:
         with pytest.raises(BipedError, match=r"usdfoot:biped:left:ballHeight is -0.1. author a positive length"):
             read(stage)
 
+    def test_a_com_that_is_nowhere_is_refused(self):
+        stage, skeleton = self.stage()
+        skeleton.CreateAttribute(Token.COM, Sdf.ValueTypeNames.Float3, False).Set(Gf.Vec3f(0.0, float("nan"), 0.0))
+        with pytest.raises(BipedError, match=r"usdfoot:biped:com is \(0, nan, 0\). author a finite point"):
+            read(stage)
+
     def test_the_real_character_with_authored_joints(self, shared_data):
         stage = new_stage(None, Units(1.0, "Y", 120.0))
         stage.DefinePrim("/World/Hero").GetReferences().AddReference(str(shared_data / "cmu" / "cmu_character.usdc"))

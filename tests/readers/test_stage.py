@@ -8,7 +8,14 @@ from pxr import Sdf, Usd, UsdGeom, UsdUtils
 from tests.scenes import Units, add_character, add_plan, new_stage, simple_scene
 from usdfoot.bridge.tokens import Schema
 from usdfoot.errors import SceneError
-from usdfoot.readers.stage import authored, collect_prims, composition_problems, open_stage, read_stage_info
+from usdfoot.readers.stage import (
+    authored,
+    collect_prims,
+    composition_problems,
+    has_marked,
+    open_stage,
+    read_stage_info,
+)
 
 
 def test_a_missing_file_is_named(tmp_path):
@@ -132,3 +139,11 @@ def test_a_usdz_package_is_a_scene(tmp_path):
     assert UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(tmp_path / "scene.usdc")), str(tmp_path / "scene.usdz"))
     stage = open_stage(tmp_path / "scene.usdz")
     assert len(collect_prims(stage).skeletons) == 1
+
+
+@pytest.mark.parametrize(("count", "is_so"), [(2, True), (3, False)])
+def test_whether_many_prims_are_marked_is_known_of_the_first_of_them(count, is_so):
+    stage = new_stage()
+    for number in range(5):
+        stage.DefinePrim(f"/Agent{number}").AddAppliedSchema(Schema.AGENT if number % 2 == 0 else "OtherAPI")
+    assert has_marked(stage, more_than=count) == is_so

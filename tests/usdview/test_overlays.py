@@ -4,7 +4,7 @@ import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdValidation
 
 from usdfoot.errors import OutputError, SceneError
-from usdfoot.model.overlay import KINDS
+from usdfoot.model.overlay_kinds import KINDS
 from usdfoot.usdview.overlays import remove_overlays, save_overlay, shown_kinds, toggle_overlay
 from usdfoot.usdview.selection import Selection
 

@@ -17,7 +17,7 @@ from usdfoot.writers.attributes import (
     seen_spec,
     specs_of,
 )
-from usdfoot.writers.crate.reading import read_prims
+from usdfoot.writers.crate.reading import read_layer
 from usdfoot.writers.crate.specs import PackedSamples, Reference, Samples, Spec, switch
 from usdfoot.writers.crate.writing import write_layer
 from usdfoot.writers.layers import LayerFormat, apply_schemas, author_targets, define_prim, new_layer
@@ -160,17 +160,37 @@ def test_what_stays_the_same_is_in_the_file_once(tmp_path: Path) -> None:
 def test_prims_taken_from_another_file_leave_the_bytes_they_had(tmp_path: Path) -> None:
     numbers = [3, 0, 2, 1]
     first = write(tmp_path / "first.usdc", prims_for(numbers))
-    read = read_prims(tmp_path / "first.usdc", SCOPE)
+    data, read = read_layer(tmp_path / "first.usdc", SCOPE)
+    assert data == DATA
     assert list(read) == [f"Agent_{number}" for number in numbers]
     assert write(tmp_path / "again.usdc", {**read, "Agent_2": prims_for([2])["Agent_2"]}) == first
     write(tmp_path / "more.usdc", prims_for([7, 2, 0, 3, 1]))
-    more = read_prims(tmp_path / "more.usdc", SCOPE)
+    _, more = read_layer(tmp_path / "more.usdc", SCOPE)
     assert write(tmp_path / "again.usdc", {name: more[name] for name in read}) == first
+
+
+@pytest.mark.parametrize("is_last", [False, True])
+def test_prims_that_come_again_are_written_as_if_each_was_another(tmp_path: Path, is_last: bool) -> None:
+    def tree(end: float) -> Spec:
+        inner = prim_spec("Scope", {**specs_of(attributes_for(1)), "Inner": prim_spec("Mesh", {})})
+        after = prim_spec("Scope", specs_of({"end": Attribute("float", end)}))
+        return prim_spec("Scope", {"First": inner} if is_last else {"First": inner, "After": after})
+
+    def agent(outer: Spec) -> Spec:
+        return prim_spec("Xform", {".of": relationship_spec([f"{SCOPE}/B/Outer/First/Inner"]), "Outer": outer})
+
+    one = tree(1.0)
+    several = {"A": agent(one), "B": agent(one), "C": agent(tree(2.0)), "Leaf": prim_spec("Mesh", {}), "D": agent(one)}
+    apart = {name: agent(tree(2.0 if name == "C" else 1.0)) for name in several} | {"Leaf": prim_spec("Mesh", {})}
+    shared = write(tmp_path / "shared.usdc", several)
+    assert shared == write(tmp_path / "apart.usdc", apart)
+    _, read = read_layer(tmp_path / "shared.usdc", SCOPE)
+    assert read["D"].below["Outer"] is read["A"].below["Outer"] and read["C"] == several["C"]
 
 
 def test_samples_are_read_as_they_were(tmp_path: Path) -> None:
     write(tmp_path / "own.usdc", prims_for([5]))
-    own = read_prims(tmp_path / "own.usdc", SCOPE)["Agent_5"].below
+    own = read_layer(tmp_path / "own.usdc", SCOPE)[1]["Agent_5"].below
     for name, samples in samples_for(5).items():
         packed = own[f".{name}"].fields["timeSamples"]
         assert isinstance(packed, PackedSamples)
@@ -180,4 +200,4 @@ def test_samples_are_read_as_they_were(tmp_path: Path) -> None:
 def test_what_usd_wrote_is_refused(tmp_path: Path) -> None:
     author_one_by_one([0, 1]).Export(str(tmp_path / "usd.usdc"))
     with pytest.raises((ValueError, LookupError)):
-        read_prims(tmp_path / "usd.usdc", SCOPE)
+        read_layer(tmp_path / "usd.usdc", SCOPE)

@@ -32,6 +32,9 @@ BALL_HEIGHTS = (0.02, 0.6)
 TRUNK_HEIGHT = 0.2
 """Joints higher above the hips than this part of the hips' height are of the trunk or hang on it."""
 
+LIKE_BONES = 2.5
+"""Lengths of legs that differ from their bones by more than this factor are in other units: an inch has 2.54 cm."""
+
 BipedMeasures = Mapping[str, float | FloatArray]
 """Authored measures in canonical space: ball_height:left, ball_height:right, com, nominal, maximal."""
 
@@ -82,7 +85,8 @@ def make_biped(skeleton: Skeleton, roles: Mapping[str, int], measures: BipedMeas
         measures: Authored or measured values, canonical.
 
     Raises:
-        BipedError: If the balls are higher above the soles than the legs are long.
+        BipedError: If the balls are higher above the soles than the legs are long, or the lengths of legs are in other
+            units than the bones.
     """
     positions, _ = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
     leg = positions[[[roles[f"{side} {role}"] for role in LEG_ROLES] for side in SIDES]]  # (2, 4, 3)
@@ -97,6 +101,11 @@ def make_biped(skeleton: Skeleton, roles: Mapping[str, int], measures: BipedMeas
         what = f"its balls are {max(heights):.3g} m above the soles, its legs {straight:.3g} m long"
         remedy = "author usdfoot:biped:left:ballHeight and :right in the Skeleton's own units, or none"
         raise BipedError(skeleton.name, what, remedy)
+    nominal = float(measures.get("nominal", NOMINAL_LEG * maximal))
+    for name, length in (("max", maximal), ("nominal", nominal)):
+        if not straight / LIKE_BONES <= length <= straight * LIKE_BONES:
+            what = f"usdfoot:biped:legLength:{name} says {length:.3g} m, the bones of its legs are {straight:.3g} m"
+            raise BipedError(skeleton.name, what, "author it in the Skeleton's own units, or none")
     pairs = {role: (roles[f"left {role}"], roles[f"right {role}"]) for role in LEG_ROLES}
     return Biped(
         pelvis=roles["pelvis"],
@@ -106,7 +115,7 @@ def make_biped(skeleton: Skeleton, roles: Mapping[str, int], measures: BipedMeas
         balls=pairs["ball"],
         ball_heights=np.array(heights),
         com=com,
-        nominal_leg_length=float(measures.get("nominal", NOMINAL_LEG * maximal)),
+        nominal_leg_length=nominal,
         maximal_leg_length=maximal,
     )
 

@@ -104,9 +104,9 @@ def _overlap_shares(speeds: FloatArray, flies: BoolArray) -> FloatArray:
     return 2.0 * stance - 1.0
 
 
-def _at_speed(distances: FloatArray, steps: StepTiming, speed: float, rule: TimingRule) -> StepTiming:
-    """The steps with all times stretched alike, so that their mean speed is as given [m/s]."""
-    times = steps.step_times * (distances.sum() / speed / steps.step_times.sum())
+def _at_speed(distances: FloatArray, steps: StepTiming, speed: float, rule: TimingRule, *, first: int) -> StepTiming:
+    """The steps with all times stretched alike, so that the mean speed from the `first` on is as given [m/s]."""
+    times = steps.step_times * (distances[first:].sum() / speed / steps.step_times[first:].sum())
     speeds = distances / times / np.sqrt(rule.gravity * rule.leg_length)
     flies = distances > rule.flight_distance if rule.flight_distance else speeds**2 > RUN_FROUDE
     return StepTiming(step_times=times, overlaps=times * _overlap_shares(speeds, flies))
@@ -164,10 +164,11 @@ def time_footsteps(
     rule = rule or TimingRule()
     distances = np.linalg.norm(np.diff(positions, axis=0), axis=1)
     steps = _with_run_ups(distances, time_steps(distances, rule), rule)
-    if speed:
-        if not distances.any():
+    first = int(starts_standing)
+    if speed and len(distances) > first:
+        if not distances[first:].any():
             raise PlanError("footprints", "are all in one place", "time them without a speed")
-        steps = _at_speed(distances, steps, speed, rule)
+        steps = _at_speed(distances, steps, speed, rule, first=first)
     step_times = steps.step_times.copy()
     overlaps = steps.overlaps.copy()
     if starts_standing:

@@ -64,6 +64,11 @@ class KeptExamples:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
 
+    def find(self, library: ClipLibrary, *, samples: int) -> tuple[Examples, list[Problem]]:
+        """What `build_examples` makes of a library, read if it is there; nothing is written."""
+        kept = _read(self._folder / _name_of(library, samples), joints=len(library.skeleton.joints), samples=samples)
+        return build_once(library, samples=samples) if kept is None else kept
+
     def build(self, library: ClipLibrary, *, samples: int) -> tuple[Examples, list[Problem]]:
         """What `build_examples` makes of a library, read if it is there, else kept for the next time if it can be."""
         name = _name_of(library, samples)

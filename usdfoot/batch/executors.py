@@ -8,15 +8,17 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import CancelledError, Executor, Future, InvalidStateError, ProcessPoolExecutor
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, InvalidStateError, ProcessPoolExecutor
 from contextlib import contextmanager, suppress
 from functools import partial
 from multiprocessing.connection import Connection, wait
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from usdfoot.batch.garbage import collect_seldom
 from usdfoot.errors import UsdfootError
-from usdfoot.model.limits import Limits
+
+if TYPE_CHECKING:
+    from usdfoot.batch.tasks import EarlyTask
 
 __all__ = ["open_executor", "open_scene_early"]
 
@@ -60,8 +62,10 @@ def open_executor(
     executor = _Processes(count - beside, mp_context=context, initializer=_begin_worker, initargs=(end,))
     try:
         yield executor
-        ends.close()  # by an error or Ctrl-C instead, what is begun is made: the next run keeps it
+        executor.is_making = False
     finally:
+        if not executor.is_making:  # else, by an error or Ctrl-C, what is begun is made: the next run keeps it
+            ends.close()
         executor.shutdown(cancel_futures=True)
 
 
@@ -71,6 +75,13 @@ class _Processes(ProcessPoolExecutor):
     def __init__(self, workers: int, **options: Any) -> None:
         super().__init__(workers, **options)
         self.workers = workers
+        self.is_making = False
+        """Whether more was asked for than to open a scene."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """As any executor does."""
+        self.is_making = self.is_making or fn is not _open_early
+        return super().submit(fn, *args, **kwargs)
 
 
 def _begin_worker(end: Connection) -> None:
@@ -117,8 +128,13 @@ class _Cluster(Executor):
         """As any executor does."""
         answer: Future[Any] = Future()
         self._asked[answer] = self._workers.submit(fn, *args, **kwargs)
-        self._asked[answer].add_done_callback(partial(_pass_on, answer))
+        self._asked[answer].add_done_callback(partial(self._pass_on, answer))
         return answer
+
+    def _pass_on(self, answer: Future[Any], asked: Future[Any]) -> None:
+        """Gives a future what became of another and lets go of that, which Dask would make again if its worker died."""
+        _answer_as(answer, asked)
+        self._asked.pop(answer, None)
 
     def give_up(self, error: Exception) -> None:
         """Has all that was asked for and not answered fail."""
@@ -128,7 +144,7 @@ class _Cluster(Executor):
                 asked.cancel()
 
 
-def _pass_on(answer: Future[Any], asked: Future[Any]) -> None:
+def _answer_as(answer: Future[Any], asked: Future[Any]) -> None:
     """Gives a future what became of another."""
     with suppress(InvalidStateError):  # given up meanwhile
         if asked.cancelled():
@@ -160,27 +176,28 @@ def _watched(client: Any, scheduler: str, executor: _Cluster) -> Iterator[None]:
         over.set()
 
 
-def open_scene_early(executor: Executor, scene: str, inputs: str, *, limits: Limits) -> list[Future[None]]:
+def open_scene_early(executor: Executor, task: EarlyTask) -> list[Future[None]]:
     """Has all workers of this machine open a scene; who cannot says so when it is asked for a chunk.
 
     Args:
         executor: Whose workers.
-        scene: The scene's file.
-        inputs: State of its files, as chunks' tasks have it.
-        limits: How much of a scene is read.
+        task: What to open.
 
     Returns:
-        One a worker, done when it has opened the scene.
+        One a worker, done when it is ready for its chunks.
     """
     workers = getattr(executor, "workers", _cores())
-    return [executor.submit(_open_early, scene, inputs, limits) for _ in range(workers)]
+    starting: list[Future[None]] = []
+    with suppress(BrokenExecutor):  # others have vanished before all are asked
+        starting.extend(executor.submit(_open_early, task) for _ in range(workers))
+    return starting
 
 
-def _open_early(scene: str, inputs: str, limits: Limits) -> None:
+def _open_early(task: EarlyTask) -> None:
     """As `workshop.open_early`, all of which is loaded by the worker and not by who asks it to."""
     from usdfoot.batch.workshop import open_early
 
-    open_early(scene, inputs, limits)
+    open_early(task)
 
 
 def _cores() -> int:

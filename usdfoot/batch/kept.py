@@ -12,7 +12,6 @@ from usdfoot.batch.entries import AgentEntry
 from usdfoot.batch.records import parse_record
 from usdfoot.batch.tasks import ChunkTask
 from usdfoot.model.report import Problem
-from usdfoot.readers.chunks import read_notes
 from usdfoot.writers.chunks import ChunkPrims, read_chunk
 
 __all__ = ["KeptAgents", "keep_agents"]
@@ -33,11 +32,10 @@ class KeptAgents:
 def keep_agents(task: ChunkTask) -> KeptAgents:
     """The agents of a chunk that are in an earlier chunk as the task wants them: the one that has most."""
     places = Counter(files for files in task.earlier if files).most_common(1)
-    notes = read_notes(Path(task.folder), places[0][0]) if places else None
-    if notes is None:
+    if not places:
         return KeptAgents()
     try:
-        prims = read_chunk(Path(task.folder), places[0][0])
+        prims, notes = read_chunk(Path(task.folder), places[0][0])
     except (OSError, ValueError, LookupError, struct.error):  # somebody wrote it with another program
         return KeptAgents()
     record = parse_record(notes.record)

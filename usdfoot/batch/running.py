@@ -8,24 +8,26 @@ from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future,
 from contextlib import suppress
 from functools import partial
 from queue import SimpleQueue
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from usdfoot.batch.tasks import ChunkTask
-from usdfoot.batch.workshop import MadeChunk, Workshop, make_chunk
 from usdfoot.errors import OutputError, UsdfootError
+
+if TYPE_CHECKING:  # loaded by who makes chunks, when workers have been given theirs
+    from usdfoot.batch.tasks import ChunkTask
+    from usdfoot.batch.workshop import MadeChunk
 
 __all__ = ["run_chunks"]
 
 _KILLED = "KilledWorker"
 """Dask's error for what several workers died of, one after the other; Dask need not be installed."""
 
-Outcome = tuple[int, Callable[[], MadeChunk]]
+Outcome = tuple[int, Callable[[], "MadeChunk"]]
 """Index of a chunk, and what gives what became of it or raises why there is nothing."""
 
 
 def run_chunks(
     tasks: Sequence[ChunkTask],
-    workshop: Workshop,
+    make: Callable[[ChunkTask], MadeChunk],
     *,
     executor: Executor | None = None,
     starting: Sequence[Future[None]] | None = None,
@@ -34,7 +36,7 @@ def run_chunks(
 
     Args:
         tasks: What to make.
-        workshop: Of this process.
+        make: Makes a chunk in this process.
         executor: Whose processes make the chunks, from the first on; None = this process does.
         starting: One a worker, done when it can begin: this process makes chunks too, from the last on, and a worker
             has none but the one it works at. None = the executor alone has all of them.
@@ -44,10 +46,10 @@ def run_chunks(
     """
     if executor is None:
         for index, task in enumerate(tasks):
-            yield index, workshop.make(task)
+            yield index, make(task)
         return
     failed: dict[str, str] = {}
-    outcomes = _given(tasks, executor) if starting is None else _shared(tasks, executor, starting, workshop)
+    outcomes = _given(tasks, executor) if starting is None else _shared(tasks, executor, starting, make)
     for index, result in outcomes:
         try:
             yield index, result()
@@ -70,13 +72,26 @@ def run_chunks(
 
 def _given(tasks: Sequence[ChunkTask], executor: Executor) -> Iterator[Outcome]:
     """Outcomes of chunks that the executor has all at once."""
-    futures = {executor.submit(make_chunk, task): index for index, task in enumerate(tasks)}
+    futures = {_asked(executor, task): index for index, task in enumerate(tasks)}
     for future in as_completed(futures):
         yield futures[future], future.result
 
 
+def _asked(executor: Executor, task: ChunkTask) -> Future[MadeChunk]:
+    """A chunk that an executor is to make; its workers may have vanished already, when they opened the scene."""
+    try:
+        return executor.submit(_make_chunk, task)
+    except BrokenExecutor as error:
+        lost: Future[MadeChunk] = Future()
+        lost.set_exception(error)
+        return lost
+
+
 def _shared(
-    tasks: Sequence[ChunkTask], executor: Executor, starting: Sequence[Future[None]], workshop: Workshop
+    tasks: Sequence[ChunkTask],
+    executor: Executor,
+    starting: Sequence[Future[None]],
+    make: Callable[[ChunkTask], MadeChunk],
 ) -> Iterator[Outcome]:
     """Outcomes of chunks of which workers and this process take one at a time; here they are made when asked for."""
     left, done = deque(range(len(tasks))), SimpleQueue[Outcome]()
@@ -87,9 +102,9 @@ def _shared(
         with suppress(IndexError):
             index = left.popleft()
             try:
-                executor.submit(make_chunk, tasks[index]).add_done_callback(partial(take, index))
+                executor.submit(_make_chunk, tasks[index]).add_done_callback(partial(take, index))
             except RuntimeError:  # the executor broke or was shut down
-                done.put((index, partial(workshop.make, tasks[index])))
+                done.put((index, partial(make, tasks[index])))
 
     def take(index: int, future: Future[MadeChunk]) -> None:
         give(future)
@@ -102,4 +117,11 @@ def _shared(
             index = left.pop() if done.empty() else None
         except IndexError:
             index = None
-        yield done.get() if index is None else (index, partial(workshop.make, tasks[index]))
+        yield done.get() if index is None else (index, partial(make, tasks[index]))
+
+
+def _make_chunk(task: ChunkTask) -> MadeChunk:
+    """As `workshop.make_chunk`, loaded by the worker and not by who asks it to."""
+    from usdfoot.batch.workshop import make_chunk
+
+    return make_chunk(task)

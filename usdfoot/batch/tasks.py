@@ -9,14 +9,14 @@ from pathlib import Path
 
 from usdfoot import __version__
 from usdfoot.batch.hashing import content_hash
-from usdfoot.bridge.scene import Scene, StageInfo
+from usdfoot.bridge.scene import Scene
 from usdfoot.bridge.tokens import ChunkFiles, File, chunk_files
 from usdfoot.bridge.versions import library_versions
 from usdfoot.model.agent import Agent, Follower
 from usdfoot.model.limits import Limits
 from usdfoot.physics.motion_options import MotionOptions
 
-__all__ = ["ChunkTask", "agents_a_chunk", "cut_chunks", "inputs_of", "with_earlier"]
+__all__ = ["ChunkTask", "EarlyTask", "agents_a_chunk", "cut_chunks", "early_task", "inputs_of", "with_earlier"]
 
 LARGE_CROWD = 4
 """From so many chunks on a crowd keeps its clips' analysis: of a smaller one that would be much of what it is."""
@@ -60,6 +60,19 @@ class ChunkTask:
     """Files, relative to the folder, that have each agent made from the same; None or nothing at all = none have."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class EarlyTask:
+    """What a worker is told of a scene while others still find out which chunks there are; fields as of `ChunkTask`."""
+
+    scene: str
+    inputs: str
+    options: MotionOptions
+    limits: Limits
+    folder: str
+    agents: tuple[str, ...] = ()
+    """Of a chunk that there is; nobody = everybody will be asked for."""
+
+
 def cut_chunks(
     scene: Scene,
     references: Sequence[tuple[str, str]],
@@ -85,7 +98,7 @@ def cut_chunks(
     """
     readable = {agent.name: agent for agent in scene.crowd.everyone}
     hashes = _Hashes(scene, references, options)
-    inputs = inputs_of(scene.stage, folder)
+    inputs = inputs_of(scene.stage.layers, folder)
     parts = [
         [readable[name] for name in names[start : start + size] if name in readable]
         for start in range(0, len(names), size)
@@ -112,14 +125,26 @@ def cut_chunks(
     )
 
 
+def early_task(task: ChunkTask) -> EarlyTask:
+    """What makes a worker ready for a chunk, and for others of the scene."""
+    return EarlyTask(
+        scene=task.scene,
+        inputs=task.inputs,
+        options=task.options,
+        limits=task.limits,
+        folder=task.folder,
+        agents=task.agents,
+    )
+
+
 def with_earlier(task: ChunkTask, made: Mapping[tuple[str, str], ChunkFiles]) -> ChunkTask:
     """The task with what there is of its agents, `made` by name and hash."""
     return replace(task, earlier=tuple(made.get(key) for key in zip(task.agents, task.hashes, strict=True)))
 
 
-def inputs_of(stage: StageInfo, folder: Path) -> str:
+def inputs_of(layers: Sequence[str], folder: Path) -> str:
     """Hash of the sizes and times of a scene's files, and of what artists changed; those in memory have none."""
-    layers = (*stage.layers, str(folder / File.OVERRIDES))
+    layers = (*layers, str(folder / File.OVERRIDES))
     found = [os.stat(layer) if os.path.isfile(layer) else None for layer in layers]
     return content_hash(list(layers), [(status.st_size, status.st_mtime_ns) if status else None for status in found])
 

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Collection
-from contextlib import suppress
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from usdfoot.batch.analysed import KeptExamples, build_once
 from usdfoot.batch.kept import keep_agents
 from usdfoot.batch.records import record_of
 from usdfoot.batch.sources import SourceFigures
-from usdfoot.batch.tasks import ChunkTask
+from usdfoot.batch.tasks import ChunkTask, EarlyTask
 from usdfoot.bridge.chunks import ChunkNotes
 from usdfoot.bridge.tokens import Motion as Source
-from usdfoot.engine.animate import ExamplesBuilder, PreparedLibraries, animate_crowd
-from usdfoot.errors import UsdfootError
+from usdfoot.engine.animate import PreparedLibraries, animate_crowd
 from usdfoot.model.agent import Crowd
 from usdfoot.model.device import start_warp
 from usdfoot.model.limits import Limits
@@ -26,13 +24,13 @@ from usdfoot.model.motion import Motion
 from usdfoot.model.report import Problem
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.planning.flights import fly_like_clips
-from usdfoot.planning.followers import following_figures, plan_followers
-from usdfoot.readers.listing import ListedScene, list_scene
+from usdfoot.readers.listing import list_scene
 from usdfoot.readers.scene import SceneReader
 from usdfoot.writers.chunks import write_chunk
 
 if TYPE_CHECKING:
     from usdfoot.physics.animate import PreparedBodies
+    from usdfoot.planning.follow import Following
 
 __all__ = ["MadeChunk", "Workshop", "make_chunk", "open_early"]
 
@@ -62,15 +60,9 @@ class Workshop:
     def __init__(self, reader: SceneReader, options: MotionOptions, *, keep: Path | None = None) -> None:
         self._reader = reader
         self._options = options
-        self._libraries = PreparedLibraries(options, build=_builder(keep))
+        self._libraries = PreparedLibraries(options, build=KeptExamples(keep).build if keep else build_once)
         self._bodies: PreparedBodies | None = None
         self._sources = SourceFigures()
-
-    def analyse_clips(self, crowd: Crowd) -> None:
-        """Has the clips of a crowd analysed, and kept where that is kept: others who ask then need not do it too."""
-        for index in sorted({agent.library for agent in crowd.everyone if agent.motion != Source.PHYSICS}):
-            with suppress(UsdfootError):  # their agents' problem, who tell it
-                self._libraries.prepared(crowd, index)
 
     def make(self, task: ChunkTask) -> MadeChunk:
         """Animates and writes a chunk.
@@ -88,9 +80,7 @@ class Workshop:
     def _make(self, task: ChunkTask) -> MadeChunk:
         scene, kept = self._reader.read(names=task.agents), keep_agents(task)
         clip_problems = self._clip_problems(scene.crowd, kept.entries)
-        crowd, followings, lost = plan_followers(
-            _without(scene.crowd, kept.entries), options=self._options, libraries=self._libraries
-        )
+        crowd, followings, lost = self._plan_followers(_without(scene.crowd, kept.entries))
         crowd = fly_like_clips(crowd, options=self._options, libraries=self._libraries)
         motions, problems = self._animate(crowd)
         record = record_of(
@@ -99,11 +89,7 @@ class Workshop:
             [*kept.problems, *clip_problems, *lost, *problems],
             sources=self._sources.of(crowd, motions),
             names=task.agents,
-            trajectories={
-                motion.name: following_figures(followings[motion.name], motion)
-                for motion in motions
-                if motion.name in followings
-            },
+            trajectories=_trajectory_figures(followings, motions),
             kept=kept.entries,
             anims=task.files.anims,
             content_hash=task.content_hash,
@@ -128,6 +114,14 @@ class Workshop:
             )
         return MadeChunk(record=record, kept_agents=len(kept.entries))
 
+    def _plan_followers(self, crowd: Crowd) -> tuple[Crowd, Mapping[str, Following], list[Problem]]:
+        """The crowd with plans for all who follow trajectories; without any, what plans them is not even loaded."""
+        if not crowd.followers:
+            return crowd, {}, []
+        from usdfoot.planning.followers import plan_followers
+
+        return plan_followers(crowd, options=self._options, libraries=self._libraries)
+
     def _animate(self, crowd: Crowd) -> tuple[list[Motion], list[Problem]]:
         """Motions and problems of a crowd; without agents that physics moves, its kernels are not even loaded."""
         if all(agent.motion == Source.CLIPS for agent in crowd.agents):
@@ -143,9 +137,14 @@ class Workshop:
         return [problem for index in sorted(libraries) for problem in self._libraries.prepared(crowd, index).problems]
 
 
-def _builder(keep: Path | None) -> ExamplesBuilder:
-    """What cuts the steps of clips, or reads them from a folder where they are kept."""
-    return KeptExamples(keep).build if keep else build_once
+def _trajectory_figures(followings: Mapping[str, Following], motions: Sequence[Motion]) -> dict[str, dict[str, Any]]:
+    """How near those who follow a trajectory keep to it, by agent name."""
+    if not followings:
+        return {}
+    from usdfoot.planning.followers import following_figures
+
+    own = [motion for motion in motions if motion.name in followings]
+    return {motion.name: following_figures(followings[motion.name], motion) for motion in own}
 
 
 def _without(crowd: Crowd, names: Collection[str]) -> Crowd:
@@ -172,34 +171,38 @@ def _workshop(
     scene: str, inputs: str, frames: tuple[int, int], options: MotionOptions, limits: Limits, folder: str, keeps: bool
 ) -> Workshop:
     """The workshop of a scene in the state that `inputs` stands for."""
-    reader = SceneReader(
-        _listed(scene, inputs, limits),
-        frames=frames,
+    reader = _reader(scene, inputs, options, limits, folder).at_frames(frames)
+    return Workshop(reader, options, keep=Path(folder) if keeps else None)
+
+
+def open_early(task: EarlyTask) -> None:
+    """Opens a scene in a process that is going to make chunks of it, and reads and analyses what these will need.
+
+    Nothing is written. If the scene's files are the same when chunks are asked for, none of this need be done again.
+
+    Raises:
+        UsdfootError: If it cannot be done, which chunks will tell too.
+    """
+    start_warp()
+    with _ONE_AT_A_TIME:
+        reader = _reader(task.scene, task.inputs, task.options, task.limits, task.folder)
+        names = task.agents or reader.names
+        crowd = reader.read(names=names[:1]).crowd
+        for library in {agent.library for agent in crowd.everyone if agent.motion != Source.PHYSICS}:
+            KeptExamples(Path(task.folder)).find(crowd.libraries[library], samples=task.options.samples)
+        reader.read_walks(names[: len(names) // 2])  # the other process's are the others
+
+
+@lru_cache(maxsize=1)
+def _reader(scene: str, inputs: str, options: MotionOptions, limits: Limits, folder: str) -> SceneReader:
+    """A scene in the state that `inputs` stands for, opened and listed once; at no frames yet."""
+    return SceneReader(
+        list_scene(scene, limits=limits, reload=True),
         motion=options.motion,
         tuning=options.tuning,
         crowd=Path(folder),
         limits=limits,
         sampling=options.sampling,
         foreseen=False,
-        build=_builder(Path(folder) if keeps else None),
+        build=KeptExamples(Path(folder)).find,
     )
-    return Workshop(reader, options, keep=Path(folder) if keeps else None)
-
-
-def open_early(scene: str, inputs: str, limits: Limits) -> None:
-    """Lists a scene in a process that is going to make its chunks, while others still find out which.
-
-    Args:
-        scene: The scene's file.
-        inputs: What its files were before this was asked for; if they are the same when chunks are, this need not be
-            done again.
-        limits: How much of a scene is read.
-    """
-    start_warp()
-    _listed(scene, inputs, limits)
-
-
-@lru_cache(maxsize=1)
-def _listed(scene: str, inputs: str, limits: Limits) -> ListedScene:
-    """The scene in the state that `inputs` stands for, opened and listed once."""
-    return list_scene(scene, limits=limits, reload=True)

@@ -4,13 +4,37 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
-__all__ = ["file_hashes", "intact_files"]
+__all__ = ["HashingThreads", "file_hashes", "intact_files"]
 
-_BLOCK = 1 << 20
+_BLOCK = 1 << 22
 """Bytes hashed at a time: a chunk need not fit into memory twice."""
+
+
+class HashingThreads:
+    """Hashes files that are not written any more, while others still are."""
+
+    def __init__(self) -> None:
+        self._threads = ThreadPoolExecutor()  # starts none before there is something to hash
+        self._asked: dict[str, Future[str]] = {}
+
+    def ask(self, name: str, path: Path) -> None:
+        """Begins to hash a file."""
+        self._asked[name] = self._threads.submit(_sha256, path)
+
+    def hashes(self) -> dict[str, str]:
+        """SHA-256 of all files asked for, by name, when they are known.
+
+        Raises:
+            OSError: If one cannot be read.
+        """
+        return {name: asked.result() for name, asked in self._asked.items()}
+
+    def stop(self) -> None:
+        """Leaves what is not hashed yet."""
+        self._threads.shutdown(cancel_futures=True)
 
 
 def file_hashes(files: Mapping[str, Path]) -> dict[str, str]:

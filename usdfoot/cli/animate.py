@@ -90,6 +90,12 @@ def _add_blend_flags(parser: argparse.ArgumentParser) -> None:
         help="weigh root velocities by bearing and speed, as the paper does, or by x and z (default: %(default)s)",
     )
     parser.add_argument(
+        "--blend",
+        choices=("sum", "slerp"),
+        default="sum",
+        help="blend rotations by sums, or by slerps one after the other, as the paper does (default: %(default)s)",
+    )
+    parser.add_argument(
         "--root-weight",
         metavar="X",
         type=root_weight,
@@ -217,6 +223,7 @@ def _options(arguments: argparse.Namespace) -> MotionOptions:
         correction=arguments.correction,
         seam=arguments.seam,
         space=arguments.space,
+        blend=arguments.blend,
         band=arguments.band,
         root_weight=arguments.root_weight,
         root_weight_within=arguments.max_root_weight_within,

@@ -6,19 +6,12 @@ import logging
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
-from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    SpinnerColumn,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
+if TYPE_CHECKING:
+    from rich.console import Console
 
-from usdfoot.model.report import Problem
+    from usdfoot.model.report import Problem
 
 __all__ = ["logging_on_stderr", "print_error", "print_problems", "results_console", "shown_progress"]
 
@@ -28,6 +21,8 @@ WIDTH_WITHOUT_TERMINAL = 160
 
 def results_console() -> Console:
     """The console results go to."""
+    from rich.console import Console
+
     console = Console(file=sys.stdout, highlight=False, markup=False)  # names and paths may have brackets
     if not console.is_terminal:
         console.width = WIDTH_WITHOUT_TERMINAL
@@ -78,6 +73,17 @@ def shown_progress(*, quiet: bool) -> Iterator[Callable[[str, int, int], None]]:
     if quiet:
         yield lambda stage, done, total: None
         return
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        SpinnerColumn,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
     columns = (
         SpinnerColumn(),
         TextColumn("{task.description}"),

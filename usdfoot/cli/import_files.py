@@ -7,8 +7,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.table import Table
-
 from usdfoot.cli.batch_flags import add_limits, limits_of
 from usdfoot.cli.console import print_problems, results_console, shown_progress
 from usdfoot.cli.quantities import distance, number, rate
@@ -16,6 +14,8 @@ from usdfoot.cli.tables import plan_table
 from usdfoot.errors import UsdfootError
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from usdfoot.model.capture import Capture
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
@@ -157,6 +157,8 @@ def _run_clips(arguments: argparse.Namespace) -> int:
 
 def _table(captures: Mapping[str, Capture]) -> Table:
     """What was imported: clips and the skeletons they move."""
+    from rich.table import Table
+
     table = Table(title="clips")
     table.add_column("clip")
     table.add_column("skeleton")

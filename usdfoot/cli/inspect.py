@@ -6,7 +6,7 @@ import argparse
 
 from usdfoot.cli.console import print_problems, results_console, shown_progress
 from usdfoot.cli.quantities import above_zero, count
-from usdfoot.model.overlay import KINDS
+from usdfoot.model.overlay_kinds import KINDS
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
 

@@ -13,7 +13,7 @@ from contextlib import ExitStack, redirect_stderr, redirect_stdout
 from typing import Any
 
 from usdfoot import __version__
-from usdfoot.batch.garbage import collect_seldom
+from usdfoot.batch.garbage import collect_no_more, collect_seldom
 from usdfoot.cli import (
     analyze,
     animate,
@@ -62,7 +62,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         for stream, redirect in ((sys.stdout, redirect_stdout), (sys.stderr, redirect_stderr)):
             if stream is None:  # closed by the shell, as 2>&- does
                 stack.enter_context(redirect(stack.enter_context(open(os.devnull, "w", encoding="utf-8"))))
-        return _run(argv)
+        code = _run(argv)
+    if argv is None:
+        collect_no_more()
+    return code
 
 
 def _run(argv: Sequence[str] | None) -> int:

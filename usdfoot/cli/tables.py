@@ -6,12 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from rich.table import Table
-from rich.text import Text
-
-from usdfoot.model.biped import SIDES
-
 if TYPE_CHECKING:
+    from rich.table import Table
+    from rich.text import Text
+
     from usdfoot.analysis.summary import ClipSummary
     from usdfoot.model.coverage import EmptyCircle, SpaceCoverage
     from usdfoot.model.motion import StepResults
@@ -74,6 +72,8 @@ def coverage_table(spaces: Sequence[SpaceCoverage]) -> Table:
     """Where steps land, and the error to expect."""
     import numpy as np
 
+    from usdfoot.model.biped import SIDES
+
     figures = ("steps", "to the left m", "ahead m", "expected error cm", "worst cm")
     table = _table("coverage", "skeleton", "style", "gait", "foot", figures=figures)
     for space in spaces[:MOST_ROWS]:
@@ -95,6 +95,8 @@ def coverage_table(spaces: Sequence[SpaceCoverage]) -> Table:
 
 def empty_lines(spaces: Sequence[SpaceCoverage]) -> list[str]:
     """The largest places where no step lands, largest first; mirror images are one."""
+    from usdfoot.model.biped import SIDES
+
     circles = sorted(
         ((circle, space) for space in spaces for circle in space.empty_circles), key=lambda pair: -pair[0].radius
     )
@@ -128,7 +130,7 @@ def fault_table(faults: Sequence[Fault]) -> Table:
 
 def symptom_table(symptoms: Sequence[Symptom]) -> Table:
     """What usdfoot runs on, and what to do about what is missing."""
-    table = Table(title="usdfoot doctor")
+    table = _table("usdfoot doctor", figures=())
     for heading in ("what", "state", "found", "what to do"):
         table.add_column(heading, overflow="fold")
     for symptom in symptoms:
@@ -248,6 +250,8 @@ def unpromised_table(agents: Sequence[AgentFigures]) -> Table:
 
 def _table(title: str, *headings: str, figures: Sequence[str]) -> Table:
     """A table with columns of words, then of figures."""
+    from rich.table import Table
+
     table = Table(title=title)
     for heading in headings:
         table.add_column(heading)
@@ -264,6 +268,8 @@ def _counted(table: Table, count: int) -> Table:
 
 
 def _value(figure: Figure) -> Text:
+    from rich.text import Text
+
     if not math.isfinite(figure.value):
         return Text("-")
     text = f"{figure.value:.3g}"

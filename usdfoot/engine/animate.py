@@ -131,7 +131,7 @@ def prepare_library(
             synthetic=np.array([clip.synthetic for clip in library.clips])[examples.clip_indices],
         ),
         rig=rig,
-        device=device_library(whole, rig, pelvis=library.biped.pelvis),
+        device=device_library(whole, rig, pelvis=library.biped.pelvis, slerps=options.blend == "slerp"),
         style=examples.default_style,
         shapes=sample_shapes(library, whole),
         problems=tuple(problems),

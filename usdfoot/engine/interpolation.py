@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import warp as wp
 
+from usdfoot.engine.kernels import slerped
 from usdfoot.engine.poses import Layout, Poses
 from usdfoot.maths.types import FloatArray, IntArray
 
@@ -30,19 +31,10 @@ def interpolate(
     a = before[row]
     b = after[row]
     seen_positions[row] = (1.0 - share) * positions[a] + share * positions[b]
-    seen_pelvis_rotations[row] = turned(pelvis_rotations[a], pelvis_rotations[b], share)
+    seen_pelvis_rotations[row] = slerped(pelvis_rotations[a], pelvis_rotations[b], share)
     for k in range(joints.shape[0]):
         joint = joints[k]
-        seen_rotations[row, joint] = turned(rotations[a, joint], rotations[b, joint], share)
-
-
-@wp.func
-def turned(first: wp.quatf, second: wp.quatf, share: wp.float32) -> wp.quatf:
-    """Rotation a part of the shorter way from one to another."""
-    nearer = second
-    if wp.dot(first, second) < 0.0:
-        nearer = -second
-    return wp.normalize(wp.quat_slerp(first, nearer, share))
+        seen_rotations[row, joint] = slerped(rotations[a, joint], rotations[b, joint], share)
 
 
 def interpolate_poses(layout: Layout, poses: Poses, *, before: IntArray, after: IntArray, shares: FloatArray) -> Poses:

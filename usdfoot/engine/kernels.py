@@ -10,7 +10,7 @@ import warp as wp
 
 from usdfoot.engine.clock_kernel import ClockArrays, clock_at
 
-__all__ = ["LibraryArrays", "SegmentArrays", "pose_bodies"]
+__all__ = ["LibraryArrays", "SegmentArrays", "pose_bodies", "slerped"]
 
 
 @wp.struct
@@ -27,6 +27,7 @@ class LibraryArrays:
     translations: wp.array(dtype=wp.vec3f)  # (J,) rest
     chains: wp.array2d(dtype=wp.int32)  # (2, C) joints below the pelvis down to each ball, padded with -1
     pelvis: wp.int32
+    slerps: wp.bool  # whether rotations are slerped one after the other, not summed
 
 
 @wp.struct
@@ -60,7 +61,7 @@ def weighted_rotation(
 ) -> wp.quatf:
     """Sum of four examples' rotations between samples `row` and `row` + 1, signs aligned to the reference.
 
-    Normalised it is the blend of [B] 4.4, whose slerps one after the other depend on the order of the examples.
+    Normalised it is the blend, whatever the order; `slerped_rotation`, [B] 4.4's, depends on that of the examples.
     `before` and `after` are the weights times the shares of the two samples. The sum is not normalised.
     """
     total = wp.quatf(0.0, 0.0, 0.0, 0.0)
@@ -73,10 +74,56 @@ def weighted_rotation(
 
 
 @wp.func
-def sampled_rotation(
+def slerped(first: wp.quatf, second: wp.quatf, share: wp.float32) -> wp.quatf:
+    """Rotation a part of the shorter way from one to another."""
+    nearer = second
+    if wp.dot(first, second) < 0.0:
+        nearer = -second
+    return wp.normalize(wp.quat_slerp(first, nearer, share))
+
+
+@wp.func
+def own_rotation(
+    rotations: wp.array3d(dtype=wp.quatf), example: int, row: int, fraction: float, joint: int
+) -> wp.quatf:
+    """An example's rotation between samples `row` and `row` + 1."""
+    return wp.normalize(
+        rotations[example, row, joint] * (1.0 - fraction) + rotations[example, row + 1, joint] * fraction
+    )
+
+
+@wp.func
+def slerped_rotation(
     rotations: wp.array3d(dtype=wp.quatf), segments: SegmentArrays, segment: int, sample: float, joint: int
 ) -> wp.quatf:
+    """A segment's examples' rotations at a sample slerped one after the other, the heaviest first ([B] 4.4)."""
+    row = wp.min(int(sample), rotations.shape[1] - 2)
+    fraction = sample - float(row)
+    examples, others = segments.examples[segment], segments.more_examples[segment]
+    weights, more = segments.weights[segment], segments.more_weights[segment]
+    result = own_rotation(rotations, examples[0], row, fraction, joint)
+    weighed = weights[0]
+    for k in range(1, 4):
+        if weights[k] > 0.0:
+            weighed += weights[k]
+            own = own_rotation(rotations, examples[k], row, fraction, joint)
+            result = slerped(result, own, weights[k] / weighed)
+    for k in range(4):
+        if more[0] > 0.0 and more[k] > 0.0:
+            weighed += more[k]
+            own = own_rotation(rotations, others[k], row, fraction, joint)
+            result = slerped(result, own, more[k] / weighed)
+    return result
+
+
+@wp.func
+def sampled_rotation(
+    library: LibraryArrays, segments: SegmentArrays, segment: int, sample: float, joint: int
+) -> wp.quatf:
     """Normalised blend of a segment's examples' rotations at a sample, aligned to the heaviest (the first)."""
+    if library.slerps:
+        return slerped_rotation(library.rotations, segments, segment, sample, joint)
+    rotations = library.rotations
     row = wp.min(int(sample), rotations.shape[1] - 2)
     fraction = sample - float(row)
     examples = segments.examples[segment]
@@ -153,14 +200,14 @@ def pelvis_offset(library: LibraryArrays, segments: SegmentArrays, segment: int,
     offset = sampled_position(library.pelvis_positions, segments, segment, sample)
     if side >= 0:
         anchor = wp.min(sample, segments.anchors[segment])
-        turned = sampled_rotation(library.rotations, segments, segment, anchor, library.pelvis)
+        turned = sampled_rotation(library, segments, segment, anchor, library.pelvis)
         offset -= sampled_position(library.pelvis_positions, segments, segment, anchor)
         offset += sampled_position(library.support_balls, segments, segment, anchor)
         for c in range(library.chains.shape[1]):
             joint = library.chains[side, c]
             if joint >= 0:
                 offset -= wp.quat_rotate(turned, library.translations[joint])
-                turned = turned * sampled_rotation(library.rotations, segments, segment, anchor, joint)
+                turned = turned * sampled_rotation(library, segments, segment, anchor, joint)
     return offset
 
 
@@ -190,7 +237,7 @@ def pose_bodies(
     position += place[2] * segments.position_values[next_seam] + place[3] * segments.position_slopes[next_seam]
     positions[frame] = position
     turn = seam_rotation(segments.joint_values, segments.joint_slopes, segment, next_seam, window, library.pelvis)
-    pelvis = sampled_rotation(library.rotations, segments, segment, now.sample, library.pelvis)
+    pelvis = sampled_rotation(library, segments, segment, now.sample, library.pelvis)
     pelvis_rotations[frame] = wp.normalize(turn * heading * pelvis)
 
     examples = segments.examples[segment]
@@ -209,7 +256,9 @@ def pose_bodies(
     for k in range(joints.shape[0]):
         joint = joints[k]
         blended = wp.quatf()
-        if library.alike[joint]:
+        if library.slerps:
+            blended = slerped_rotation(library.rotations, segments, segment, now.sample, joint)
+        elif library.alike[joint]:
             blended = mixed_rotation(first0, second0, joint, before[0], after[0])
             if weights[1] > 0.0:
                 blended += mixed_rotation(first1, second1, joint, before[1], after[1])
@@ -219,7 +268,7 @@ def pose_bodies(
                 blended += mixed_rotation(first3, second3, joint, before[3], after[3])
         else:
             blended = weighted_rotation(library.rotations, examples, row, before, after, joint, first0[joint])
-        if more[0] > 0.0:
+        if more[0] > 0.0 and not library.slerps:
             blended += weighted_rotation(
                 library.rotations, others, row, more * (1.0 - fraction), more * fraction, joint, first0[joint]
             )

@@ -74,28 +74,50 @@ def exact_rotation(rotation: wp.quatf) -> wp.quatd:
 
 
 @wp.func
+def slerped_exactly(first: wp.quatd, second: wp.quatd, share: wp.float64) -> wp.quatd:
+    """Rotation a part of the shorter way from one to another; the second where that is all of it."""
+    if share >= wp.float64(1.0):
+        return second
+    nearer = second
+    if wp.dot(first, second) < wp.float64(0.0):
+        nearer = -second
+    return wp.quat_slerp(first, nearer, share)
+
+
+@wp.func
 def mixed_rotation(
-    rotations: wp.array3d(dtype=wp.quatf),
+    library: LibraryArrays,
     examples: wp.array2d(dtype=wp.int32),
     weights: wp.array2d(dtype=wp.float64),
     blend: int,
     sample: float,
     joint: int,
 ) -> wp.quatd:
-    """Normalised sum of a blend's examples' rotations at a sample, signs aligned to the heaviest (the first)."""
+    """Normalised sum of a blend's examples' rotations at a sample, signs aligned to the heaviest (the first).
+
+    Or, where the library slerps, these one after the other.
+    """
+    rotations = library.rotations
     row = wp.min(int(sample), rotations.shape[1] - 2)
     fraction = wp.float64(sample - float(row))
     one = wp.float64(1.0)
     reference = rotations[examples[blend, 0], row, joint]
     total = wp.quatd()
+    weighed = wp.float64(0.0)
     for k in range(examples.shape[1]):
         weight = weights[blend, k]
         if weight > wp.float64(0.0):
             first = rotations[examples[blend, k], row, joint]
-            if wp.dot(first, reference) < 0.0:
-                weight = -weight
-            total += exact_rotation(first) * (weight * (one - fraction))
-            total += exact_rotation(rotations[examples[blend, k], row + 1, joint]) * (weight * fraction)
+            second = rotations[examples[blend, k], row + 1, joint]
+            if library.slerps:
+                weighed += weight
+                own = wp.normalize(exact_rotation(first) * (one - fraction) + exact_rotation(second) * fraction)
+                total = slerped_exactly(total, own, weight / weighed)
+            else:
+                if wp.dot(first, reference) < 0.0:
+                    weight = -weight
+                total += exact_rotation(first) * (weight * (one - fraction))
+                total += exact_rotation(second) * (weight * fraction)
     return wp.normalize(total)
 
 
@@ -131,12 +153,12 @@ def mixed_ball(
 ) -> wp.vec3d:
     """Ball of the foot `side` from the pelvis at a sample, in the support frame."""
     offset = wp.vec3d()
-    rotation = mixed_rotation(library.rotations, examples, weights, blend, sample, library.pelvis)
+    rotation = mixed_rotation(library, examples, weights, blend, sample, library.pelvis)
     for c in range(library.chains.shape[1]):
         joint = library.chains[side, c]
         if joint >= 0:
             offset += wp.quat_rotate(rotation, exact_vector(library.translations[joint]))
-            rotation = rotation * mixed_rotation(library.rotations, examples, weights, blend, sample, joint)
+            rotation = rotation * mixed_rotation(library, examples, weights, blend, sample, joint)
     return offset
 
 

@@ -13,6 +13,7 @@ SEAMS = ("inertialise", "crossfade", "none")
 SPACES = ("neighbours", "delaunay", "3d")
 BANDS = ("polar", "cartesian")
 BEYONDS = ("segment", "closest")
+BLENDS = ("sum", "slerp")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,6 +30,9 @@ class EngineOptions:
     landing and root speed ([B] 7)."""
     band: str = "polar"
     """How root velocities are weighted: polar = over their bearing and speed ([B] 4.1, 5); cartesian = over x and z."""
+    blend: str = "sum"
+    """How rotations are blended: sum = by sums of all with their signs aligned, whatever their order; slerp = by slerps
+    one after the other, the heaviest first ([B] 4.4)."""
     correction: bool = True
     """Measure the blended landing and correct the query ([B] Fig. 5, 8); off = the paper's behaviour."""
     corrections: int = 8
@@ -79,7 +83,13 @@ class EngineOptions:
     """Samples of each example; 20 k + 1 puts the liftoffs' phases, where the pace may change, on samples."""
 
     def __post_init__(self) -> None:
-        for name, choices in (("seam", SEAMS), ("space", SPACES), ("band", BANDS), ("beyond_beta", BEYONDS)):
+        for name, choices in (
+            ("seam", SEAMS),
+            ("space", SPACES),
+            ("band", BANDS),
+            ("beyond_beta", BEYONDS),
+            ("blend", BLENDS),
+        ):
             if getattr(self, name) not in choices:
                 raise UsdfootError(name, f"{getattr(self, name)!r} is not known", f"choose one of {', '.join(choices)}")
         for name in ("seam_time", "stand_time", "stand_seam_time"):

@@ -155,8 +155,8 @@ class ClipPoses:
         return pose_frames(self.setup, self.arrays, rows=rows, times=times, joints=joints)
 
 
-def device_library(examples: Examples, rig: Rig, *, pelvis: int) -> LibraryArrays:
-    """Examples as device arrays."""
+def device_library(examples: Examples, rig: Rig, *, pelvis: int, slerps: bool = False) -> LibraryArrays:
+    """Examples as device arrays, whose rotations are to be summed, or slerped one after the other."""
     library = LibraryArrays()
     rotations, alike = _aligned(examples.rotations)
     library.rotations, library.alike = wp.array(rotations, dtype=wp.quatf), wp.array(alike, dtype=wp.bool)
@@ -168,7 +168,7 @@ def device_library(examples: Examples, rig: Rig, *, pelvis: int) -> LibraryArray
     library.liftoffs = wp.array(liftoff_samples(examples), dtype=wp.float64)
     library.translations = rig.arrays.translations
     library.chains = rig.arrays.chains
-    library.pelvis = pelvis
+    library.pelvis, library.slerps = pelvis, slerps
     return library
 
 

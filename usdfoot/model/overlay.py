@@ -8,10 +8,7 @@ from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.motion import StepResults
 from usdfoot.model.plan import FootstepPlan
 
-__all__ = ["KINDS", "Lines", "Marks", "Overlay", "Shape", "ShownAgent"]
-
-KINDS = ("Footsteps", "Errors", "Contacts", "Com", "Space", "Timing")
-"""What can be shown and hidden on its own; parts are named by their kind, or below it: Errors, Errors/Blend."""
+__all__ = ["Lines", "Marks", "Overlay", "Shape", "ShownAgent"]
 
 
 @dataclass(frozen=True, kw_only=True)

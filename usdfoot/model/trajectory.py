@@ -110,13 +110,13 @@ def sample_trajectories(
         Shape (..., C).
     """
     own = np.concatenate([trajectory.times for trajectory in trajectories])
-    ends = np.cumsum([len(trajectory.times) for trajectory in trajectories])
-    low, high = np.concatenate([[0], ends[:-1]])[numbers], ends[numbers] - 2
-    most = max(len(trajectory.times) for trajectory in trajectories)
-    for _ in range(most.bit_length()):  # halves the range in which the sample before each time lies
-        middle = (low + high + 1) // 2
-        after = own[middle] <= times
-        low, high = np.where(after, middle, low), np.where(after, high, middle - 1)
+    counts = np.array([len(trajectory.times) for trajectory in trajectories])
+    first = np.cumsum(counts) - counts
+    low, high = first[numbers], (first + counts - 2)[numbers]
+    begin, span = float(own.min()), float(np.ptp(own)) + 1.0  # those of each trajectory after those of the one before
+    line = own - begin + span * np.repeat(np.arange(len(counts)), counts)
+    asked = np.clip(times - begin, 0.0, span) + span * numbers
+    low = np.clip(np.searchsorted(line, asked, side="right") - 1, low, high)
     share = np.clip((times - own[low]) / (own[low + 1] - own[low]), 0.0, 1.0)
     return np.asarray(values[low] + share[..., None] * (values[low + 1] - values[low]))
 

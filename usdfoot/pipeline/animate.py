@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,11 +23,12 @@ from usdfoot.pipeline.provenance import CHUNK_SIZE, CallRecord, provenance_of
 from usdfoot.pipeline.report import AnimateReport, report_json
 from usdfoot.pipeline.unchanged import EarlierCrowd, find_earlier
 from usdfoot.readers.chunks import find_agents, is_intact, read_record
-from usdfoot.readers.stage import open_stage
+from usdfoot.readers.stage import has_marked, identifier_of, layers_of, open_stage
 from usdfoot.writers.paths import folder_path
 
 if TYPE_CHECKING:  # imported where something is to be made: that takes longer than to find that nothing is
     from usdfoot.batch.tasks import ChunkTask
+    from usdfoot.batch.workshop import Workshop
     from usdfoot.bridge.scene import Scene
     from usdfoot.readers.scene import SceneReader
     from usdfoot.writers.placing import PlacedCharacter
@@ -151,7 +153,6 @@ def animate_chunk(
         OutputError: If the folder cannot be written to or the output would replace the input.
     """
     from usdfoot.batch.tasks import agents_a_chunk, with_earlier
-    from usdfoot.batch.workshop import Workshop
 
     options, target = options or MotionOptions(), folder_path(folder)
     call = CallRecord(
@@ -168,7 +169,7 @@ def animate_chunk(
     if kept is not None:
         return parse_record(kept)
     task = with_earlier(task, find_agents(shot.folder))
-    made = Workshop(shot.reader, shot.options, keep=shot.keep).make(task)
+    made = shot.workshop.make(task)
     return parse_record(made.record, kept_agents=made.kept_agents)
 
 
@@ -206,6 +207,13 @@ class _Shot:
     starting: Sequence[Future[None]]
     """Workers who open the scene already."""
 
+    @cached_property
+    def workshop(self) -> Workshop:
+        """Of this process, loaded when it is asked for: workers begin meanwhile."""
+        from usdfoot.batch.workshop import Workshop
+
+        return Workshop(self.reader, self.options, keep=self.keep)
+
     @property
     def keep(self) -> Path | None:
         """Folder in which the clips' analysis is kept; None = the crowd is too small for that."""
@@ -216,16 +224,23 @@ def _open_shot(
     stage: Any, folder: Path, call: CallRecord, *, options: MotionOptions, executor: Executor | None = None
 ) -> _Shot:
     """What is asked for of an open stage, read and cut into chunks; folder: of the crowd, a real path."""
-    from usdfoot.batch.analysed import build_once
-    from usdfoot.batch.tasks import agents_a_chunk, cut_chunks, inputs_of
+    from usdfoot.batch.tasks import EarlyTask, agents_a_chunk, cut_chunks, inputs_of
     from usdfoot.readers.listing import list_scene
 
-    listed = list_scene(stage, agents=call.agents, limits=call.limits)
     starting: list[Future[None]] = []
-    if executor and len(listed.chosen) > FEW_CHUNKS * call.chunk_size:
-        info = listed.info
-        starting = open_scene_early(executor, info.identifier, inputs_of(info, folder), limits=call.limits)
-    from usdfoot.readers.scene import SceneReader  # takes as long as to list: workers do the same meanwhile
+    many = 2 * FEW_CHUNKS * call.chunk_size  # an agent and its plan are two prims
+    if executor and call.agents == "*" and has_marked(stage, more_than=many):
+        early = EarlyTask(
+            scene=identifier_of(stage.GetRootLayer()),
+            inputs=inputs_of(layers_of(stage), folder),
+            options=options,
+            limits=call.limits,
+            folder=str(folder),
+        )
+        starting = open_scene_early(executor, early)
+    listed = list_scene(stage, agents=call.agents, limits=call.limits)
+    from usdfoot.batch.analysed import build_once
+    from usdfoot.readers.scene import SceneReader
     from usdfoot.writers.crowd import check_output, crowd_format
     from usdfoot.writers.placing import place_characters
 
@@ -274,8 +289,7 @@ def _make_chunks(
 ) -> tuple[ChunkRecord, ...]:
     """Records of all chunks, kept or made."""
     from usdfoot.batch.running import run_chunks
-    from usdfoot.batch.tasks import with_earlier
-    from usdfoot.batch.workshop import Workshop
+    from usdfoot.batch.tasks import early_task, with_earlier
 
     tasks = shot.tasks
     records = [_kept_record(task, shot.folder, earlier) for task in tasks]
@@ -283,14 +297,15 @@ def _make_chunks(
     settled = [task.files for task, record in zip(tasks, records, strict=True) if record is not None]
     made_before = find_agents(shot.folder, intact=earlier.intact, kept=settled) if pending else {}
     tasks = [with_earlier(task, made_before) for task in tasks]
-    workshop = Workshop(shot.reader, shot.options, keep=shot.keep)
     executor = executor if len(pending) > (FEW_CHUNKS if beside else 1) else None
     starting = shot.starting
     if executor and beside:
-        starting = starting or open_scene_early(executor, tasks[0].scene, tasks[0].inputs, limits=tasks[0].limits)
-        workshop.analyse_clips(shot.scene.crowd)
+        starting = starting or open_scene_early(executor, early_task(tasks[pending[0]]))
     made = run_chunks(
-        [tasks[index] for index in pending], workshop, executor=executor, starting=starting if beside else None
+        [tasks[index] for index in pending],
+        lambda task: shot.workshop.make(task),
+        executor=executor,
+        starting=starting if beside else None,
     )
     progress("animate", 0, len(pending))
     for done, (index, chunk) in enumerate(made):
@@ -302,8 +317,8 @@ def _make_chunks(
 def _kept_record(task: ChunkTask, folder: Path, earlier: EarlierCrowd) -> ChunkRecord | None:
     """Of a chunk that is there already, by the crowd's report or by itself; None if it is to be made."""
     known = earlier.records.get(task.files.anims)
-    if known and known.content_hash == task.content_hash and is_intact(folder, task.files, earlier.intact or ()):
-        return known
+    if known and is_intact(folder, task.files, earlier.intact or ()):  # its files say the same
+        return known if known.content_hash == task.content_hash else None
     text = read_record(folder, task.files, task.content_hash, intact=earlier.intact)
     return None if text is None else parse_record(text)
 

@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from usdfoot.analysis.examples import build_examples
 from usdfoot.analysis.gaits import RUNNING_FROUDE
 from usdfoot.analysis.timing import EARTH_GRAVITY
+from usdfoot.batch.analysed import build_once
 from usdfoot.bridge.tokens import Agent as Token
 from usdfoot.bridge.tokens import Motion
 from usdfoot.bridge.units import StageUnits
+from usdfoot.engine.options import EngineOptions
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.report import Problem
 from usdfoot.readers.goals import GoalAgent, read_agent_libraries
@@ -39,7 +40,8 @@ def slow_to_clips(
     quick = [agent for agent in agents if _runs(agent) and authored(agent.source.prim, Token.MOTION) != Motion.PHYSICS]
     sources = [agent.source for agent in quick]
     libraries = read_agent_libraries(stage, prims, units, sources=sources)[0] if quick else {}
-    tops = {id(library): _top_speed(library) for library in libraries.values()}
+    different = {id(library): library for library in libraries.values()}
+    tops = {number: _top_speed(library) for number, library in different.items()}
     slowed, problems = [], []
     for agent in agents:
         library = libraries.get(agent.source.name)
@@ -64,6 +66,6 @@ def _top_speed(library: ClipLibrary) -> float:
     """Speed of the fastest step of a library [m/s]; without any step there is no limit."""
     if not library.clips:
         return float("inf")
-    examples, _ = build_examples(library)
+    examples, _ = build_once(library, samples=EngineOptions().samples)
     speeds = np.linalg.norm(examples.landings, axis=1) / examples.durations
     return float(speeds.max(initial=0.0)) or float("inf")

@@ -14,7 +14,8 @@ from usdfoot import __version__
 from usdfoot.bridge.scene import StageInfo
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.maths import quaternion
-from usdfoot.model.overlay import KINDS, Marks, Overlay, ShownAgent
+from usdfoot.model.overlay import Marks, Overlay, ShownAgent
+from usdfoot.model.overlay_kinds import KINDS
 from usdfoot.model.report import Outcome, Problem
 from usdfoot.model.skeleton import forward_kinematics
 from usdfoot.pipeline.overlay_com import draw_com

@@ -22,12 +22,14 @@ from usdfoot.model.terrain import Terrain
 from usdfoot.pipeline.goal_speeds import slow_to_clips
 from usdfoot.pipeline.plan import PlanReport, save_plans
 from usdfoot.pipeline.plan_doubts import find_doubts
+from usdfoot.planning.crossings import Stones, stance_at
 from usdfoot.planning.crowd import CrowdOptions, plan_crowd
+from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.reach import Reach, reach_of_biped, reach_of_examples
-from usdfoot.planning.scenario import Scenario
-from usdfoot.planning.stones import plan_stones, stance_at
+from usdfoot.planning.scenario import Scenario, Seeker
+from usdfoot.planning.stones import plan_stones
 from usdfoot.planning.wander import WanderOptions, plan_wander
-from usdfoot.planning.world import Obstacle, World
+from usdfoot.planning.world import Obstacle, World, clearances
 from usdfoot.readers.agents import AgentSource, list_agents_without_plans, select_agents
 from usdfoot.readers.goals import GoalAgent, read_agent_libraries, read_goal_agents
 from usdfoot.readers.habits import HabitsReader
@@ -122,7 +124,7 @@ def plan_scene_wander(
     """
     options = options or GoalOptions()
     progress("read", 0, 0)
-    found = _read(scene, options, with_goals=False, habits=HabitsReader(build=build_once))
+    found = _read(scene, options, with_goals=False)
     outline = None if bounds is None else np.array(bounds)[[[0, 1], [0, 3], [2, 3], [2, 1]]]
     generators = np.random.default_rng(seed).spawn(len(found.agents))
     terrain = Ground(found.terrain)
@@ -146,7 +148,7 @@ def plan_scene_wander(
             problems.append(_problem(seeker.name, error))
     progress("write", 0, 0)
     made_by = {"planner": "wander", "steps": steps, "seed": seed, "options": asdict(options)}
-    return _save(found, made, problems, output, made_by)
+    return _save(found, made, problems, output, made_by, alone=True)
 
 
 def plan_scene_stones(
@@ -178,12 +180,13 @@ def plan_scene_stones(
     """
     options = options or GoalOptions()
     progress("read", 0, 0)
-    found = _read(scene, options, with_goals=True, habits=HabitsReader(build=build_once))
+    found = _read(scene, options, with_goals=True)
     libraries, problems = read_agent_libraries(
         found.stage, found.prims, found.info.units, sources=[agent.source for agent in found.agents]
     )
     made, faults = {}, list(problems)
     reaches: dict[int, Reach] = {}
+    tops: dict[Proportions, Stones] = {}
     for index, agent in enumerate(found.agents):
         progress("plan", index, len(found.agents))
         library = libraries.get(agent.source.name)
@@ -192,12 +195,14 @@ def plan_scene_stones(
         try:
             if id(library) not in reaches:
                 reaches[id(library)] = _reach_of(library, reach, leaps)
-            made[agent.seeker.name] = _cross(found, agent, reaches[id(library)], on, spacing)
+            if agent.seeker.body not in tops:
+                tops[agent.seeker.body] = _stones_for(found, agent.seeker, on, spacing)
+            made[agent.seeker.name] = _cross(found, agent, reaches[id(library)], tops[agent.seeker.body])
         except UsdfootError as error:
             faults.append(_problem(agent.seeker.name, error))
     progress("write", 0, 0)
     made_by = {"planner": "stones", "reach": reach, "leaps": leaps, "spacing": spacing, "options": asdict(options)}
-    return _save(found, made, faults, output, made_by, doubted=True)
+    return _save(found, made, faults, output, made_by, alone=True)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -213,13 +218,12 @@ class _Found:
     problems: tuple[Problem, ...]
 
 
-def _read(
-    scene: str | os.PathLike[str], options: GoalOptions, *, with_goals: bool, habits: HabitsReader | None = None
-) -> _Found:
+def _read(scene: str | os.PathLike[str], options: GoalOptions, *, with_goals: bool) -> _Found:
     stage = open_stage(scene)
     info, prims = read_stage_info(stage), collect_prims(stage)
     everyone, agent_problems = list_agents_without_plans(stage, prims, with_goals=with_goals)
     sources: Sequence[AgentSource] = select_agents(everyone, options.agents)
+    habits = HabitsReader(build=build_once)
     agents, faults = read_goal_agents(
         stage, prims, info.units, sources=sources, speed=options.speed, radius=options.radius, habits=habits
     )
@@ -244,9 +248,9 @@ def _save(
     output: str | os.PathLike[str],
     made_by: dict[str, Any],
     *,
-    doubted: bool = False,
+    alone: bool = False,
 ) -> PlanReport:
-    """Writes the plans; if `doubted`, with a warning of each that cannot be walked."""
+    """Writes the plans, with a warning of each that cannot be walked, `alone` or with all others."""
     everything = (*found.problems, *problems)
     if not made:
         reasons = [problem.message for problem in everything if problem.severity == "error"]
@@ -261,11 +265,10 @@ def _save(
         )
         for agent in walkers
     ]
-    if doubted:
-        bodies = [agent.seeker.body for agent in walkers]
-        everything = (*everything, *find_doubts(planned, found.terrain, bodies=bodies, obstacles=found.obstacles))
+    bodies = [agent.seeker.body for agent in walkers]
+    doubts = find_doubts(planned, found.terrain, bodies=bodies, obstacles=found.obstacles, alone=alone)
     file = save_plans(planned, output, found.info, made_by=made_by)
-    return PlanReport(file=file, plans={part.name: part.plan for part in planned}, problems=everything)
+    return PlanReport(file=file, plans={part.name: part.plan for part in planned}, problems=(*everything, *doubts))
 
 
 def _reach_of(library: ClipLibrary, kind: str, leaps: bool) -> Reach:
@@ -276,10 +279,20 @@ def _reach_of(library: ClipLibrary, kind: str, leaps: bool) -> Reach:
     return reach_of_examples(examples, library.biped, leaps=leaps)
 
 
-def _cross(found: _Found, agent: GoalAgent, reach: Reach, on: str | None, spacing: float) -> FootstepPlan:
+def _stones_for(found: _Found, seeker: Seeker, on: str | None, spacing: float) -> Stones:
+    """Footholds of a body, those left out that are nearer to an obstacle than it is wide.
+
+    Raises:
+        PlanError: If none is left.
+    """
+    stones = read_stones(found.stage, found.info.units, found.terrain, pattern=on, body=seeker.body, spacing=spacing)
+    world, places = World(obstacles=found.obstacles), stones.positions
+    return stones.only(clearances(world, places[:, [0, 2]], places[:, 1]) >= seeker.radius)
+
+
+def _cross(found: _Found, agent: GoalAgent, reach: Reach, stones: Stones) -> FootstepPlan:
     """The agent's plan from where it stands to its last goal, where it faces as it came."""
     seeker = agent.seeker
-    stones = read_stones(found.stage, found.info.units, found.terrain, pattern=on, body=seeker.body, spacing=spacing)
     ground = Ground(found.terrain, fallback_height=float(seeker.start[1]))
     start, goal = _on(ground, seeker.start), _on(ground, seeker.goals[-1])
     ahead = float(planar.yaw_of((goal - start)[[0, 2]]))

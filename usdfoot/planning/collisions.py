@@ -8,7 +8,7 @@ import numpy as np
 
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.planning.foot_table import FootTable
-from usdfoot.planning.near_feet import find_near_feet, overlaps
+from usdfoot.planning.near_feet import find_near_feet
 
 __all__ = ["Collisions", "find_collisions"]
 
@@ -28,8 +28,7 @@ class Collisions:
 def find_collisions(feet: FootTable) -> Collisions:
     """Overlaps of soles, each a capsule from heel to toe, standing or swinging straight to its next footstep."""
     near = find_near_feet(feet, slack=0.0)
-    first, second = near.first, near.second
-    depths, _ = overlaps(feet, first, second)
+    first, second, depths = near.first, near.second, near.depths
     deep = np.flatnonzero(depths > 1e-6)
     deep = deep[np.argsort(-depths[deep], kind="stable")]
     pairs = np.sort(np.stack([first.steps[deep], second.steps[deep]], axis=1), axis=1)

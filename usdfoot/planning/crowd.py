@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from usdfoot.errors import PlanError
-from usdfoot.maths import planar
-from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.maths.types import FloatArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
@@ -37,8 +36,6 @@ SMOOTHING = 0.4
 """Standard deviation of the filter on the simulated paths: people start and stop more gently than discs [s]."""
 NEAR = 0.3
 """The ground is at most this far from the middle of its cell [m]."""
-WALL_ROUNDS = 4
-"""How often a foot is moved off the walls that its heel and toe are in."""
 BETWEEN = 0.01
 """Between the feet when one closes up to the other in side steps [m]."""
 ELBOW_ROOM = 0.45
@@ -92,6 +89,8 @@ def plan_crowd(
 
 def _plans(party: Party, tracks: Tracks, terrain: Terrain, faults: list[Problem]) -> list[FootstepPlan]:
     """Plans of the seekers of one area."""
+    from usdfoot.planning.walls import Walls  # needs what comes with the extra
+
     seekers = party.seekers
     starts = np.array([seeker.start for seeker in seekers])
     ground = Ground(terrain, fallback_height=float(starts[:, 1].min()))
@@ -105,50 +104,25 @@ def _plans(party: Party, tracks: Tracks, terrain: Terrain, faults: list[Problem]
     )
     curves = keep_apart(build_root_curves(trajectories, smoothing_time=SMOOTHING), distance=ELBOW_ROOM)
     roots = curves.positions.copy()
-    across = _off_walls(roots[..., [0, 2]].reshape(-1, 2), min(seeker.narrowest for seeker in seekers), party)
-    roots[..., [0, 2]] = across.reshape(*roots.shape[:2], 2)
+    walls, narrow = Walls(party.area), min(seeker.narrowest for seeker in seekers)
+    roots[..., [0, 2]] = walls.keep_off(roots[..., [0, 2]].reshape(-1, 2), distance=narrow).reshape(*roots.shape[:2], 2)
     curves = replace(curves, positions=roots)
     tables, order = [], np.zeros(0, dtype=int)
     for body in dict.fromkeys(seeker.body for seeker in seekers):
         own = np.array([index for index, seeker in enumerate(seekers) if seeker.body == body])
         table = step_along_curves(curves[own], body)
-        tables.append((replace(table, owners=table.owners + len(order)), NARROW * body.step_width))
+        tables.append(replace(table, owners=table.owners + len(order)))
         order = np.concatenate([order, own])
-    feet, narrowest = _joined(tables)
+    feet, ordered = _joined(tables), [seekers[index] for index in order]
+    narrowest = np.array([NARROW * seeker.body.step_width for seeker in ordered])[feet.owners]
     narrowest = np.where(is_sideways(feet), 2.0 * feet.half_widths + BETWEEN, narrowest)
-    feet = uncross(feet, narrowest=narrowest)
-    feet = set_feet_apart(feet, narrowest=narrowest, confine=lambda table, rows: _soles_off_walls(table, rows, party))
+    widest = np.array([seeker.body.widest_step for seeker in ordered])[feet.owners]
+    feet = uncross(feet, narrowest=narrowest, widest=widest)
+    feet = set_feet_apart(feet, narrowest=narrowest, widest=widest, confine=walls.keep_feet_off)
     feet = keep_off_edges(feet, ground)
-    ordered = [seekers[index] for index in order]
     plans = lay_plans([seeker.name for seeker in ordered], feet, ground, on_ground=True)
     faults += _treads(ordered, feet_of(plans, [seeker.body for seeker in ordered]))
     return plans
-
-
-def _off_walls(points: FloatArray, distance: float, party: Party) -> FloatArray:
-    """Points (K, 2) at a distance [m] from walls; on several levels, where it is not said on which, as they are."""
-    from usdfoot.planning.walkable import move_inside  # needs what comes with the extra
-
-    levels = party.area.levels
-    return points if len(levels) > 1 else move_inside(levels[0].buffer(-distance), points)
-
-
-def _soles_off_walls(feet: FootTable, rows: IntArray, party: Party) -> FootTable:
-    """The table with some of its feet moved until their soles are in no wall, or as far out as they come."""
-    points, forward, width = feet.positions[rows][:, [0, 2]], planar.direction(feet.yaws[rows]), feet.half_widths[rows]
-    heels, toes = width - feet.heels[rows], feet.toes[rows] - width
-    reaches = np.stack([heels, 0.5 * heels, np.zeros(len(rows)), toes])
-    for _ in range(WALL_ROUNDS):
-        soles = points + reaches[..., None] * forward  # (4, K, 2)
-        inside = _off_walls(soles.reshape(-1, 2), float(feet.half_widths.max()), party).reshape(soles.shape)
-        out = inside - soles
-        count = np.any(out != 0.0, axis=2).sum(axis=0)
-        if not count.any():
-            break
-        points = points + out.sum(axis=0) / np.maximum(count, 1)[:, None]
-    positions = feet.positions.copy()
-    positions[rows[:, None], [0, 2]] = points
-    return replace(feet, positions=positions)
 
 
 def _on_ground(tracks: Tracks, starts: FloatArray, ground: Ground) -> FloatArray:
@@ -161,12 +135,11 @@ def _on_ground(tracks: Tracks, starts: FloatArray, ground: Ground) -> FloatArray
     return np.where(np.abs(sample.heights - known.ravel()) <= NEAR, sample.heights, known.ravel()).reshape(known.shape)
 
 
-def _joined(tables: Sequence[tuple[FootTable, float]]) -> tuple[FootTable, FloatArray]:
-    """One table of several, and the least distance across of each of its footsteps."""
-    joined = FootTable(
-        **{part.name: np.concatenate([getattr(table, part.name) for table, _ in tables]) for part in fields(FootTable)}
+def _joined(tables: Sequence[FootTable]) -> FootTable:
+    """One table of several."""
+    return FootTable(
+        **{part.name: np.concatenate([getattr(table, part.name) for table in tables]) for part in fields(FootTable)}
     )
-    return joined, np.concatenate([np.full(len(table.owners), width) for table, width in tables])
 
 
 def _treads(seekers: Sequence[Seeker], feet: FootTable) -> list[Problem]:

@@ -59,6 +59,8 @@ class Floors:
         self._points = np.array([seeker.start[[0, 2]] for seeker in party.seekers])
         self.aims: FloatArray = self._points.copy()
         """Corner of its way each is sent to, or its target (x, z) [m], shape (N, 2)."""
+        self.ways: list[FloatArray] = [np.stack([point, point]) for point in self._points]
+        """Of each, from where it was sent there last, corner by corner to its target (x, z) [m], shape (C, 2)."""
         self._paces = np.ones(len(party.seekers))
         self._radii = np.array([seeker.radius for seeker in party.seekers])
 
@@ -78,7 +80,8 @@ class Floors:
         """Send people to their targets (N, 2) on the levels they are on."""
         for index in people:
             floor = self._floors[self.levels[index]]
-            self.aims[index] = floor.aim(self._points[index], targets[index])
+            self.ways[index] = floor.corners(self._points[index], targets[index])
+            self.aims[index] = floor.aim(self._points[index], self.ways[index])
             floor.agent(self._ids[index]).target = tuple(self.aims[index].tolist())
 
     def way(self, index: int, target: FloatArray) -> shapely.LineString:
@@ -179,14 +182,13 @@ class _Floor:
         shapely.prepare(self._inside)
         self._routing = jupedsim.RoutingEngine(level)
 
-    def aim(self, place: FloatArray, target: FloatArray) -> FloatArray:
-        """The first corner at least `AHEAD` away on the way from a place to a target (2,), or the target.
+    def aim(self, place: FloatArray, corners: FloatArray) -> FloatArray:
+        """The first of the corners (C, 2) of the way from a place (2,) at least `AHEAD` away, or the last.
 
         JuPedSim looks for the way of everybody in every time step; to a corner it is short.
         """
-        corners = self.corners(place, target)
-        far = np.flatnonzero(np.linalg.norm(corners[:-1] - place, axis=1) >= AHEAD)
-        return corners[far[0]] if far.size else target
+        far = np.flatnonzero(np.linalg.norm(corners - place, axis=1) >= AHEAD)
+        return corners[far[0]] if far.size else corners[-1]
 
     def corners(self, place: FloatArray, target: FloatArray) -> FloatArray:
         """The way from a place to a target (2,), shape (C, 2)."""

@@ -27,7 +27,7 @@ def choose_step(
     wanderer: Wanderer, world: World, routes: Sequence[Route], *, generator: np.random.Generator, options: WanderOptions
 ) -> tuple[float, float, int]:
     """Length [m] and turn [rad] of the next step, and the side to which it turns out of a dead end, 0 if in none."""
-    easy = options.body.habits.easy_step * options.body.leg_length
+    easy = options.easy_step
     wanted, farthest, needed = generator.normal(scale=options.wobble), easy, options.look_ahead
     aim = None
     if routes:
@@ -68,7 +68,8 @@ def _free_ways(
 ) -> FloatArray:
     """How far each direction is free [m] for a body of a radius [m], at most `ahead`, shape (T,).
 
-    Who is already too close to something may walk where it does not come closer.
+    Who is already too close to something may walk where it does not come closer. What moves is where it will be when
+    the wanderer gets there.
     """
     spacing = 0.5 * radius
     distances = np.arange(1, max(1, int(np.ceil(ahead / spacing))) + 1) * spacing
@@ -76,14 +77,16 @@ def _free_ways(
     heights = np.full((len(turns), len(distances) + 1), wanderer.height)
     passable = np.ones((len(turns), len(distances)), dtype=bool)
     if world.ground is not None:
-        for column in range(len(distances)):  # along the way, each height from the one before
-            sample = world.ground.heights(points[:, column], heights[:, column], step_up=options.step)
-            passable[:, column] = sample.walkable & (np.abs(sample.heights - heights[:, column]) <= options.step)
-            heights[:, column + 1] = sample.heights
+        ways = np.concatenate([np.broadcast_to(wanderer.place, (len(turns), 1, 2)), points], axis=1).reshape(-1, 2)
+        first = np.arange(len(turns) + 1) * (len(distances) + 1)
+        sample = world.ground.follow(ways, np.full(len(ways), wanderer.height), first=first, step_up=options.step)
+        heights[:, 1:] = sample.heights.reshape(heights.shape)[:, 1:]
+        passable = sample.walkable.reshape(heights.shape)[:, 1:] & (np.abs(np.diff(heights)) <= options.step)
         rises = np.abs(heights[:, SLOPE:] - heights[:, :-SLOPE])
         passable[:, SLOPE - 1 :] &= rises <= SLOPE * spacing * np.tan(STEEPEST) + 0.5 * options.step
     here = float(clearances(world, wanderer.place[None], np.array([wanderer.height]))[0])
-    free = clearances(world, points.reshape(-1, 2), heights[:, 1:].ravel()) >= min(radius, here)
+    times = np.tile(distances / options.pace, len(turns))
+    free = clearances(world, points.reshape(-1, 2), heights[:, 1:].ravel(), times=times) >= min(radius, here)
     clear = free.reshape(len(turns), -1) & passable
     first_blocked = np.where(clear.all(axis=1), len(distances), np.argmin(clear, axis=1))
     return np.minimum(first_blocked * spacing, ahead)

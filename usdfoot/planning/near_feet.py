@@ -45,7 +45,21 @@ class _Presences:
 
 
 @dataclass(frozen=True, kw_only=True)
-class NearFeet:
+class _Pairs:
+    """Feet of different people that are near each other, K pairs."""
+
+    first: Instants
+    """Of each pair the one with the lower footstep, shape (K,)."""
+    second: Instants
+    """The other, shape (K,)."""
+    depths: FloatArray
+    """How far the soles overlap, negative = how far they are apart [m], shape (K,)."""
+    directions: FloatArray
+    """From the second to the first (x, z), shape (K, 2)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class NearFeet(_Pairs):
     """Feet of different people that could touch if they moved by the slack in all, K pairs.
 
     Of two that both stand it is the first instant at which they do, of others every instant.
@@ -53,29 +67,33 @@ class NearFeet:
 
     slack: float
     """[m]"""
-    first: Instants
-    """Of each pair the one with the lower footstep, shape (K,)."""
-    second: Instants
-    """The other, shape (K,)."""
     presences: _Presences
     """Of all feet, shape (P,)."""
     points: FloatArray
     """Where these are: (x, z), and the height so that a storey is as far as feet reach [m], shape (P, 3)."""
 
-    def touched(self, moved: BoolArray) -> IntArray:
-        """Which pairs have a foot on a footstep that moved (S,), or on the way from or to one."""
-        return np.flatnonzero(_touch(self.first, moved) | _touch(self.second, moved))
+    def moved(self, feet: FootTable, moved: BoolArray) -> NearFeet:
+        """The same pairs after some footsteps (S,) have moved."""
+        rows = np.flatnonzero(_touch(self.first, moved) | _touch(self.second, moved))
+        depths, directions = self.depths.copy(), self.directions.copy()
+        depths[rows], directions[rows] = overlaps(feet, self.first[rows], self.second[rows])
+        return replace(self, depths=depths, directions=directions)
 
     def after(self, feet: FootTable, moved: BoolArray) -> NearFeet:
         """The pairs after some footsteps (S,) have moved; only feet on these, or on the way from or to one, are new."""
         touched = _touch(self.presences.at_first, moved)
         points = self.points.copy()
         points[touched] = _points(feet, self.presences[touched].at_first, _reach(feet, self.slack))
-        one, other = _near(feet, self.presences, points, touched, self.slack)
-        kept = np.ones(len(self.first.steps), dtype=bool)
-        kept[self.touched(moved)] = False
-        first, second = joined_instants(self.first[kept], one), joined_instants(self.second[kept], other)
-        return replace(self, first=first, second=second, points=points)
+        new = _near(feet, self.presences, points, touched, self.slack)
+        kept = ~(_touch(self.first, moved) | _touch(self.second, moved))
+        return replace(
+            self,
+            first=joined_instants(self.first[kept], new.first),
+            second=joined_instants(self.second[kept], new.second),
+            depths=np.concatenate([self.depths[kept], new.depths]),
+            directions=np.concatenate([self.directions[kept], new.directions]),
+            points=points,
+        )
 
 
 def find_near_feet(feet: FootTable, *, slack: float) -> NearFeet:
@@ -87,8 +105,8 @@ def find_near_feet(feet: FootTable, *, slack: float) -> NearFeet:
     """
     presences = _presences(feet)
     points = _points(feet, presences.at_first, _reach(feet, slack))
-    first, second = _near(feet, presences, points, np.ones(len(points), dtype=bool), slack)
-    return NearFeet(slack=slack, first=first, second=second, presences=presences, points=points)
+    pairs = _near(feet, presences, points, np.ones(len(points), dtype=bool), slack)
+    return NearFeet(slack=slack, presences=presences, points=points, **vars(pairs))
 
 
 def _reach(feet: FootTable, slack: float) -> float:
@@ -108,9 +126,7 @@ def _touch(instants: Instants, moved: BoolArray) -> BoolArray:
     return np.asarray(moved[instants.steps] | (moved[following] & (instants.shares > 0.0)))
 
 
-def _near(
-    feet: FootTable, presences: _Presences, points: FloatArray, touched: BoolArray, slack: float
-) -> tuple[Instants, Instants]:
+def _near(feet: FootTable, presences: _Presences, points: FloatArray, touched: BoolArray, slack: float) -> _Pairs:
     """Pairs of feet that are near, of which at least one is touched (P,)."""
     pairs = _pairs(presences, points, feet.owners[presences.steps], touched, _reach(feet, slack))
     first, second = presences[pairs[:, 0]], presences[pairs[:, 1]]
@@ -119,8 +135,9 @@ def _near(
     one, other = (
         Instants(steps=part.steps[order], shares=part.shares[order], times=times[order]) for part in (first, second)
     )
-    near = overlaps(feet, one, other)[0] > -slack - 1e-9
-    return one[near], other[near]
+    depths, directions = overlaps(feet, one, other)
+    near = depths > -slack - 1e-9
+    return _Pairs(first=one[near], second=other[near], depths=depths[near], directions=directions[near])
 
 
 def _presences(feet: FootTable) -> _Presences:

@@ -8,17 +8,21 @@ import numpy as np
 
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.contact_table import EDGE_HEIGHT
+from usdfoot.model.ground import Ground
 from usdfoot.planning.gait import Gait, overlap_shares
+from usdfoot.planning.prints import STEP_UP
 from usdfoot.planning.ways import Ways
 
-__all__ = ["Paces", "pace_steps", "stance_times"]
+__all__ = ["Paces", "pace_steps", "stance_times", "swing_lifts"]
 
 STRETCH = 0.2
 """A step that is longer or shorter than it should be takes longer or shorter, up to this part."""
 SWING = 0.4
 """A walking foot swings at least this long on level ground, for a leg of 0.86 m [s]."""
 LIFT = 0.5
-"""And longer for what it climbs [s/m]."""
+"""And longer for what it rises and falls [s/m]."""
+BETWEEN = np.linspace(0.0, 1.0, 18)[1:-1, None, None]
+"""Parts of a foot's way at which the ground under it is looked at."""
 LEAST_OVERLAP = 0.1
 """Least double support of a walking step over its time."""
 
@@ -33,19 +37,19 @@ class Paces:
     """Double support after the strike, negative: flight before it [s], shape (N,)."""
 
 
-def pace_steps(ways: Ways, gaits: list[Gait], *, rows: IntArray, arcs: FloatArray, heights: FloatArray) -> Paces:
+def pace_steps(ways: Ways, gaits: list[Gait], *, rows: IntArray, arcs: FloatArray, lifts: FloatArray) -> Paces:
     """Times of steps along ways.
 
-    A step takes the gait's time, longer where steps are shorter since the walk ratio holds, and up or down an edge at
-    least as long as a walking foot needs to swing; how long both feet stand follows from the speed there, and from that
-    time.
+    A step takes the gait's time, longer where steps are shorter since the walk ratio holds. Up, down or over an edge it
+    takes no less than that however short it is, nor less than a walking foot needs to swing; how long both feet stand
+    follows from the speed there, and from that time.
 
     Args:
         ways: All ways.
         gaits: Of each way's walker.
         rows: Way of each footstep, shape (N,).
         arcs: Where along it [m], shape (N,).
-        heights: Of the print [m], shape (N,).
+        lifts: As from `swing_lifts`, shape (N,).
     """
     known = {gait: gait.longest_time for gait in dict.fromkeys(gaits)}
     lengths, times, longest = (
@@ -65,20 +69,34 @@ def pace_steps(ways: Ways, gaits: list[Gait], *, rows: IntArray, arcs: FloatArra
     for rule in dict.fromkeys(gait.rule for gait in gaits):
         own = np.array([gait.rule == rule for gait in gaits])[rows]
         parts[own] = overlap_shares(speeds[own], rule)
-    level, rises = SWING * longest / 0.7, _rises(rows, heights)
-    least = np.minimum(local, level / (1.0 - LEAST_OVERLAP)) + LIFT * np.abs(rises)
-    durations = np.where((parts > 0.0) & (np.abs(rises) > EDGE_HEIGHT), np.maximum(durations, least), durations)
-    overlaps, swings = parts * durations, level + LIFT * np.maximum(rises, 0.0)
+    level, edges = SWING * longest / 0.7, (parts > 0.0) & (lifts > EDGE_HEIGHT)
+    least = np.maximum(local, np.minimum(local, level / (1.0 - LEAST_OVERLAP)) + LIFT * lifts)
+    durations = np.where(edges, np.maximum(durations, least), durations)
+    overlaps, swings = parts * durations, level + LIFT * lifts
     limits = np.maximum(np.roll(durations - swings, -1), LEAST_OVERLAP * durations)  # the swing is in the next step
     limits[-1] = durations[-1]
     return Paces(durations=durations, overlaps=np.where(overlaps > 0.0, np.minimum(overlaps, limits), overlaps))
 
 
-def _rises(rows: IntArray, heights: FloatArray) -> FloatArray:
-    """How far each foot rises from where it stood before [m], 0 where it stood nowhere, shape (N,)."""
-    rises = np.zeros(len(rows))
-    rises[2:] = np.where(rows[2:] == rows[:-2], heights[2:] - heights[:-2], 0.0)
-    return rises
+def swing_lifts(rows: IntArray, positions: FloatArray, ground: Ground) -> FloatArray:
+    """How far each foot has to rise and fall from where it stood before, over what lies between, [m], shape (N,).
+
+    Args:
+        rows: Way of each footstep, shape (N,).
+        positions: Of the prints [m], shape (N, 3).
+        ground: The terrain.
+    """
+    lifts, swung = np.zeros(len(rows)), 2 + np.flatnonzero(rows[2:] == rows[:-2])
+    starts, ends = positions[swung - 2], positions[swung]
+    tops = np.maximum(starts[:, 1], ends[:, 1])
+    if ground.has_terrain:
+        between = starts + BETWEEN * (ends - starts)  # (K, S, 3)
+        near = np.broadcast_to(tops, between.shape[:-1])
+        under = ground.heights(between[..., [0, 2]].reshape(-1, 2), near.ravel(), step_up=STEP_UP)
+        heights = np.where(under.hit, under.heights, -np.inf).reshape(near.shape)
+        tops = np.maximum(tops, heights.max(axis=0))
+    lifts[swung] = 2.0 * tops - starts[:, 1] - ends[:, 1]
+    return lifts
 
 
 def stance_times(

@@ -26,7 +26,7 @@ from usdfoot.planning.footholds import (
 )
 from usdfoot.planning.gait import Gait, derive_gait
 from usdfoot.planning.lint import lint_alone
-from usdfoot.planning.paces import pace_steps, stance_times
+from usdfoot.planning.paces import pace_steps, stance_times, swing_lifts
 from usdfoot.planning.prints import lay_prints
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.ways import Ways, lay_ways
@@ -277,7 +277,7 @@ def _plans(
         toe_out=np.array([gait.toe_out for gait in gaits])[rows],
     )
     prints = lay_prints(ground, places, yaws, near=ways.at(rows, arcs, ways.heights))
-    pace = pace_steps(ways, gaits, rows=rows, arcs=arcs, heights=prints.positions[:, 1])
+    pace = pace_steps(ways, gaits, rows=rows, arcs=arcs, lifts=swing_lifts(rows, prints.positions, ground))
     strikes, liftoffs = stance_times(
         pace,
         first,

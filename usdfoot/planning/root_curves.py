@@ -132,13 +132,21 @@ def _fitted(values: FloatArray, inside: BoolArray, sigma: float) -> FloatArray:
     def moments(power: int, of: FloatArray) -> FloatArray:
         return np.asarray(correlate1d(of, bell * offsets**power, axis=1, mode="constant"))
 
-    mask = inside.astype(float)
-    weight, lean, spread = (moments(power, mask)[..., None] for power in range(3))
-    masked = values * mask[..., None]
+    weight, lean, spread = (moment[..., None] for moment in _window_moments(bell, offsets, inside))
+    masked = values * inside[..., None]
     level, slope = moments(0, masked), moments(1, masked)
     determinant = weight * spread - lean**2
     usable = determinant > 1e-9 * np.maximum(weight * spread, 1e-30)
     return np.where(usable, (spread * level - lean * slope) / np.where(usable, determinant, 1.0), values)
+
+
+def _window_moments(bell: FloatArray, offsets: IntArray, inside: BoolArray) -> list[FloatArray]:
+    """Sums of a bell (W,) times powers 0 to 2 of its offsets (W,) over those that fall on samples `inside` (A, F)."""
+    frames, reach = np.arange(inside.shape[1]), len(bell) // 2
+    first = np.maximum(reach - frames, 0)
+    end = np.clip(inside.sum(axis=1)[:, None] - frames + reach, first, len(bell))
+    sums = [np.concatenate([[0.0], np.cumsum(bell * offsets**power)]) for power in range(3)]
+    return [total[end] - total[first] for total in sums]
 
 
 def _held(values: FloatArray, last: IntArray) -> FloatArray:
@@ -157,13 +165,16 @@ def _headings(
 ) -> FloatArray:
     """Headings as given, else where the root goes, smoothed; shape (A, F)."""
     last = inside.sum(axis=1) - 1
-    yaws = _travel_yaws(_held(positions, last)[..., [0, 2]], np.array([t.rest_yaw for t in trajectories]), last)
     given = np.array([trajectory.yaws is not None for trajectory in trajectories])
+    yaws: FloatArray = np.zeros(clock.shape)
     if given.any():
         rows = np.broadcast_to(np.arange(len(trajectories))[:, None], clock.shape)
         values = np.concatenate([np.zeros(len(t.times)) if t.yaws is None else t.yaws for t in trajectories])
-        own = sample_trajectories(trajectories, rows, starts[:, None] + clock, values=values[:, None])[..., 0]
-        yaws = np.where(given[:, None], own, yaws)
+        yaws = sample_trajectories(trajectories, rows, starts[:, None] + clock, values=values[:, None])[..., 0]
+    if not given.all():
+        own = np.flatnonzero(~given)
+        rest = np.array([trajectories[agent].rest_yaw for agent in own.tolist()])
+        yaws[own] = _travel_yaws(_held(positions[own], last[own])[..., [0, 2]], rest, last[own])
     return _held(_fitted(yaws[..., None], inside, smoothing_time / SPACING)[..., 0], last)
 
 

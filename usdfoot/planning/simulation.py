@@ -10,6 +10,7 @@ import shapely
 from scipy.spatial import cKDTree
 
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.planning.cornering import Corners
 from usdfoot.planning.floors import TIME_STEP, Floors
 from usdfoot.planning.itineraries import Itinerary
 from usdfoot.planning.passages import Gates, find_passages
@@ -35,6 +36,8 @@ LOOK_AHEAD = 2.0
 """Between the instants at which everybody looks for its way [s]."""
 BLOCKED, ASIDE = 2.0, 1.0
 """Who has hardly moved for so long [s] steps aside by so much [m] for as long."""
+ASKED = 0.5
+"""Between the instants at which people ask themselves whether they are blocked [s]."""
 QUEUE, SAME_WAY = 0.5, 0.5
 """Who is so close to another [m], and this cosine of the angle between their ways or more: who is before the other."""
 ALONE = 2.0
@@ -76,7 +79,7 @@ def simulate(party: Party, *, duration: float) -> Tracks:
     legs, floors = _Legs(party.itineraries, party.goals), Floors(party)
     detours = _Detours(party.area, max(seeker.radius for seeker in party.seekers), len(party.seekers))
     everyone = list(range(len(party.seekers)))
-    gates, slips = _gates(party, floors), Slips(party.seekers)
+    gates, slips, corners = _gates(party, floors), Slips(party.seekers), Corners(party.seekers)
     floors.steer(everyone, legs.targets)
     turned = [gates.turned.copy()]
     samples = [np.array([seeker.start[[0, 2]] for seeker in party.seekers])]
@@ -106,7 +109,8 @@ def simulate(party: Party, *, duration: float) -> Tracks:
         targets = np.where((gates.held | gates.led)[:, None], gates.places, legs.targets)
         floors.steer(changed, np.where(detours.active[:, None], detours.targets, targets))
         heights.append(party.area.height_at(floors.levels, points))
-        floors.pace(_paces(samples, heights) * gates.paces(turned[-1]))
+        slopes, bends = _paces(samples, heights), corners.paces(points, floors.ways, elapsed=SAMPLE_STEP)
+        floors.pace(slopes * np.minimum(gates.paces(turned[-1]), bends))
     times = SAMPLE_STEP * np.arange(len(samples))
     return Tracks(
         times=times,
@@ -262,8 +266,8 @@ class _Detours:
         over = self.active & ((now > self._until) | waits)
         self._until[waits] = now
         self.active &= ~over
-        if len(samples) <= before:
-            return []
+        if len(samples) <= before or len(samples) % round(ASKED / SAMPLE_STEP):
+            return np.flatnonzero(over).tolist()
         moved = np.linalg.norm(points - samples[-1 - before], axis=1)
         blocked = (moved < ASIDE * 0.2) & (now > self._until + BLOCKED)
         blocked &= ~self._queues(points, waits, floors) if blocked.any() else False

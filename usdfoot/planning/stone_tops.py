@@ -8,16 +8,22 @@ from usdfoot.errors import PlanError
 from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.terrain import Terrain
+from usdfoot.planning.crossings import Stones
 from usdfoot.planning.proportions import Proportions
-from usdfoot.planning.stones import Stones
 
-__all__ = ["stones_on"]
+__all__ = ["given_stones", "stones_on"]
 
 STEEPEST = np.radians(35.0)
 """Tops steeper than this are nothing to stand on."""
 LEVEL = 0.03
 """How much the top may fall away under the foot [m]."""
-MOST_PLACES = 20_000
+ON_GROUND = 0.05
+"""A foothold given so near above or below the terrain is on it [m]."""
+UPWARD = 0.5
+"""Normals given that point less upward than that are no ground's."""
+AVOIDED = 4.0
+"""So many comfortable steps more are taken rather than standing on a foothold given in the air or beside an edge."""
+MOST_PLACES = 1_000_000
 """Places looked at on one mesh at most."""
 
 
@@ -62,6 +68,34 @@ def stones_on(terrain: Terrain, *, body: Proportions, spacing: float = 0.12) -> 
         positions=np.concatenate(positions),
         normals=np.concatenate(normals),
     )
+
+
+def given_stones(
+    name: str, positions: FloatArray, normals: FloatArray | None, *, terrain: Terrain, body: Proportions
+) -> Stones:
+    """Footholds that somebody has placed; where a foot does not stand on the terrain there, they are avoided.
+
+    Args:
+        name: Of where they come from.
+        positions: [m], shape (N, 3).
+        normals: Of the ground, upward instead where too steep, shape (N, 3); None = the terrain's, upward off it.
+        terrain: Below them.
+        body: Whose feet.
+
+    Raises:
+        PlanError: If there is none, or one is not finite.
+    """
+    upward = np.tile([0.0, 1.0, 0.0], (len(positions), 1))
+    own = upward if normals is None else np.where(normals[:, [1]] > UPWARD, normals, upward)
+    given, ground = Stones(name=name, positions=positions, normals=own), Ground(terrain)
+    if not ground.has_terrain:
+        return given
+    places = positions[:, [0, 2]]
+    under = ground.heights(places, positions[:, 1], step_up=ON_GROUND)
+    on = under.hit & (np.abs(under.heights - positions[:, 1]) <= ON_GROUND)
+    firm = on & under.walkable & _is_level(ground, places, under.heights, under.normals, body.half_width)
+    laid = np.where(on[:, None], under.normals, upward) if normals is None else own
+    return Stones(name=name, positions=positions, normals=laid, discomforts=np.where(firm, 0.0, AVOIDED))
 
 
 def _is_level(ground: Ground, points: FloatArray, heights: FloatArray, normals: FloatArray, radius: float) -> BoolArray:

@@ -87,10 +87,10 @@ def plan_trajectories(
     if several:
         curves = keep_apart(curves, distance=options.elbow_room)
     feet = step_along_curves(curves, body)
-    narrowest = np.full(len(feet.owners), NARROW * body.step_width)
-    feet = uncross(feet, narrowest=narrowest)
+    narrowest, widest = (np.full(len(feet.owners), size) for size in (NARROW * body.step_width, body.widest_step))
+    feet = uncross(feet, narrowest=narrowest, widest=widest)
     if several:
-        feet = set_feet_apart(feet, narrowest=narrowest)
+        feet = set_feet_apart(feet, narrowest=narrowest, widest=widest)
     feet = keep_off_edges(_on_ground(feet, ground), ground)
     return lay_plans([trajectory.name for trajectory in trajectories], feet, ground)
 
@@ -101,7 +101,7 @@ def step_along_curves(curves: RootCurves, body: Proportions) -> FootTable:
     The root is midway between the feet whenever one strikes, so a footstep lies where the root is half a step later, to
     its side.
     """
-    rule = TimingRule(leg_length=body.leg_length)
+    rule = body.timing
     speeds, rates = _cadences(curves, rule)
     frames = np.clip(np.ceil((curves.ends - curves.starts) / SPACING).astype(int), 1, rates.shape[1] - 1)
     phases = np.concatenate([np.zeros((len(rates), 1)), np.cumsum(rates[:, :-1] * SPACING, axis=1)], axis=1)

@@ -14,6 +14,7 @@ from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import LEFT, RIGHT
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.planning.free_ways import choose_facing, choose_step
+from usdfoot.planning.moving import measure_velocities, moved_on
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.routes import Route, find_route
 from usdfoot.planning.spots import HEADROOM
@@ -52,6 +53,8 @@ def wander(
     short steps and on the spot if need be. To a goal to which no way is as wide as the body it side-steps through those
     that are wide enough for that. What is sent may shut a goal in, or put it where nobody can stand: then it goes as
     near to it as it gets, and treads on the spot.
+    An obstacle with a velocity is avoided where it will be when the wanderer gets there, and goes on until a new world
+    says where it is; one without gets that at which it has moved from the world told before.
     The same generator and worlds give the same footsteps.
 
     Args:
@@ -75,9 +78,16 @@ def wander(
         raise PlanError(f"start ({x:.2f}, {z:.2f}) m", what, "start where there is room to stand")
     places = [_on_ground(world, np.asarray(goal, dtype=float)) for goal in goals]
     routes = _routes(world, wanderer.position, places, options)
-    aims = _Aims(world=world, goals=tuple(places), routes=tuple(routes), at_random=not places)
+    aims = _Aims(
+        known=world,
+        known_at=start_time,
+        world=world,
+        goals=tuple(places),
+        routes=tuple(routes),
+        at_random=not places,
+    )
     for before in [lay_footstep(wanderer, side, world, options=options, time=start_time) for side in (RIGHT, LEFT)]:
-        aims = aims.told((yield before))
+        aims = aims.told((yield before), before.strike_time)
     before = replace(before, strike_time=before.strike_time + options.stand_time)
     while True:
         stands = not (aims.goals or aims.at_random)
@@ -88,7 +98,7 @@ def wander(
             wanderer = _step_on(wanderer, aims.world, aims.routes, generator, options)
         before = lay_footstep(wanderer, wanderer.side, aims.world, options=options, before=before)
         news = yield before
-        aims = aims.passed(wanderer, options).told(news)
+        aims = aims.passed(wanderer, options).told(news, before.strike_time)
         if stands and not (aims.goals or aims.at_random):
             return
 
@@ -97,17 +107,27 @@ def wander(
 class _Aims:
     """Where one that wanders wants to go, in the world as it knows it."""
 
+    known: World
+    """As it was when somebody told."""
+    known_at: float
+    """[s]"""
     world: World
+    """As it is now, as far as is known."""
     goals: tuple[FloatArray, ...]
     """Not reached yet, on the ground [m], each shape (3,)."""
     routes: tuple[Route, ...]
     """To all of them, or none where they are to be found again."""
     at_random: bool
 
-    def told(self, news: World | News | None) -> _Aims:
-        """What it aims at after news."""
-        news = news if isinstance(news, News) else News(world=news)
-        aims = self if news.world is None else replace(self, world=news.world, routes=())
+    def told(self, news: World | News | None, time: float) -> _Aims:
+        """What it aims at after news at a time [s]."""
+        news, elapsed = news if isinstance(news, News) else News(world=news), time - self.known_at
+        if news.world is None:
+            world = moved_on(self.known, seconds=elapsed)
+            aims = replace(self, world=world, routes=self.routes if world is self.world else ())
+        else:
+            known = measure_velocities(news.world, self.known, seconds=elapsed)
+            aims = replace(self, known=known, known_at=time, world=known, routes=())
         if news.goals is None:
             return aims
         goals = tuple(_on_ground(aims.world, np.asarray(goal, dtype=float)) for goal in news.goals)
@@ -172,7 +192,6 @@ def plan_wander(
         footsteps,
         name=name,
         body=options.body,
-        speed=options.speed,
         ends_standing=ends_standing,
         stand_time=options.stand_time,
     )

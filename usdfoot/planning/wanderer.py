@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from usdfoot.analysis.timing import STAND_TIME, time_steps
 from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import LEFT
+from usdfoot.planning.gait import Gait, derive_gait
 from usdfoot.planning.prints import print_orientations, settle_on_treads
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.world import World
@@ -46,7 +48,7 @@ class WanderOptions:
 
     body: Proportions = field(default_factory=Proportions)
     speed: float = 0.0
-    """Mean of all steps [m/s]; 0 = as fast as such steps are."""
+    """Straight ahead [m/s], with the steps people take at it; shorter steps are slower. 0 = as easy steps are."""
     stand_time: float = STAND_TIME
     """How long it stands before its first step [s]."""
     radius: float = 0.3
@@ -61,6 +63,21 @@ class WanderOptions:
     """Highest rise or drop of the ground [m]."""
     arrival: float = 0.3
     """A goal is reached at this distance [m]."""
+
+    @cached_property
+    def _gait(self) -> Gait:
+        """Of steps straight ahead."""
+        return derive_gait(self.body, speed=self.speed)
+
+    @property
+    def easy_step(self) -> float:
+        """How far a step ahead leads at its speed [m]."""
+        return self._gait.step_length
+
+    @property
+    def pace(self) -> float:
+        """How fast easy steps lead ahead [m/s]."""
+        return self._gait.speed
 
     @property
     def side_step(self) -> float:
@@ -137,8 +154,7 @@ def lay_footstep(
     if before is not None:
         distance = np.linalg.norm(position - before.position)
         timing = time_steps(np.array([distance]), body.timing)
-        usual = float(timing.step_times[0])
-        time = before.strike_time + (max(float(distance) / options.speed, 0.5 * usual) if options.speed else usual)
+        time = before.strike_time + float(timing.step_times[0])
     return Footstep(
         side=side,
         position=position,

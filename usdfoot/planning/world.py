@@ -35,12 +35,21 @@ class Obstacle:
     """Distance to keep from it [m]."""
     heights: tuple[float, float] = (-np.inf, np.inf)
     """Of its lowest and its highest point [m]; who walks below or above it passes."""
+    velocity: tuple[float, float] | None = None
+    """At which it moves (x, z) [m/s]; None = nobody has said, it stands as far as is known."""
 
     def __post_init__(self) -> None:
         if not np.isfinite(self.outline).all() or len(self.outline) < 3:
             raise PlanError(self.name, "has no finite outline of at least three corners", "repair the obstacle")
         if not (np.isfinite(self.margin) and self.margin >= 0.0):
             raise PlanError(self.name, f"has a margin of {self.margin:g} m", "author a number of at least 0")
+        if self.velocity is not None and not np.isfinite(self.velocity).all():
+            raise PlanError(self.name, f"has a velocity of {self.velocity} m/s", "give two finite numbers, or None")
+
+    @property
+    def moves(self) -> bool:
+        """Whether it is known to move."""
+        return self.velocity is not None and any(self.velocity)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,6 +62,8 @@ class Edges:
     """(x, z) [m], shape (E, 2)."""
     first: IntArray
     """First edge of each outline, shape (O,)."""
+    velocities: FloatArray
+    """At which they move (x, z) [m/s], shape (E, 2)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,10 +81,14 @@ class World:
         """Of the obstacles, and of the bounds as the last."""
         outlines = [obstacle.outline for obstacle in self.obstacles]
         outlines += [] if self.bounds is None else [self.bounds]
+        velocities = [obstacle.velocity or (0.0, 0.0) for obstacle in self.obstacles]
+        velocities += [] if self.bounds is None else [(0.0, 0.0)]
+        counts = [len(outline) for outline in outlines]
         return Edges(
             starts=np.concatenate([np.zeros((0, 2)), *outlines]),
             ends=np.concatenate([np.zeros((0, 2)), *(np.roll(outline, -1, axis=0) for outline in outlines)]),
-            first=np.cumsum([0, *(len(outline) for outline in outlines)])[:-1],
+            first=np.cumsum([0, *counts])[:-1],
+            velocities=np.repeat(np.array(velocities).reshape(-1, 2), counts, axis=0),
         )
 
 
@@ -83,7 +98,9 @@ def box_outline(lowest: FloatArray, highest: FloatArray) -> FloatArray:
     return np.array([(x0, z0), (x0, z1), (x1, z1), (x1, z0)], dtype=float)
 
 
-def clearances(world: World, points: FloatArray, heights: FloatArray | None = None) -> FloatArray:
+def clearances(
+    world: World, points: FloatArray, heights: FloatArray | None = None, *, times: FloatArray | None = None
+) -> FloatArray:
     """Distance [m] to the nearest obstacle's margin or to the bounds, negative inside the one and outside the other.
 
     Args:
@@ -91,6 +108,7 @@ def clearances(world: World, points: FloatArray, heights: FloatArray | None = No
         points: (x, z) [m], shape (N, 2).
         heights: Of the ground there [m], shape (N,); obstacles that are wholly above a body or below its feet there do
             not count. None = all do.
+        times: When, from now on [s], shape (N,); None = now.
 
     Returns:
         Shape (N,), infinite where there is neither.
@@ -98,8 +116,10 @@ def clearances(world: World, points: FloatArray, heights: FloatArray | None = No
     edges = world.edges
     if not len(edges.first):
         return np.full(len(points), np.inf)
-    batches = np.array_split(points, max(1, -(-len(points) * len(edges.starts) // BATCH)))
-    distances = np.concatenate([_signed_distances(edges, batch) for batch in batches])
+    times = np.zeros(len(points)) if times is None else times
+    count = max(1, -(-len(points) * len(edges.starts) // BATCH))
+    batches = zip(np.array_split(points, count), np.array_split(times, count), strict=True)
+    distances = np.concatenate([_signed_distances(edges, batch, instants) for batch, instants in batches])
     distances[:, : len(world.obstacles)] -= [obstacle.margin for obstacle in world.obstacles]
     if heights is not None:
         for column, obstacle in enumerate(world.obstacles):
@@ -132,17 +152,19 @@ def is_clear(world: World, points: FloatArray, heights: FloatArray, *, radius: f
     return clear
 
 
-def _signed_distances(edges: Edges, points: FloatArray) -> FloatArray:
-    """Distances of points (N, 2) from outlines, negative inside, shape (N, O).
+def _signed_distances(edges: Edges, points: FloatArray, times: FloatArray) -> FloatArray:
+    """Distances of points (N, 2) at times (N,) from outlines, negative inside, shape (N, O).
 
     The nearest edge gives the distance, the number of edges that a ray towards +x crosses gives the sign.
     """
     vectors = edges.ends - edges.starts
     offsets = points[:, None] - edges.starts  # (N, E, 2)
+    if edges.velocities.any():
+        offsets -= times[:, None, None] * edges.velocities
     lengths = np.maximum(np.sum(vectors**2, axis=1), np.finfo(float).tiny)
     along = np.clip(np.sum(offsets * vectors, axis=2) / lengths, 0.0, 1.0)
     distances = np.linalg.norm(offsets - along[..., None] * vectors, axis=2)
-    spans = (edges.starts[:, 1] > points[:, None, 1]) != (edges.ends[:, 1] > points[:, None, 1])
+    spans = (offsets[..., 1] < 0.0) != (offsets[..., 1] < vectors[:, 1])
     rises = np.where(vectors[:, 1] == 0.0, 1.0, vectors[:, 1])
     crosses = spans & (offsets[..., 0] < vectors[:, 0] * offsets[..., 1] / rises)
     inside = np.add.reduceat(crosses, edges.first, axis=1, dtype=int) % 2 == 1

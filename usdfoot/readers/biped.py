@@ -42,7 +42,7 @@ def read_biped(
         skin: Of the character; tells the height of the balls above the soles.
 
     Raises:
-        BipedError: If a token names no joint, roles are missing, or a measure is not positive.
+        BipedError: If a token names no joint, roles are missing, or a measure is not positive or not finite.
     """
     roles = find_biped(skeleton, _authored_roles(prim, raw))
     measures = _skin_measures(roles, raw, skeleton_to_agent, skin) | _authored_measures(prim, skeleton_to_agent)
@@ -96,6 +96,8 @@ def _authored_measures(prim: Usd.Prim, skeleton_to_agent: Similarity) -> dict[st
             measures[measure] = float(value) * skeleton_to_agent.scale
     com = authored(prim, Token.COM)
     if com is not None:
+        if not np.isfinite(np.array(com)).all():
+            raise BipedError(prim.GetPath(), f"{Token.COM} is {com}", "author a finite point, or none")
         turned = quaternion.rotate(skeleton_to_agent.rotation[0], np.array(com, dtype=float))
         measures["com"] = turned * skeleton_to_agent.scale
     return measures

@@ -8,10 +8,9 @@ from typing import Any
 
 from pxr import Sdf, Tf
 
-from usdfoot.bridge.chunks import ChunkNotes
 from usdfoot.bridge.tokens import PROVENANCE, ChunkFiles, File, Record, chunk_folder
 
-__all__ = ["find_agents", "is_intact", "read_notes", "read_record"]
+__all__ = ["find_agents", "is_intact", "read_record"]
 
 
 def is_intact(folder: Path, files: ChunkFiles, intact: Collection[str]) -> bool:
@@ -63,22 +62,6 @@ def find_agents(
         hashes = _notes(_opened(folder / files.anims, metadata_only=True)).get(Record.AGENT_HASHES, {})
         found.update(dict.fromkeys(hashes.items(), files))
     return found
-
-
-def read_notes(folder: Path, files: ChunkFiles) -> ChunkNotes | None:
-    """What a chunk's layers say of its making; None unless they are whole and were made together.
-
-    Args:
-        folder: Of the crowd.
-        files: Names of the chunk's files, relative to the folder.
-    """
-    agents, footsteps, notes = (_notes(_opened(folder / name, metadata_only=True)) for name in files)
-    content_hash = str(notes.get(Record.CONTENT_HASH, ""))
-    if Record.REPORT not in notes or any(said.get(Record.CONTENT_HASH) != content_hash for said in (agents, footsteps)):
-        return None
-    return ChunkNotes(
-        content_hash=content_hash, agent_hashes=dict(notes.get(Record.AGENT_HASHES, {})), record=notes[Record.REPORT]
-    )
 
 
 def _all_in(files: ChunkFiles, intact: Collection[str] | None) -> bool:

@@ -69,9 +69,9 @@ class HabitsReader:
             return path
         try:
             library = self._library_of(casting, source)
-            if library is None:
+            if library is None or not len(examples := self._examples_of(library)):
                 return path
-            examples, spaces = self._examples_of(library), self._spaces_of(library)
+            spaces = self._spaces_of(library)
             gait = derive_gait(body, speed=path.speed, step_length=path.step_length, step_width=path.step_width)
             style = path.style or examples.default_style
             quickest = unhurried_time(gait, spaces, np.asarray(examples.durations, dtype=float), style=style)

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import logging
 import os
+from collections import deque
 from collections.abc import Collection, Sequence
+from copy import copy
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
+import numpy as np
 from pxr import Usd
 
 from usdfoot.bridge.scene import Scene, StageInfo
 from usdfoot.bridge.tokens import File
 from usdfoot.errors import SceneError, UsdfootError
+from usdfoot.maths.types import FloatArray
 from usdfoot.model.agent import Agent, Crowd, Follower
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits
 from usdfoot.model.plan import FootstepPlan
@@ -110,10 +114,10 @@ class SceneReader:
         listed = scene if isinstance(scene, ListedScene) else list_scene(scene, agents=agents, limits=limits)
         stage, prims, self.info = listed.stage, listed.prims, listed.info
         self._listed = listed
+        self._motion, self._tuning, self._sampling_options, self._limits = motion, tuning, sampling, limits
         self._overrides = read_overrides(crowd, self.info.units)
         self.names = tuple(source.name for source in listed.chosen)
         self._chosen = self._overrides.over(listed.chosen)
-        self._cast: dict[str, Agent | Follower | None] = {}
         self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units, limits=limits)
         self._doubts: dict[str, Problem] = {}
         self._walks = WalkReader(
@@ -127,8 +131,12 @@ class SceneReader:
         spans = spans_of(self._walks.read_all(self._chosen) if foreseen else (), self.info)
         codes = find_frames(spans, self.info, frames, most=limits.frames)
         self._frame_problems = frames_problems(spans, codes)
+        self._set_frames(codes)
+
+    def _set_frames(self, codes: FloatArray) -> None:
+        stage, prims = self._listed.stage, self._listed.prims
         foreign = (
-            *(source.plan for source in listed.everyone),
+            *(source.plan for source in self._listed.everyone),
             *(stage.GetPrimAtPath(path) for path in self._terrain.meshes),
         )
         self._casting = Casting(
@@ -137,12 +145,24 @@ class SceneReader:
             units=self.info.units,
             frame_codes=codes,
             finder=ClipFinder(stage, prims),
-            motion=motion,
-            tuning=tuning,
-            most_frames=limits.frames,
+            motion=self._motion,
+            tuning=self._tuning,
+            most_frames=self._limits.frames,
         )
+        self._cast: dict[str, Agent | Follower | None] = {}
         self._codes = codes
-        self._sampling = SamplingReader(stage, sampling, self.info.units, codes)
+        self._sampling = SamplingReader(stage, self._sampling_options, self.info.units, codes)
+
+    def at_frames(self, frames: tuple[int, int]) -> SceneReader:
+        """A reader of the same scene at other frames, to which it is known already where agents go."""
+        other = copy(self)
+        other._set_frames(find_frames(np.zeros((0, 2)), self.info, frames, most=self._limits.frames))
+        return other
+
+    def read_walks(self, names: Collection[str]) -> None:
+        """Reads where these agents go, who are to be read later."""
+        wanted = set(names)
+        deque(self._walks.read_all([source for source in self._chosen if source.name in wanted]), maxlen=0)
 
     @property
     def frame_count(self) -> int:

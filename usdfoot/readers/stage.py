@@ -6,6 +6,7 @@ import logging
 import os
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,10 @@ __all__ = [
     "authored_values",
     "collect_prims",
     "composition_problems",
+    "has_marked",
+    "identifier_of",
     "is_authored",
+    "layers_of",
     "open_stage",
     "read_stage_info",
     "start_code",
@@ -45,6 +49,7 @@ _KINDS = {
     _INSTANCERS: UsdGeom.PointInstancer,
 }
 _GEOMETRY = (_MESHES, _SHAPES)
+_OURS = "Usdfoot"
 
 
 def open_stage(scene: str | os.PathLike[str] | Usd.Stage) -> Usd.Stage:
@@ -93,7 +98,7 @@ def read_stage_info(stage: Usd.Stage) -> StageInfo:
         if not is_authored:
             _logger.info("%s: %s is not authored, USD's fallback %s is used", root.identifier, key, fallback)
     return StageInfo(
-        identifier=root.realPath or root.identifier,
+        identifier=identifier_of(root),
         units=StageUnits(
             meters_per_unit=UsdGeom.GetStageMetersPerUnit(stage),
             up_axis=str(UsdGeom.GetStageUpAxis(stage)),
@@ -102,8 +107,25 @@ def read_stage_info(stage: Usd.Stage) -> StageInfo:
         frames_per_second=stage.GetFramesPerSecond(),
         start_code=stage.GetStartTimeCode(),
         end_code=stage.GetEndTimeCode(),
-        layers=tuple(sorted({layer.realPath or layer.identifier for layer in _shared_layers(stage)})),
+        layers=layers_of(stage),
     )
+
+
+def layers_of(stage: Usd.Stage) -> tuple[str, ...]:
+    """Files of a stage, sorted; layers in memory by their names."""
+    return tuple(sorted({identifier_of(layer) for layer in _shared_layers(stage)}))
+
+
+def identifier_of(layer: Sdf.Layer) -> str:
+    """Path of a layer's file; of one in memory its name."""
+    return str(layer.realPath or layer.identifier)
+
+
+def has_marked(stage: Usd.Stage, *, more_than: int) -> bool:
+    """Whether so many prims are marked with schemas of usdfoot, found without looking at the others."""
+    prims = (prim for prim in stage.Traverse() if prim.HasAuthoredMetadata("apiSchemas"))
+    marked = (prim for prim in prims if any(name.startswith(_OURS) for name in applied_apis(prim)))
+    return next(islice(marked, more_than, None), None) is not None
 
 
 def composition_problems(stage: Usd.Stage) -> tuple[Problem, ...]:
@@ -188,7 +210,7 @@ def collect_prims(stage: Usd.Stage, *, most: int = DEFAULT_LIMITS.prims) -> Stag
     for prim in walk_stage(stage, most=most):
         if prim.HasAuthoredMetadata("apiSchemas"):
             for name in applied_apis(prim):
-                if name.startswith("Usdfoot"):
+                if name.startswith(_OURS):
                     with_apis.setdefault(name, []).append(prim)
         type_name = prim.GetTypeName()
         kind = kinds.get(type_name)

@@ -11,10 +11,11 @@ from pxr import Usd, UsdGeom
 
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import SceneError
+from usdfoot.maths.types import FloatArray
 from usdfoot.model.terrain import Terrain
+from usdfoot.planning.crossings import Stones
 from usdfoot.planning.proportions import Proportions
-from usdfoot.planning.stone_tops import stones_on
-from usdfoot.planning.stones import Stones
+from usdfoot.planning.stone_tops import given_stones, stones_on
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.stage import start_code
 
@@ -43,7 +44,7 @@ def read_stones(
     chosen = np.array([fnmatchcase(path, pattern) for path in terrain.meshes], dtype=bool)
     scattered = set(terrain.meshes)
     prims = [prim for prim in _point_prims(stage, pattern) if str(prim.GetPath()) not in scattered]
-    parts = [_points_of(stage, prim, units) for prim in prims]
+    parts = [_points_of(stage, prim, units, terrain, body) for prim in prims]
     if chosen.any():
         parts.append(stones_on(replace(terrain, walkable=terrain.walkable & chosen), body=body, spacing=spacing))
     if not parts:
@@ -52,6 +53,7 @@ def read_stones(
         name=pattern,
         positions=np.concatenate([part.positions for part in parts]),
         normals=np.concatenate([part.normals for part in parts]),
+        discomforts=np.concatenate([part.costs for part in parts]),
     )
 
 
@@ -64,13 +66,23 @@ def _point_prims(stage: Usd.Stage, pattern: str) -> Sequence[Usd.Prim]:
     ]
 
 
-def _points_of(stage: Usd.Stage, prim: Usd.Prim, units: StageUnits) -> Stones:
-    """A foothold at every point, level."""
+def _points_of(stage: Usd.Stage, prim: Usd.Prim, units: StageUnits, terrain: Terrain, body: Proportions) -> Stones:
+    """A foothold at every point, on its normal or on that of the terrain."""
     name = "points" if prim.IsA(UsdGeom.Points) else "positions"
     values = np.array(prim.GetAttribute(name).Get(start_code(stage)) or (), dtype=float).reshape(-1, 3)
     matrix = matrices_of(prim, np.array([start_code(stage).GetValue()]))[0]
-    return Stones(
-        name=str(prim.GetPath()),
-        positions=units.points_to_canonical(values @ matrix[:3, :3] + matrix[3, :3]),
-        normals=np.tile([0.0, 1.0, 0.0], (len(values), 1)),
-    )
+    positions = units.points_to_canonical(values @ matrix[:3, :3] + matrix[3, :3])
+    normals = _normals(prim, len(values), start_code(stage))
+    if normals is not None:
+        normals = units.directions_to_canonical(normals @ np.linalg.inv(matrix[:3, :3]).T)
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
+    return given_stones(str(prim.GetPath()), positions, normals, terrain=terrain, body=body)
+
+
+def _normals(prim: Usd.Prim, count: int, time: Usd.TimeCode) -> FloatArray | None:
+    """The normals of Points in their own space, shape (N, 3); None where it has not one that is none for each."""
+    if not prim.IsA(UsdGeom.Points):
+        return None
+    normals = np.array(prim.GetAttribute("normals").Get(time) or (), dtype=float).reshape(-1, 3)
+    usable = len(normals) == count and np.isfinite(normals).all() and bool(normals.any(axis=1).all())
+    return normals if usable else None

@@ -11,8 +11,8 @@ from pxr import Sdf, Usd, UsdGeom
 from usdfoot import __version__
 from usdfoot.bridge.tokens import Overlay
 from usdfoot.errors import SceneError
-from usdfoot.model.overlay import KINDS
 from usdfoot.model.overlay import Overlay as Drawing
+from usdfoot.model.overlay_kinds import KINDS
 from usdfoot.model.report import Problem
 from usdfoot.pipeline.inspect import InspectOptions, draw_overlay, format_of
 from usdfoot.readers.stage import authored, read_stage_info
@@ -31,7 +31,7 @@ def toggle_overlay(stage: Usd.Stage, selection: Selection, time: Usd.TimeCode, *
         stage: Open stage of a crowd.
         selection: Whose agents to draw.
         time: Not needed: overlays are drawn for all times.
-        kind: One of `usdfoot.model.overlay.KINDS`.
+        kind: One of `usdfoot.model.overlay_kinds.KINDS`.
 
     Returns:
         What could not be drawn.

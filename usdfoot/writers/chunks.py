@@ -18,7 +18,7 @@ from usdfoot.model.motion import Motion
 from usdfoot.writers.agents import agent_spec
 from usdfoot.writers.animations import animation_spec
 from usdfoot.writers.attributes import layer_spec
-from usdfoot.writers.crate.reading import read_prims
+from usdfoot.writers.crate.reading import read_layer
 from usdfoot.writers.crate.specs import PackedSamples, Spec
 from usdfoot.writers.footsteps import executed_plan, print_models
 from usdfoot.writers.layers import LayerFormat
@@ -38,8 +38,8 @@ class ChunkPrims:
     anims: Mapping[str, Spec]
 
 
-def read_chunk(folder: Path, files: ChunkFiles) -> ChunkPrims:
-    """The prims of a chunk that `write_chunk` wrote.
+def read_chunk(folder: Path, files: ChunkFiles) -> tuple[ChunkPrims, ChunkNotes]:
+    """The prims of a chunk that `write_chunk` wrote, and what it says of its making.
 
     Args:
         folder: Of the crowd.
@@ -47,13 +47,16 @@ def read_chunk(folder: Path, files: ChunkFiles) -> ChunkPrims:
 
     Raises:
         OSError: If a file cannot be read.
-        ValueError, LookupError, struct.error: If something else wrote it.
+        ValueError, LookupError, struct.error: If something else wrote it, or its files are not of one making.
     """
-    return ChunkPrims(
-        agents=read_prims(folder / files.agents, Prim.AGENTS),
-        footsteps=read_prims(folder / files.footsteps, Prim.PLANS),
-        anims=read_prims(folder / files.anims, Prim.ANIMS),
-    )
+    said, agents = read_layer(folder / files.agents, Prim.AGENTS)
+    also_said, footsteps = read_layer(folder / files.footsteps, Prim.PLANS)
+    data, anims = read_layer(folder / files.anims, Prim.ANIMS)
+    told, made_from = data[PROVENANCE], data[PROVENANCE][Record.CONTENT_HASH]
+    if any(layer[PROVENANCE][Record.CONTENT_HASH] != made_from for layer in (said, also_said)):
+        raise ValueError("the files are not of one making")
+    notes = ChunkNotes(content_hash=made_from, agent_hashes=told[Record.AGENT_HASHES], record=told[Record.REPORT])
+    return ChunkPrims(agents=agents, footsteps=footsteps, anims=anims), notes
 
 
 def write_chunk(

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from pxr import Sdf, Tf, UsdUtils
 
-from usdfoot.bridge.file_hashes import file_hashes
+from usdfoot.bridge.file_hashes import HashingThreads, file_hashes
 from usdfoot.errors import OutputError
 from usdfoot.writers.crate.join import CrateError, join_layers
 from usdfoot.writers.crate.specs import Spec
@@ -45,6 +45,7 @@ class StagedFiles:
         self._temporary: dict[str, Path] = {}
         self._adopted: dict[str, Path] = {}
         self._hashes: dict[str, str] = {}
+        self._hashing = HashingThreads()
 
     def reserve(self, name: str) -> Path:
         """Where a file is to be written that will have the name."""
@@ -87,6 +88,7 @@ class StagedFiles:
         except CrateError as error:
             _logger.info("%s: %s; USD copies it, which takes longer", name, error)
             self._save(name, partial(_copied(layer, parts, scope).Export, str(self._temporary[name])))
+        self._hashing.ask(name, self._temporary[name])
 
     def add_text(self, name: str, text: str) -> None:
         """Save a text file."""
@@ -110,7 +112,10 @@ class StagedFiles:
         """
         self._check_place(self.folder / name)
         self._adopted[name] = source
-        self._hashes.update({name: content_hash} if content_hash else {})
+        if content_hash:
+            self._hashes[name] = content_hash
+        else:
+            self._hashing.ask(name, source)
 
     def place_of(self, name: str) -> Path:
         """Where an adopted file is now."""
@@ -118,10 +123,9 @@ class StagedFiles:
 
     def content_hashes(self) -> dict[str, str]:
         """SHA-256 of every file so far, by name."""
-        unknown = {
-            name: path for name, path in {**self._adopted, **self._temporary}.items() if name not in self._hashes
-        }
-        return {**self._hashes, **file_hashes(unknown)}
+        known = {**self._hashes, **self._hashing.hashes()}
+        unknown = {name: path for name, path in {**self._adopted, **self._temporary}.items() if name not in known}
+        return {**known, **file_hashes(unknown)}
 
     def commit(self) -> tuple[Path, ...]:
         """Rename all files to their final names, adopted first, the last added last; gives back their paths."""
@@ -136,6 +140,7 @@ class StagedFiles:
 
     def discard(self) -> None:
         """Remove what has not been renamed, as far as that can be done."""
+        self._hashing.stop()
         for path in self._temporary.values():
             with suppress(OSError):
                 path.unlink()

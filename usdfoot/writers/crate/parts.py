@@ -104,10 +104,8 @@ def read_part(path: Path) -> CratePart:
         OSError: If it cannot be read.
         ValueError: If it is none.
     """
-    content = bytearray(path.stat().st_size)
-    with path.open("rb") as file:
-        file.readinto(content)
-    if not content.startswith(IDENTIFIER):
+    content = np.fromfile(path, dtype=np.uint8).data  # which nobody fills with zeros before
+    if content[: len(IDENTIFIER)] != IDENTIFIER:
         raise ValueError(f"{path} is no layer in USD's binary format")
     starts, readers = _sections(content)
     tokens, strings, fields, sets, paths, specs = (
@@ -118,7 +116,7 @@ def read_part(path: Path) -> CratePart:
     _, path_count, spec_count = paths.number(), paths.number(), specs.number()
     return CratePart(
         version=bytes(content[8:16]),
-        values=memoryview(content)[VALUES_PLACE : min(starts)],
+        values=content[VALUES_PLACE : min(starts)],
         tokens=tokens.packed().split(b"\0")[:token_count],
         strings=np.frombuffer(strings.rest(), dtype="<u4")[:string_count].astype(np.int64),
         field_names=fields.column(field_count),
@@ -159,7 +157,7 @@ class _Reader:
         return self._content[self._place - size : self._place]
 
 
-def _sections(content: bytearray) -> tuple[list[int], dict[str, _Reader]]:
+def _sections(content: memoryview) -> tuple[list[int], dict[str, _Reader]]:
     """Where the sections begin, and what is in them by name."""
     (place,) = struct.unpack_from("<q", content, 16)
     (count,) = struct.unpack_from("<Q", content, place)

@@ -1,9 +1,10 @@
-"""Reading: prims of a layer that `write_layer` wrote, as the specs it was given."""
+"""Reading: a layer that `write_layer` wrote, as the specs it was given."""
 
 from __future__ import annotations
 
 import struct
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -24,25 +25,31 @@ from usdfoot.writers.crate.specs import (
 )
 from usdfoot.writers.crate.writing import LISTS
 
-__all__ = ["read_prims"]
+__all__ = ["read_layer"]
 
 _PAYLOAD = (1 << 48) - 1
 _SIZES = {kind.code & ~ARRAY: np.dtype(kind.number).itemsize * kind.width for kind in VALUE_KINDS.values()}
 """Bytes of a value, by its type."""
 
 
-def read_prims(file: Path, scope: str) -> dict[str, Spec]:
-    """The prims below a scope by name, in their order, with all that is below them.
+_DATA = "customLayerData"
+_STEP = struct.Struct("<IqQ")
+"""Of a dictionary: a key, how far ahead its value is, and the value."""
+
+
+def read_layer(file: Path, scope: str) -> tuple[dict[str, Any], dict[str, Spec]]:
+    """Custom layer data, and the prims below a scope by name, in their order, with all that is below them.
 
     Raises:
         OSError: If the file cannot be read.
         ValueError, LookupError, struct.error: If something else wrote it.
     """
-    return _Prims(read_part(file)).below(scope)
+    layer = _Layer(read_part(file))
+    return layer.data(), layer.below(scope)
 
 
-class _Prims:
-    """Prims of a layer in parts."""
+class _Layer:
+    """A layer in parts."""
 
     def __init__(self, part: CratePart) -> None:
         self._part = part
@@ -58,22 +65,57 @@ class _Prims:
         self._paths: dict[int, str] = {}
         self._values: dict[int, Value] = {}
         self._read_sets: dict[int, dict[str, Value]] = {}
+        self._trees: dict[tuple[int, bytes], Spec] = {}
+        """Prims by their own fields and all of their rows below."""
+        self._rows_said = self._said()
         self._name_paths()
+
+    def _said(self) -> np.ndarray:
+        """Of each row all that its spec is made of: set of fields, kind, element and jump, shape (N, 4)."""
+        part = self._part
+        said = np.full((len(part.paths), 4), -1)
+        rows = np.empty(int(part.paths.max()) + 1, dtype=np.int64)
+        rows[part.paths] = np.arange(len(part.paths))
+        said[rows[part.spec_paths], :2] = np.stack([part.spec_sets, part.spec_kinds], axis=1)
+        said[:, 2:] = np.stack([part.elements, part.jumps], axis=1)
+        return said
+
+    def data(self) -> dict[str, Any]:
+        """What the layer says of itself."""
+        start, _ = self._specs[self._rows[0][0]]
+        own = self._sets[start : self._sets.index(END_OF_SET, start)]
+        values = [self._fields[field] for field in own if self._tokens[self._names[field]] == _DATA]
+        return self._dictionary(values[0]) if values else {}
+
+    def _dictionary(self, value: int) -> dict[str, Any]:
+        place, found = (value & _PAYLOAD) - VALUES_PLACE, {}
+        if value & ~_PAYLOAD != Type.DICTIONARY:
+            raise ValueError("data are written otherwise")
+        (count,) = struct.unpack_from("<Q", self._part.values, place)
+        for index in range(count):
+            key, step, entry = _STEP.unpack_from(self._part.values, place + 8 + index * _STEP.size)
+            if step != 8:
+                raise ValueError("data are written otherwise")
+            is_text = entry & ~_PAYLOAD == INLINED | Type.STRING
+            found[self._string(key)] = self._string(entry & _PAYLOAD) if is_text else self._dictionary(entry)
+        return found
+
+    def _string(self, number: int) -> str:
+        return self._tokens[int(self._part.strings[number])]
 
     def below(self, scope: str) -> dict[str, Spec]:
         rows, below = self._part.outline(scope)
         return self._specs_of(below.start, below.stop) if scope in rows else {}
 
     def _name_paths(self) -> None:
-        """All paths by number."""
+        """Paths of prims by number; nothing refers to a property."""
         above = [("", len(self._rows))]
-        for row, (path, element, jump) in enumerate(self._rows):
+        for row in np.flatnonzero(self._part.elements >= 0).tolist():
+            path, element, jump = self._rows[row]
             while row >= above[-1][1]:
                 above.pop()
             parent, end = above[-1]
-            name = self._tokens[abs(element)]
-            own = "" if row == 0 else f"{parent}.{name}" if element < 0 else f"{parent}/{name}"
-            self._paths[path] = own
+            own = self._paths[path] = f"{parent}/{self._tokens[element]}" if row else ""
             if jump == -1 or jump > 0:
                 above.append((own, row + jump if jump > 0 else end))
 
@@ -84,14 +126,25 @@ class _Prims:
             path, element, jump = self._rows[row]
             end = row + jump if jump > 0 else stop if jump == -1 else row + 1
             name = self._tokens[abs(element)]
-            below = self._specs_of(row + 1, end)
-            if path in self._specs:
-                begin, kind = self._specs[path]
-                found[f".{name}" if element < 0 else name] = Spec(kind, self._fields_at(begin), below)
-            elif below:
+            if end > row + 1 and (element < 0 or path not in self._specs):
                 raise ValueError(f"{self._paths[path]} is no prim")
+            if path not in self._specs:
+                pass  # only somebody's path
+            elif element < 0:
+                begin, kind = self._specs[path]
+                found[f".{name}"] = Spec(kind, self._fields_at(begin), {})
+            else:
+                found[name] = self._prim(row, end)
             row = end
         return found
+
+    def _prim(self, row: int, end: int) -> Spec:
+        """Spec of a prim in a row, with all below it; the same where the same comes again."""
+        begin, kind = self._specs[self._rows[row][0]]
+        tree = begin, self._rows_said[row + 1 : end].tobytes()
+        if tree not in self._trees:
+            self._trees[tree] = Spec(kind, self._fields_at(begin), self._specs_of(row + 1, end))
+        return self._trees[tree]
 
     def _fields_at(self, place: int) -> dict[str, Value]:
         """Fields of a set that begins there."""
@@ -142,7 +195,7 @@ class _Prims:
         edit, count, asset, path, offset, scale, notes = struct.unpack_from("<BQIIddQ", self._part.values, place)
         if (edit, count, offset, scale, notes) != (1 << 5, 1, 0.0, 1.0, 0):
             raise ValueError("references are written otherwise")
-        return Reference(self._tokens[int(self._part.strings[asset])], self._paths[path])
+        return Reference(self._string(asset), self._paths[path])
 
     def _samples(self, place: int) -> PackedSamples | TokenSamples:
         values = self._part.values

@@ -95,8 +95,10 @@ class _Layer:
         """Fields whose values may come again."""
         self._sets: dict[tuple[int, ...], int] = {}
         self._set_entries: list[int] = []
-        self._leaves: dict[int, int] = {}
-        """Sets of fields that several specs without anything below share."""
+        self._own_sets: dict[int, int] = {}
+        """Sets of fields of specs that come again, as prims of several do and as fields of properties."""
+        self._trees: dict[int, tuple[str, slice, slice]] = {}
+        """Prims with their first path, its rows and the specs in them."""
 
     def write(self, root: Spec) -> None:
         """Writes all of it."""
@@ -110,7 +112,11 @@ class _Layer:
 
     def _walk(self, path: str, spec: Spec, *, is_last: bool) -> None:
         """Numbers a prim's path and those below it."""
+        if id(spec) in self._trees:
+            self._walk_again(path, spec, is_last=is_last)
+            return
         row = self._paths[path] = len(self._jumps)
+        first = len(self._walked)
         last = len(spec.below)
         self._step(self._token(path.rpartition("/")[2]), spec, (_CHILD if last else _LEAF) if is_last else 0)
         for count, (name, below) in enumerate(spec.below.items(), start=1):
@@ -120,6 +126,24 @@ class _Layer:
                 self._walk(f"{path}/{name}", below, is_last=count == last)
         if last and not is_last:
             self._jumps[row] = len(self._jumps) - row
+        self._trees[id(spec)] = path, slice(row, len(self._jumps)), slice(first, len(self._walked))
+
+    def _walk_again(self, path: str, spec: Spec, *, is_last: bool) -> None:
+        """Numbers paths as those of the same spec elsewhere, of which there may be thousands."""
+        first_path, rows, specs = self._trees[id(spec)]
+        row, size = len(self._jumps), rows.stop - rows.start
+        self._elements += [self._token(path.rpartition("/")[2]), *self._elements[rows][1:]]
+        own = (_CHILD if size > 1 else _LEAF) if is_last else (size if size > 1 else 0)
+        self._jumps += [own, *self._jumps[rows][1:]]
+        self._walked += [(row - rows.start + index, below) for index, below in self._walked[specs]]
+        self._number_again(path, spec, first_path, row - rows.start)
+
+    def _number_again(self, path: str, spec: Spec, first_path: str, ahead: int) -> None:
+        """Paths of prims of a tree that is so far ahead of where it was first."""
+        self._paths[path] = self._paths[first_path] + ahead
+        for name, below in spec.below.items():
+            if name[0] != ".":
+                self._number_again(f"{path}/{name}", below, f"{first_path}/{name}", ahead)
 
     def _step(self, element: int, spec: Spec, jump: int) -> None:
         """Goes on to a path in the tree."""
@@ -130,18 +154,18 @@ class _Layer:
 
     def _set_of(self, spec: Spec) -> int:
         """Where the set of a spec's fields begins, which is added if it is not there yet."""
-        if spec.below:
-            return self._add_set(spec)
-        if id(spec.fields) not in self._leaves:
-            self._leaves[id(spec.fields)] = self._add_set(spec)
-        return self._leaves[id(spec.fields)]
+        own = id(spec) if spec.below else id(spec.fields)
+        if own not in self._own_sets:
+            self._own_sets[own] = self._add_set(spec)
+        return self._own_sets[own]
 
     def _add_set(self, spec: Spec) -> int:
         own = [self._field(name, value) for name, value in spec.fields.items()]
-        prims = tuple([name for name, below in spec.below.items() if below.kind == SpecKind.PRIM])
-        properties = tuple([name[1:] for name in spec.below if name[0] == "."])
-        lists = zip(LISTS, (prims, properties), strict=True)
-        own += [self._field(name, Names(Type.TOKENS, names)) for name, names in lists if names]
+        if spec.below:
+            prims = tuple([name for name, below in spec.below.items() if below.kind == SpecKind.PRIM])
+            properties = tuple([name[1:] for name in spec.below if name[0] == "."])
+            lists = zip(LISTS, (prims, properties), strict=True)
+            own += [self._field(name, Names(Type.TOKENS, names)) for name, names in lists if names]
         key = tuple(own)
         if key not in self._sets:
             self._sets[key] = len(self._set_entries)
