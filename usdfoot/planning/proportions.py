@@ -50,6 +50,11 @@ class Proportions:
         return self.habits.timing(self.leg_length)
 
     @property
+    def widest_step(self) -> float:
+        """How far the feet come apart across in a side step [m]."""
+        return self.leg_length
+
+    @property
     def highest_step(self) -> float:
         """Highest rise of one step [m]."""
         return 0.58 * self.leg_length
