@@ -204,12 +204,24 @@ def test_steps_too_quick_for_the_clips_take_longer_and_that_is_said(stages, tmp_
     steps = report.plans["Quick"].positions[3:-2, 2]
     assert_allclose(np.diff(steps), 0.5, atol=0.03)
     assert np.diff(report.plans["Quick"].strike_times)[3:-2].min() > 0.4
+    assert not _hurried(composed(report.file, scene))
+    plans = Usd.Stage.Open(str(report.file))
+    for name in ("strikeTimes", "liftoffTimes"):
+        times = plans.GetPrimAtPath("/Plans/Quick").GetAttribute(f"usdfoot:plan:{name}")
+        times.Set(Sdf.TimeCodeArray([Sdf.TimeCode(0.7 * code.GetValue()) for code in times.Get()]))
+    faults = _hurried(composed(report.file, scene))
+    assert {(fault.plan, fault.severity) for fault in faults} == {("/Plans/Quick", "warning")}
+    assert len(faults) > 5 and "times as quickly as in the clips" in faults[4].message
     read = read_scene(scene)
     assert problem in read.crowd.problems
     quick = next(agent.plan for agent in read.crowd.agents if agent.name == "Quick")
     assert_allclose(quick.strike_times, report.plans["Quick"].strike_times, atol=1e-9)
     animate(scene, tmp_path / "crowd")
     assert validate(tmp_path / "crowd/crowd.usd").passed
+
+
+def _hurried(stage):
+    return [fault for fault in lint_scene(stage).faults if fault.kind == "hurried"]
 
 
 def test_who_has_clips_without_steps_is_planned_as_asked(stages, tmp_path):

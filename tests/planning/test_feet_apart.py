@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from usdfoot.planning.collisions import find_collisions
-from usdfoot.planning.feet_apart import FARTHEST, set_feet_apart
+from usdfoot.planning.feet_apart import FARTHEST, set_feet_apart, uncross
 from usdfoot.planning.foot_table import FootTable
 
 STEP, DURATION, STEPS = 0.7, 0.6, 12
@@ -46,7 +46,7 @@ def test_feet_of_people_who_cross_come_apart() -> None:
     for seed in range(200):
         feet = crossing(seed)
         trodden += len(find_collisions(feet).depths) > 0
-        apart = set_feet_apart(feet, narrowest=np.full(len(feet.owners), 0.05))
+        apart = set_feet_apart(feet, narrowest=np.full(len(feet.owners), 0.05), widest=np.full(len(feet.owners), 0.86))
         assert not len(find_collisions(apart).depths), seed
         assert np.linalg.norm(apart.positions - feet.positions, axis=1).max() <= FARTHEST + 1e-9
     assert trodden > 150
@@ -61,5 +61,18 @@ def test_feet_with_room_stay_where_they_are_while_others_are_moved() -> None:
     positions[beside, 2] = STEP * own  # soles two centimetres apart where they pass
     feet = replace(feet, positions=positions, yaws=yaws, strikes=DURATION * feet.numbers.astype(float))
     feet = replace(feet, liftoffs=feet.strikes + DURATION + 0.1)
-    apart = set_feet_apart(feet, narrowest=np.full(len(feet.owners), 0.05))
+    apart = set_feet_apart(feet, narrowest=np.full(len(feet.owners), 0.05), widest=np.full(len(feet.owners), 0.86))
     assert np.array_equal(apart.positions[beside], feet.positions[beside])
+
+
+def test_feet_come_down_in_reach_across() -> None:
+    feet = crossing(0, people=1)
+    positions, numbers = feet.positions.copy(), feet.numbers.astype(float)
+    positions[:, [0, 2]] = np.stack([np.where(numbers % 2, 0.3 + 0.2 * numbers, 0.2 * numbers), numbers], axis=1)
+    feet = replace(feet, positions=positions, yaws=np.zeros(STEPS), sides=1 - feet.numbers % 2)
+    feet.positions[5, 0] += 0.6
+    near = uncross(feet, narrowest=np.full(STEPS, 0.05), widest=np.full(STEPS, 0.86))
+    apart = np.abs(np.diff(near.positions[:, 0]))
+    assert np.abs(np.diff(feet.positions[:, 0])).max() > 1.0
+    assert apart.min() >= 0.05 - 1e-9
+    assert apart.max() <= 0.86 + 1e-9

@@ -184,6 +184,12 @@ def test_who_is_given_a_speed_goes_at_it():
         assert lengths.max() == pytest.approx(gait.step_length, abs=0.03)
 
 
+def test_short_steps_in_turns_are_not_hurried_to_keep_a_speed():
+    options = WanderOptions(speed=2.6)
+    quickest = derive_gait(speed=2.6).step_time
+    assert np.diff(walk(4, options=options, steps=60).strike_times)[2:].min() > 0.9 * quickest
+
+
 def test_it_sets_out_from_a_stand_as_along_a_path_with_the_steps_of_its_habits():
     habits = Habits(walk_ratio=0.009, easy_step=0.7)
     body = Proportions(habits=habits)

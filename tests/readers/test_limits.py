@@ -65,6 +65,17 @@ def test_faces_without_corners_count_too():
         SceneReader(stage, limits=Limits(triangles=100))
 
 
+def test_faces_of_fewer_than_no_corners_do_not_hide_one_of_billions():
+    stage = simple_scene()
+    mesh = UsdGeom.Mesh.Define(stage, "/World/ground_more")
+    mesh.GetPrim().AddAppliedSchema("UsdfootTerrainAPI")
+    mesh.CreateFaceVertexCountsAttr([-2147483644, 2147483647])
+    mesh.CreateFaceVertexIndicesAttr([0, 1, 2])
+    mesh.CreatePointsAttr([(0, 0, 0), (0, 0, 1), (1, 0, 1)])
+    (problem,) = SceneReader(stage).read().crowd.problems
+    assert problem.message.startswith("/World/ground_more: has faces that do not match its points")
+
+
 def test_a_plan_that_never_ends_is_refused():
     stage = simple_scene()
     plan = next(prim for prim in stage.Traverse() if prim.IsA(UsdGeom.PointInstancer))

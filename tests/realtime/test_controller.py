@@ -18,6 +18,7 @@ from usdfoot.maths import quaternion
 from usdfoot.model.skeleton import forward_kinematics
 from usdfoot.planning.proportions import proportions_of
 from usdfoot.realtime import controller as controllers
+from usdfoot.realtime import walks as kept_walks
 from usdfoot.realtime.controller import Controller
 from usdfoot.realtime.footsteps import Footsteps
 
@@ -187,11 +188,27 @@ def test_agents_are_independent_and_bad_ones_stop_nobody(library):
         assert np.isfinite(all_.rotations).all()
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "fault"),
+    [("positions", 1e30, "positions is beyond 1e+09 m"), ("liftoff_times", 1e300, "liftoff_times is beyond 1e+10 s")],
+)
+def test_footsteps_beyond_all_measure_are_refused(library, name, value, fault):
+    plan = from_stand(stand(library), 6)
+    controller = stand(library, plan)
+    wild = footsteps(plan, [2, 3])
+    wild = replace(wild, **{name: np.full_like(getattr(wild, name), value)})
+    problems = controller.plan(np.array([0, 0]), wild)
+    assert [problem.message.split(": ", 1)[-1] for problem in problems] == [fault] * 2
+    assert all(np.isfinite(controller.pose(time).translations).all() for time in (1.0, 2.0))
+    with pytest.raises(UsdfootError, match=r"positions: row 0 is 1e\+30 m from the origin"):
+        controller.add(np.full((1, 3), 1e30), np.zeros(1))
+
+
 def test_new_origins_change_nothing(library, monkeypatch):
     plan = from_stand(stand(library), 8, width=0.2, turn=0.1)
     times = times_of(plan, until=plan.strike_times[-2] - 0.05)
     far, _ = walk(stand(library, plan), [plan], times, ahead=2)
-    monkeypatch.setattr(controllers, "FARTHEST_ORIGIN", 0.5)
+    monkeypatch.setattr(kept_walks, "FARTHEST_ORIGIN", 0.5)
     near, _ = walk(stand(library, plan), [plan], times, ahead=2)
     assert_allclose(see(library, near).joints, see(library, far).joints, atol=1e-5)
 

@@ -6,10 +6,12 @@ from dataclasses import dataclass
 
 from usdfoot.errors import SceneError, UsdfootError
 
-__all__ = ["DEFAULT_LIMITS", "FARTHEST", "Limits", "check_limit"]
+__all__ = ["DEFAULT_LIMITS", "FARTHEST", "LATEST", "Limits", "check_limit"]
 
 FARTHEST = 1e9
 """Nobody walks farther from the origin [m]; squares of what lies much farther are beyond single precision."""
+LATEST = 1e10
+"""Nobody walks later than this after, or before, time 0 [s], which may be that of a computer's clock."""
 
 
 @dataclass(frozen=True, kw_only=True)

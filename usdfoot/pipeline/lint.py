@@ -8,10 +8,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from usdfoot.analysis.examples import build_examples
 from usdfoot.bridge.names import unique_name
 from usdfoot.bridge.scene import Scene, StageInfo
 from usdfoot.errors import PlanError, SceneError, UsdfootError
+from usdfoot.maths.types import FloatArray
 from usdfoot.model.agent import Agent
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.ground import Ground
@@ -19,6 +22,7 @@ from usdfoot.model.plan import FootstepPlan, PlanDraft
 from usdfoot.model.report import Problem
 from usdfoot.pipeline.plan import save_plans
 from usdfoot.planning.faults import Fault, LintLimits
+from usdfoot.planning.hurry import lint_hurry
 from usdfoot.planning.lint import lint_clips, lint_plans
 from usdfoot.planning.mend import mend_plans, mend_times
 from usdfoot.planning.proportions import Proportions, proportions_of
@@ -132,7 +136,7 @@ def lint_scene(
     found_faults = lint_plans(list(plans.values()), ground, bodies=bodies, obstacles=obstacles, limits=limits)
     faults = [*malformed, *found_faults]
     if clips:
-        more, clip_problems = _lint_clips(plans, walkers)
+        more, clip_problems = _lint_clips(plans, walkers, limits)
         faults, problems = faults + more, problems + clip_problems
     problems = [*terrain_problems, *obstacle_problems, *problems]
     return LintReport(plans=plans, faults=tuple(faults), problems=tuple(problems), file=file)
@@ -181,10 +185,12 @@ def _read_crowd(scene: str | os.PathLike[str]) -> tuple[Scene | None, list[Probl
         return None, [Problem(severity="warning", where=error.where, message=message)]
 
 
-def _lint_clips(plans: Mapping[str, FootstepPlan], walkers: _Walkers) -> tuple[list[Fault], list[Problem]]:
+def _lint_clips(
+    plans: Mapping[str, FootstepPlan], walkers: _Walkers, limits: LintLimits | None
+) -> tuple[list[Fault], list[Problem]]:
     """Faults against the clips of those who walk, each library prepared once."""
     faults, problems = [], []
-    spaces: dict[int, tuple[FootstepSpaces, str] | None] = {}
+    spaces: dict[int, tuple[FootstepSpaces, FloatArray, str] | None] = {}
     for name, agent in walkers.agents.items():
         try:
             if agent.library not in spaces:
@@ -192,17 +198,19 @@ def _lint_clips(plans: Mapping[str, FootstepPlan], walkers: _Walkers) -> tuple[l
                 spaces[agent.library] = _prepare(walkers.libraries[agent.library])
             prepared = spaces[agent.library]
             if prepared is not None and agent.motion != "physics":
-                faults += lint_clips(plans[name], prepared[0], style=prepared[1], reach=agent.ik_reach)
+                found, durations, style = prepared
+                faults += lint_clips(plans[name], found, style=style, reach=agent.ik_reach)
+                faults += lint_hurry(plans[name], found, durations, style=style, limits=limits)
         except UsdfootError as error:
             problems.append(Problem(severity="warning", where=error.where, message=str(error)))
     return faults, problems
 
 
-def _prepare(library: ClipLibrary) -> tuple[FootstepSpaces, str]:
-    """Footstep spaces of a library, and the style of plans that name none."""
+def _prepare(library: ClipLibrary) -> tuple[FootstepSpaces, FloatArray, str]:
+    """Footstep spaces of a library, how long its steps take, and the style of plans that name none."""
     examples, _ = build_examples(library)
     spaces = build_spaces(examples, leg_length=library.biped.maximal_leg_length)
-    return spaces, examples.default_style
+    return spaces, np.asarray(examples.durations, dtype=float), examples.default_style
 
 
 def _save(

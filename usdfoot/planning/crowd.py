@@ -111,14 +111,15 @@ def _plans(party: Party, tracks: Tracks, terrain: Terrain, faults: list[Problem]
     for body in dict.fromkeys(seeker.body for seeker in seekers):
         own = np.array([index for index, seeker in enumerate(seekers) if seeker.body == body])
         table = step_along_curves(curves[own], body)
-        tables.append((replace(table, owners=table.owners + len(order)), NARROW * body.step_width))
+        tables.append(replace(table, owners=table.owners + len(order)))
         order = np.concatenate([order, own])
-    feet, narrowest = _joined(tables)
+    feet, ordered = _joined(tables), [seekers[index] for index in order]
+    narrowest = np.array([NARROW * seeker.body.step_width for seeker in ordered])[feet.owners]
     narrowest = np.where(is_sideways(feet), 2.0 * feet.half_widths + BETWEEN, narrowest)
-    feet = uncross(feet, narrowest=narrowest)
-    feet = set_feet_apart(feet, narrowest=narrowest, confine=walls.keep_feet_off)
+    widest = np.array([seeker.body.widest_step for seeker in ordered])[feet.owners]
+    feet = uncross(feet, narrowest=narrowest, widest=widest)
+    feet = set_feet_apart(feet, narrowest=narrowest, widest=widest, confine=walls.keep_feet_off)
     feet = keep_off_edges(feet, ground)
-    ordered = [seekers[index] for index in order]
     plans = lay_plans([seeker.name for seeker in ordered], feet, ground, on_ground=True)
     faults += _treads(ordered, feet_of(plans, [seeker.body for seeker in ordered]))
     return plans
@@ -134,12 +135,11 @@ def _on_ground(tracks: Tracks, starts: FloatArray, ground: Ground) -> FloatArray
     return np.where(np.abs(sample.heights - known.ravel()) <= NEAR, sample.heights, known.ravel()).reshape(known.shape)
 
 
-def _joined(tables: Sequence[tuple[FootTable, float]]) -> tuple[FootTable, FloatArray]:
-    """One table of several, and the least distance across of each of its footsteps."""
-    joined = FootTable(
-        **{part.name: np.concatenate([getattr(table, part.name) for table, _ in tables]) for part in fields(FootTable)}
+def _joined(tables: Sequence[FootTable]) -> FootTable:
+    """One table of several."""
+    return FootTable(
+        **{part.name: np.concatenate([getattr(table, part.name) for table in tables]) for part in fields(FootTable)}
     )
-    return joined, np.concatenate([np.full(len(table.owners), width) for table, width in tables])
 
 
 def _treads(seekers: Sequence[Seeker], feet: FootTable) -> list[Problem]:

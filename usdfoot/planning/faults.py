@@ -20,7 +20,7 @@ class LintLimits:
     """What is still right."""
 
     longest_step: float = 1.5
-    """Of a walking step, over the leg length."""
+    """Of a walking step, over the leg length, beside what the hips are apart."""
     highest_step: float = 0.6
     """Rise of a walking step, over the leg length."""
     fastest: float = 10.0
@@ -31,6 +31,8 @@ class LintLimits:
     """Rise of the body in flight, over the leg length."""
     shortest_swing: float = 0.1
     """[s]"""
+    most_hurry: float = 1.5
+    """A step may be this many times as quick as the clips it is blended from."""
     crossing: float = 0.25
     """A foot may come down this far on the other one's side, over the foot length."""
     twist: float = np.radians(100.0)

@@ -17,14 +17,15 @@ __all__ = ["is_sideways", "set_feet_apart", "uncross"]
 
 CLEARANCE, CLOSE = 0.03, 0.015
 """Between soles that are moved apart, and those less than which apart are [m]."""
-FARTHEST = 0.4
-"""A footstep is moved this far at most [m]."""
+NOT_FAR, FARTHEST = 0.4, 0.6
+"""A footstep is moved this far at most, at first and in the end [m]."""
 SEARCHES, ROUNDS = 60, 12
 """How often near feet are looked for at most, and how often they are moved in between."""
 PATIENCE = 12
 """So many searches may bring nothing before one gives up."""
-RELAXING = 0.8
-"""With every search the own feet may come this much nearer to each other across, over before."""
+RELAXING, WIDER = 0.8, 1.1
+"""With every search the own feet may come this much nearer to each other across, over before; farther apart, in the
+end, by this."""
 ACROSS = 0.1
 """Feet that go less far across take no side step [m]."""
 UNDECIDED = 0.7
@@ -34,7 +35,11 @@ NEAR = 0.1
 
 
 def set_feet_apart(
-    feet: FootTable, *, narrowest: FloatArray, confine: Callable[[FootTable, IntArray], FootTable] | None = None
+    feet: FootTable,
+    *,
+    narrowest: FloatArray,
+    widest: FloatArray,
+    confine: Callable[[FootTable, IntArray], FootTable] | None = None,
 ) -> FootTable:
     """The table with footsteps moved apart until no feet overlap, or as far as they may be moved.
 
@@ -43,6 +48,7 @@ def set_feet_apart(
     Args:
         feet: Of all people.
         narrowest: Least distance across between a foot and its own other one [m], shape (S,).
+        widest: Largest [m], shape (S,).
         confine: Gives back a table with some of its feet (rows) moved to where they may stand, off walls; None =
             everywhere.
     """
@@ -51,14 +57,14 @@ def set_feet_apart(
     start = feet.positions[:, [0, 2]]
     best, least, found = feet, np.inf, 0
     for search in range(SEARCHES):
-        before = feet.positions
+        before, strict = feet.positions, RELAXING**search
         for _ in range(ROUNDS):
             pushes = _pushes(feet, near)
             if pushes is None:
                 break
-            feet, moved = _pushed(feet, pushes, start)
+            feet, moved = _pushed(feet, pushes, start, farthest=FARTHEST - (FARTHEST - NOT_FAR) * strict)
             near = near.moved(feet, moved)
-        feet = uncross(feet, narrowest=narrowest * RELAXING**search)
+        feet = uncross(feet, narrowest=narrowest * strict, widest=widest * (WIDER - (WIDER - 1.0) * strict))
         if confine:
             feet = confine(feet, np.flatnonzero(np.any(feet.positions != before, axis=1)))
         near = near.after(feet, np.any(feet.positions != before, axis=1))
@@ -70,12 +76,13 @@ def set_feet_apart(
     return best
 
 
-def uncross(feet: FootTable, *, narrowest: FloatArray) -> FootTable:
-    """The table with every foot on its own side of the other: it comes down further out where it would cross.
+def uncross(feet: FootTable, *, narrowest: FloatArray, widest: FloatArray) -> FootTable:
+    """The table with every foot on its own side of the other, in reach: it comes down further out, or further in.
 
     Args:
         feet: Of all people.
         narrowest: Least distance across between a foot and the other one [m], shape (S,).
+        widest: Largest [m], shape (S,).
     """
     points = feet.positions[:, [0, 2]]
     outward = np.where(feet.sides == LEFT, 1.0, -1.0)
@@ -86,7 +93,7 @@ def uncross(feet: FootTable, *, narrowest: FloatArray) -> FootTable:
         mean = planar.midway_yaw(feet.yaws[rows - 1], feet.yaws[rows])
         across = outward[rows, None] * planar.direction(mean + 0.5 * np.pi)
         apart = np.sum((points[rows] - points[rows - 1]) * across, axis=1)
-        points[rows] += np.maximum(narrowest[rows] - apart, 0.0)[:, None] * across
+        points[rows] += (np.clip(apart, narrowest[rows], widest[rows]) - apart)[:, None] * across
     return _placed(feet, points)
 
 
@@ -99,13 +106,13 @@ def is_sideways(feet: FootTable) -> BoolArray:
     return np.asarray(np.abs(moved[:, 0]) > np.maximum(np.abs(moved[:, 1]), ACROSS))
 
 
-def _pushed(feet: FootTable, pushes: FloatArray, start: FloatArray) -> tuple[FootTable, BoolArray]:
-    """The table with footsteps pushed (S, 2) [m], no farther than they may be from their start (S, 2); which were."""
+def _pushed(feet: FootTable, pushes: FloatArray, start: FloatArray, *, farthest: float) -> tuple[FootTable, BoolArray]:
+    """The table with footsteps pushed (S, 2) up to `farthest` from their start (S, 2) [m]; and which were."""
     moved = np.any(pushes != 0.0, axis=1)
     points, origins = feet.positions[:, [0, 2]], start[moved]
     offsets = points[moved] + pushes[moved] - origins
     lengths = np.maximum(np.linalg.norm(offsets, axis=1, keepdims=True), 1e-12)
-    points[moved] = origins + offsets * np.minimum(1.0, FARTHEST / lengths)
+    points[moved] = origins + offsets * np.minimum(1.0, farthest / lengths)
     return _placed(feet, points), moved
 
 

@@ -74,12 +74,12 @@ def mend_plans(plans: Sequence[FootstepPlan], ground: Ground, *, bodies: Sequenc
         return []
     feet = feet_of(plans, bodies)
     narrowest = np.array([NARROW * body.step_width for body in bodies])[feet.owners]
-    start = feet.positions
-    crossing = uncross(feet, narrowest=np.zeros(len(start)))
+    start, wide = feet.positions, np.full(len(feet.owners), np.inf)  # how wide somebody steps is left alone
+    crossing = uncross(feet, narrowest=np.zeros(len(start)), widest=wide)
     crossed = np.unique(feet.owners[(crossing.positions != start).any(axis=1)])
     feet = replace(feet, positions=np.where(np.isin(feet.owners, crossed)[:, None], crossing.positions, start))
     if len(plans) > 1 and len(find_collisions(feet).depths):
-        feet = set_feet_apart(feet, narrowest=narrowest)
+        feet = set_feet_apart(feet, narrowest=narrowest, widest=wide)
     moved = (feet.positions != start).any(axis=1)
     if ground.has_terrain:
         prints = lay_prints(ground, feet.positions[:, [0, 2]], feet.yaws, near=feet.positions[:, 1])

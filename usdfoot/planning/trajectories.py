@@ -87,10 +87,10 @@ def plan_trajectories(
     if several:
         curves = keep_apart(curves, distance=options.elbow_room)
     feet = step_along_curves(curves, body)
-    narrowest = np.full(len(feet.owners), NARROW * body.step_width)
-    feet = uncross(feet, narrowest=narrowest)
+    narrowest, widest = (np.full(len(feet.owners), size) for size in (NARROW * body.step_width, body.widest_step))
+    feet = uncross(feet, narrowest=narrowest, widest=widest)
     if several:
-        feet = set_feet_apart(feet, narrowest=narrowest)
+        feet = set_feet_apart(feet, narrowest=narrowest, widest=widest)
     feet = keep_off_edges(_on_ground(feet, ground), ground)
     return lay_plans([trajectory.name for trajectory in trajectories], feet, ground)
 

@@ -192,7 +192,6 @@ def plan_wander(
         footsteps,
         name=name,
         body=options.body,
-        speed=options.speed,
         ends_standing=ends_standing,
         stand_time=options.stand_time,
     )

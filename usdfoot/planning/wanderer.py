@@ -48,7 +48,7 @@ class WanderOptions:
 
     body: Proportions = field(default_factory=Proportions)
     speed: float = 0.0
-    """Mean of all steps [m/s]; 0 = as fast as such steps are."""
+    """Straight ahead [m/s], with the steps people take at it; shorter steps are slower. 0 = as easy steps are."""
     stand_time: float = STAND_TIME
     """How long it stands before its first step [s]."""
     radius: float = 0.3
@@ -154,8 +154,7 @@ def lay_footstep(
     if before is not None:
         distance = np.linalg.norm(position - before.position)
         timing = time_steps(np.array([distance]), body.timing)
-        usual = float(timing.step_times[0])
-        time = before.strike_time + (max(float(distance) / options.speed, 0.5 * usual) if options.speed else usual)
+        time = before.strike_time + float(timing.step_times[0])
     return Footstep(
         side=side,
         position=position,

@@ -119,7 +119,8 @@ def _read_mesh(stage: Usd.Stage, placed: PlacedMesh, units: StageUnits) -> _Mesh
     remedy = "give the mesh points and faces, or remove UsdfootTerrainAPI from it"
     if not len(points) or not len(counts):
         raise TerrainError(where, f"is an empty mesh ({len(points)} points, {len(counts)} faces)", remedy)
-    if counts.sum() != len(indices) or indices.min(initial=0) < 0 or indices.max(initial=0) >= len(points):
+    strays = counts.min() < 0 or indices.min(initial=0) < 0 or indices.max(initial=0) >= len(points)
+    if strays or counts.sum() != len(indices):
         raise TerrainError(where, "has faces that do not match its points", "repair faceVertexCounts and -Indices")
     if not (np.isfinite(points).all() and np.isfinite(placed.matrices).all()):
         raise TerrainError(where, "has points that are not finite", "repair the mesh")

@@ -2,54 +2,31 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import numpy as np
 import warp as wp
 
 from usdfoot.engine.animate import PreparedLibrary, prepare_library
-from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import UsdfootError
 from usdfoot.maths import planar
-from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.device import start_warp
 from usdfoot.model.ground import Ground
+from usdfoot.model.limits import FARTHEST
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain, no_terrain
 from usdfoot.planning.predictions import build_gaits
 from usdfoot.planning.proportions import proportions_of
 from usdfoot.realtime.arguments import agent_numbers, finite_array, float_array, number_array
-from usdfoot.realtime.bodies import Bodies
 from usdfoot.realtime.crowd_pose import CrowdPose, rest_joints
 from usdfoot.realtime.footsteps import Footsteps, rounds_of
 from usdfoot.realtime.nudges import Nudges
-from usdfoot.realtime.preparing import prepare_stretch
 from usdfoot.realtime.roster import Roster, problem_of_agent
-from usdfoot.realtime.rows import Rows
-from usdfoot.realtime.slots import with_rows
 from usdfoot.realtime.steering import Steering
-from usdfoot.realtime.tables import REACH_BACK, cut_stretch
-from usdfoot.realtime.windows import CLEAN, Windows
+from usdfoot.realtime.walks import ControllerOptions, Walks
+from usdfoot.realtime.windows import Windows
 
 __all__ = ["Controller", "ControllerOptions"]
-
-FARTHEST_ORIGIN = 20.0
-"""An agent this far from its origin gets a new one, since single precision grows coarse [m]."""
-LONGEST_CLOCK = 60.0
-"""The same for its clock [s]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class ControllerOptions:
-    """What may be turned."""
-
-    engine: EngineOptions = field(default_factory=lambda: EngineOptions(corrections=2))
-    """By default the landing is corrected twice, which leaves IK a little more than offline but costs a third."""
-    ik_reach: float = 0.3
-    """Largest horizontal distance IK may pull a landing to its footstep [m] ([B] 5)."""
-    farthest_stand: float = 0.8
-    """Who runs out of footsteps with its feet farther apart than this brings them together [leg lengths]."""
 
 
 class Controller:
@@ -102,9 +79,9 @@ class Controller:
         swings = (examples.durations - np.maximum(examples.swing_liftoffs, 0.0))[:-1]
         self.usual_swing = float(np.median(swings))
         """Time of a swing whose liftoff nobody gave [s]."""
-        self._windows, self._nudges, self._steering = self._standing(np.zeros((0, 3)), np.zeros(0))
-        self._rows, self._roster = Rows(0), Roster()
-        self._origins, self._starts = np.zeros((0, 3)), np.zeros(0)
+        windows, nudges, self._steering = self._standing(np.zeros((0, 3)), np.zeros(0))
+        self._walks = Walks(self._library, self._ground, windows=windows, nudges=nudges, options=self._options)
+        self._windows, self._roster = windows, Roster()
         self._rest = rest_joints(source)
         self.add(positions, yaws)
 
@@ -130,21 +107,20 @@ class Controller:
             Their numbers, shape (M,).
 
         Raises:
-            UsdfootError: If the arrays are not of these shapes, or a value is not finite.
+            UsdfootError: If the arrays are not of these shapes, or a value is not finite or too far away.
         """
         count = len(number_array("yaws", yaws).reshape(-1))
         positions, yaws = finite_array("positions", positions, (count, 3)), finite_array("yaws", yaws, (count,))
+        far = np.flatnonzero((np.abs(positions) > FARTHEST).any(axis=1))
+        if far.size:
+            what = f"row {far[0]} is {np.abs(positions[far[0]]).max():.3g} m from the origin"
+            raise UsdfootError("positions", what, f"give positions within {FARTHEST:g} m")
         agents = self._roster.enter(count)
         if not count:
             return agents
         windows, nudges, steering = self._standing(positions, yaws)
-        self._windows.put(agents, windows)
-        self._nudges.put(agents, nudges)
         self._steering.put(agents, steering)
-        self._rows.open(agents)
-        self._origins = with_rows(self._origins, agents, positions)
-        self._starts = with_rows(self._starts, agents, np.full(count, self._time))
-        self._prepare()
+        self._walks.open(agents, positions, windows=windows, nudges=nudges, now=self._time)
         return agents
 
     def remove(self, agents: IntArray) -> tuple[Problem, ...]:
@@ -274,15 +250,15 @@ class Controller:
         while self._steering.step(windows, self._ground, now=time):
             pass
         self._halt(windows.wanting(time))
-        self._prepare()
+        self._walks.prepare(self._time)
         agents, self._time = self.there, time
         if not agents.size:
             return self._rest.pose(time, len(self))
-        bodies = self._bodies(agents, time, nudged=True)
+        bodies = self._walks.bodies(agents, time, nudged=True)
         poses = bodies.pose()
         bodies.plant(poses)
         pose = self._rest.finish(
-            poses, bodies.roots(), origins=self._origins[agents], time=time, halted=windows.halted[agents]
+            poses, bodies.roots(), origins=self._walks.origins[agents], time=time, halted=windows.halted[agents]
         )
         return pose if len(agents) == len(self) else pose.among(self._rest.pose(time, len(self)), agents)
 
@@ -295,76 +271,6 @@ class Controller:
             across = np.where(sides == 0, 1.0, -1.0)[:, None] * _aside(yaws, 0, 2.0 * self.stance_width)
             places = windows.at(windows.positions, agents, number) + across
             windows.halt(agents, farthest=self._options.farthest_stand * self._body.leg_length, beside=places)
-
-    def _prepare(self) -> None:
-        """Prepares what changed, and has those go on from their present poses whom it moves."""
-        windows, rows = self._windows, self._rows
-        agents = np.flatnonzero(windows.dirty != CLEAN)
-        if not agents.size:
-            return
-        seen = agents[self._moved(agents)]
-        before = self._bodies(seen, self._time, nudged=True).snapshot() if seen.size else None
-        distant = self._rebased(agents)
-        firsts = windows.dirty[agents] - REACH_BACK
-        firsts = np.where(distant, np.minimum(firsts, windows.current[agents] - 3), firsts)
-        stretch = cut_stretch(
-            windows,
-            agents,
-            np.maximum(firsts, 0),
-            library=self._library,
-            blends=rows.blends,
-            origins=self._origins[agents],
-            starts=self._starts[agents],
-            options=self._options.engine,
-        )
-        prepare_stretch(
-            stretch,
-            windows,
-            rows,
-            library=self._library,
-            ground=self._ground,
-            reach=self._options.ik_reach,
-            options=self._options.engine,
-        )
-        windows.dirty[agents] = CLEAN
-        if before is not None:
-            after = self._bodies(seen, self._time, nudged=False).snapshot()
-            self._nudges.add_bodies(seen, before, after, time=self._time)
-            bodies = self._bodies(seen, self._time, nudged=True)
-            self._nudges.add_feet(seen, before, bodies.snapshot(), landings=bodies.landings())
-
-    def _bodies(self, agents: IntArray, time: float, *, nudged: bool) -> Bodies:
-        """Agents at an instant as they are prepared now."""
-        segments, contacts, numbers = self._rows.struck(agents, time)
-        return Bodies(
-            agents=agents,
-            time=time,
-            origins=self._origins[agents],
-            clock=time - self._starts[agents],
-            segments=segments,
-            contacts=contacts,
-            numbers=numbers,
-            library=self._library,
-            rows=self._rows,
-            nudges=self._nudges if nudged else None,
-        )
-
-    def _moved(self, agents: IntArray) -> BoolArray:
-        """Whose pose at the last instant may change by what is to be prepared."""
-        _, _, numbers = self._rows.struck(agents, self._time)
-        flying = self._windows.at(self._windows.liftoffs, agents, numbers) <= self._time
-        known = self._rows.numbers[agents, 1] >= 0
-        return known & (numbers + flying >= self._windows.dirty[agents] - 2)
-
-    def _rebased(self, agents: IntArray) -> BoolArray:
-        """Gives agents that are far from their origins new ones; who did."""
-        windows = self._windows
-        places = windows.at(windows.positions, agents, windows.current[agents])
-        strikes = windows.at(windows.strikes, agents, windows.current[agents])
-        distant = np.linalg.norm(places - self._origins[agents], axis=1) > FARTHEST_ORIGIN
-        distant |= strikes - self._starts[agents] > LONGEST_CLOCK
-        self._origins[agents[distant]], self._starts[agents[distant]] = places[distant], strikes[distant]
-        return distant
 
 
 def _aside(yaws: FloatArray, side: int, width: float) -> FloatArray:

@@ -9,9 +9,13 @@ import numpy as np
 
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.limits import FARTHEST, LATEST
 from usdfoot.realtime.arguments import number_array
 
 __all__ = ["Footsteps", "rounds_of"]
+
+BEYOND = (("positions", FARTHEST, "m"), ("strike_times", LATEST, "s"), ("liftoff_times", LATEST, "s"))
+"""Where footsteps are not taken."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,11 +53,15 @@ class Footsteps:
         return Footsteps(**{name: values[rows] for name, values in vars(self).items()})
 
     def faults(self) -> dict[int, str]:
-        """What is wrong with which footstep: its side, a value that is not finite, a contact that takes no time."""
+        """What is wrong with which footstep: its side, a value that is none or beyond all measure, no time to stand."""
         found: dict[int, str] = {}
         for name, values in vars(self).items():
             bad = ~np.isfinite(values.reshape(len(self), -1)).all(axis=1)
             found |= {int(row): f"{name} is not a finite number" for row in np.flatnonzero(bad)}
+        for name, most, unit in BEYOND:
+            far = np.abs(getattr(self, name).reshape(len(self), -1)).max(axis=1, initial=0.0) > most
+            for row in np.flatnonzero(far):
+                found.setdefault(int(row), f"{name} is beyond {most:g} {unit}")
         for row in np.flatnonzero((self.sides != 0) & (self.sides != 1)):
             found.setdefault(int(row), f"side is {self.sides[row]}; 0 = left, 1 = right")
         for row in np.flatnonzero(~(self.liftoff_times > self.strike_times)):

@@ -108,15 +108,14 @@ class _Layer:
         return self._specs_of(below.start, below.stop) if scope in rows else {}
 
     def _name_paths(self) -> None:
-        """All paths by number."""
+        """Paths of prims by number; nothing refers to a property."""
         above = [("", len(self._rows))]
-        for row, (path, element, jump) in enumerate(self._rows):
+        for row in np.flatnonzero(self._part.elements >= 0).tolist():
+            path, element, jump = self._rows[row]
             while row >= above[-1][1]:
                 above.pop()
             parent, end = above[-1]
-            name = self._tokens[abs(element)]
-            own = "" if row == 0 else f"{parent}.{name}" if element < 0 else f"{parent}/{name}"
-            self._paths[path] = own
+            own = self._paths[path] = f"{parent}/{self._tokens[element]}" if row else ""
             if jump == -1 or jump > 0:
                 above.append((own, row + jump if jump > 0 else end))
 
