@@ -158,6 +158,7 @@ class _Hashes:
         self._times = crowd.frame_times
         self._frames = scene.plan_frames
         self._visibility = scene.visibility
+        self._own_attributes = scene.own_attributes
         self._common = content_hash(
             versions, options, stage.units, stage.frames_per_second, crowd.terrain, crowd.frame_rate
         )
@@ -175,7 +176,8 @@ class _Hashes:
         begin = self._times.searchsorted(start, side="right") - 1
         end = self._times.searchsorted(stop)
         frames = self._times[[max(begin, 0), min(end, last)]]
-        placed = self._frames.get(agent.name), self._visibility.get(agent.name)
+        said = (self._frames, self._visibility, self._own_attributes)
+        placed = [by_name.get(agent.name) for by_name in said]
         shared = self._common, self._libraries[agent.library], self._characters[agent.character]
         return content_hash(agent, placed, frames, *shared)
 
