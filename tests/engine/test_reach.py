@@ -13,6 +13,7 @@ from numpy.testing import assert_allclose
 from tests.builders import Gait
 from tests.engine.plans import crowd, slope, way
 from tests.engine.walkers import WALKS, in_world, library_of
+from usdfoot.analysis.hip_spacing import hip_width, space_hips
 from usdfoot.engine import reaching
 from usdfoot.engine.animate import animate_crowd, blend_steps, prepare_library
 from usdfoot.engine.corrections import correct_steps
@@ -280,3 +281,16 @@ def test_a_footstep_that_only_ik_may_not_pull_to_is_ik_limited(walker_library):
         assert set(motion.results.status[1:]) == statuses
         warned = [problem.message for problem in problems if "usdfoot:agent:ikReach" in problem.message]
         assert len(warned) == ("ikLimited" in statuses)
+
+
+@pytest.mark.parametrize(("hips", "reached"), [(1.0, False), (4.0, True)])
+def test_legs_reach_farther_where_the_hips_are_wide(hips, reached):
+    library = library_of(WALKS)
+    wide = replace(library, skeleton=space_hips(library.skeleton, library.biped, hips))
+    leg = library.biped.maximal_leg_length
+    plan = way(8, length=1.4 * leg, width=0.7 * leg)
+    assert 1.5 * leg < np.hypot(1.4, 0.7) * leg < np.hypot(1.5 * leg, 4.0 * hip_width(library.skeleton, library.biped))
+    scene = crowd(wide, [plan])
+    scene = replace(scene, agents=tuple(replace(agent, ik_reach=10.0) for agent in scene.agents))
+    motions, _ = animate_crowd(scene, options=EngineOptions())
+    assert ("unreachable" not in motions[0].results.status) == reached

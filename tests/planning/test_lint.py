@@ -87,6 +87,13 @@ def test_steps_are_out_of_reach_by_the_length_of_the_legs():
     assert not faults(plan)
 
 
+def test_legs_span_farther_where_the_hips_are_wide():
+    plan = way(9, length=0.6, width=0.45, step_time=0.6)
+    for hips, kinds in ((0.18, {"unreachable"}), (0.45, set())):
+        body = Proportions(leg_length=0.43, hip_width=hips)
+        assert {fault.kind for fault in lint_plans([plan], Ground(LEVEL), bodies=[body])} & {"unreachable"} == kinds
+
+
 def test_soles_that_lie_along_a_slope_have_no_ground_in_them():
     hill = terrain_of([slab((-9.0, 9.0), (-9.0, 9.0), (-6.3, 6.3))])
     plan = way(8)

@@ -113,11 +113,12 @@ def test_a_wall_without_thickness_and_everything_below_a_marked_prim_count():
     assert_allclose(clear(stage, (2.0, 1.0)), 0.75, atol=1e-3)
 
 
-def test_an_obstacle_that_cannot_be_read_is_named():
+@pytest.mark.parametrize("counts", [[4], [-2147483644, 2147483647]])
+def test_an_obstacle_that_cannot_be_read_is_named(counts):
     stage = new_stage()
     mesh = UsdGeom.Mesh.Define(stage, "/World/Broken")
     mesh.CreatePointsAttr([(0, 0, 0), (1, 0, 0), (1, 0, 1)])
-    mesh.CreateFaceVertexCountsAttr([4])
+    mesh.CreateFaceVertexCountsAttr(counts)
     mesh.CreateFaceVertexIndicesAttr([0, 1, 2])
     mesh.GetPrim().AddAppliedSchema(Schema.OBSTACLE)
     _, problems = read_obstacles(stage, collect_prims(stage), read_stage_info(stage).units)

@@ -1,4 +1,4 @@
-"""Hip spacing: a body with narrower or wider hips ([P] 2.2, 3)."""
+"""Hip spacing: how far apart the hips are, and a body with narrower or wider ones ([P] 2.2, 3)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,13 @@ from usdfoot.maths import quaternion
 from usdfoot.model.biped import Biped
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
 
-__all__ = ["space_hips"]
+__all__ = ["hip_width", "space_hips"]
+
+
+def hip_width(skeleton: Skeleton, biped: Biped) -> float:
+    """Between the hip joints in the rest pose [m]."""
+    places, _ = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
+    return float(np.linalg.norm(places[biped.hips[0]] - places[biped.hips[1]]))
 
 
 def space_hips(skeleton: Skeleton, biped: Biped, factor: float) -> Skeleton:

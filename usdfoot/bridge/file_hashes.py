@@ -9,7 +9,7 @@ from pathlib import Path
 
 __all__ = ["HashingThreads", "file_hashes", "intact_files"]
 
-_BLOCK = 1 << 22
+_BLOCK = 1 << 20
 """Bytes hashed at a time: a chunk need not fit into memory twice."""
 
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import Protocol, TypeVar
 
 import numpy as np
 
 from usdfoot.analysis.examples import build_examples
+from usdfoot.analysis.hip_spacing import hip_width
 from usdfoot.analysis.standing import find_standing_pose
 from usdfoot.engine.blend_shapes import ExampleShapes, blend_shapes, sample_shapes
 from usdfoot.engine.given_roots import guide_headings
@@ -81,6 +82,11 @@ class PreparedLibrary:
     shapes: ExampleShapes | None
     """Blend shapes of the clips."""
     problems: tuple[Problem, ...]
+
+    @cached_property
+    def hip_width(self) -> float:
+        """Between the hip joints of the character [m]."""
+        return hip_width(self.source.skeleton, self.source.biped)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -285,6 +291,7 @@ def blend_steps(
         path=lay_root(contacts, segments, step_height_share=options.step_height_share),
         origins=np.array([agent.plan.positions[0] for agent in agents]),
         leg_length=library.source.biped.maximal_leg_length,
+        hip_width=library.hip_width,
         styles=contact_styles(contacts, agents, known=library.examples.styles[:-1], default=library.style),
         options=options,
     )

@@ -46,7 +46,8 @@ class EngineOptions:
     seam_time: float = 0.2
     """Time over which a seam's jump decays on either side, at most the step [s]."""
     longest_step: float = 1.5
-    """Longest step without a flight, in lengths of the leg; a footstep beyond it is out of reach."""
+    """Longest step without a flight, in lengths of the leg beside the hips' width; a footstep beyond it is out of
+    reach."""
     highest_step: float = 0.6
     """Highest step up or down without a flight, in lengths of the leg; a footstep beyond it is out of reach."""
     stand_time: float = 0.5

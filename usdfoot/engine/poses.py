@@ -131,8 +131,15 @@ class Setup(Layout):
     library: LibraryArrays
     leg_length: float
     """From hip to ankle with the knee straight [m]."""
+    hip_width: float
+    """Between the hip joints [m]."""
     styles: StyleArray
     """Style of the step that ends with each contact, shape (C,)."""
+
+    @property
+    def longest_step(self) -> float:
+        """Without a flight: legs so far apart along the way, hips across it [m]."""
+        return float(np.hypot(self.options.longest_step * self.leg_length, self.hip_width))
 
 
 @dataclass(frozen=True, kw_only=True)

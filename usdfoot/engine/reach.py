@@ -25,7 +25,7 @@ LEAST_GAIN = 0.5
 def beyond_reach(setup: Setup, steps: IntArray, offsets: FloatArray, *, reach: FloatArray) -> FloatArray:
     """How far landings of the segments `steps` (N,) have to fall short of their footsteps, (x, z) [m], shape (N, 2).
 
-    What is left of `offsets` (N, 2) beyond the agents' `reach` (A,), or of the step beyond `longest_step` legs.
+    What is left of `offsets` (N, 2) beyond the agents' `reach` (A,), or of the step beyond the longest.
     """
     segments, positions = setup.segments, setup.contacts.positions
     distance = np.linalg.norm(offsets, axis=1)
@@ -64,7 +64,7 @@ def find_long_steps(setup: Setup, steps: IntArray, planned: FloatArray) -> BoolA
 
 def _longest(setup: Setup, steps: IntArray) -> FloatArray:
     """Longest step of segments `steps` (N,) that legs take; there is none with a flight [m], shape (N,)."""
-    return np.where(_grounded(setup, steps), setup.options.longest_step * setup.leg_length, np.inf)
+    return np.where(_grounded(setup, steps), setup.longest_step, np.inf)
 
 
 def _grounded(setup: Setup, steps: IntArray) -> BoolArray:

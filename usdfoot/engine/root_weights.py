@@ -198,7 +198,7 @@ def _device_steps(
     solid = setup.options.space == "3d"
     table["wanted"], table["epsilon"] = goals.weights[rows], -1.0 if solid else goals.replace_distances[rows]
     table["reach"] = reach[segments.agents[rows]]
-    table["longest"] = np.where(grounded, setup.options.longest_step * setup.leg_length, np.inf)
+    table["longest"] = np.where(grounded, setup.longest_step, np.inf)
     table["corners"], table["hull_distance"] = corrected.examples[:, :3], corrected.hull_distances
     table["speed"] = SPEED_SCALE * queries.speeds
     table["bias"] = corrected.biases

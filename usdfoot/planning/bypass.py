@@ -96,7 +96,7 @@ def _led(
             found[index] = _nearest(spots, points[index], near)
             if found[index] < 0:
                 what = f"{end} {_where(points[index], ground, world)}"
-                raise PlanError(name, what, "move its end to where one can stand")
+                raise PlanError(name, what, "move its end to where one can stand, or keep to the curve: --no-around")
             points[index] = np.insert(spots.points[found[index]], 1, spots.heights[found[index]])
     on = found >= 0
     stretches = _stretches(on)

@@ -20,7 +20,7 @@ class LintLimits:
     """What is still right."""
 
     longest_step: float = 1.5
-    """Of a walking step, over the leg length."""
+    """Of a walking step, over the leg length, beside what the hips are apart."""
     highest_step: float = 0.6
     """Rise of a walking step, over the leg length."""
     fastest: float = 10.0

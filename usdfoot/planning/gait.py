@@ -14,7 +14,8 @@ from usdfoot.planning.proportions import Proportions
 __all__ = ["TOE_OUT", "Gait", "derive_gait", "natural_lengths", "overlap_shares"]
 
 SPAN = 1.4
-"""Longest step without a flight that nobody asked for, foot to foot over the leg length; legs reach 1.5."""
+"""Longest step without a flight that nobody asked for, foot to foot over the leg length where the hips were none apart;
+legs reach 1.5."""
 TOE_OUT = 0.1
 """How far feet point outward of the heading [rad]."""
 LONGEST_TABLED = 3.5
@@ -31,6 +32,8 @@ class Gait:
     """Strike to strike [s]."""
     step_width: float
     """Ball to ball across the way [m]."""
+    walked_length: float
+    """How far a step without a flight goes along the way at most [m]."""
     toe_out: float = TOE_OUT
     """[rad]."""
     rule: TimingRule = field(default_factory=TimingRule)
@@ -40,11 +43,6 @@ class Gait:
     def speed(self) -> float:
         """[m/s]."""
         return self.step_length / self.step_time
-
-    @property
-    def walked_length(self) -> float:
-        """How far a step without a flight goes along the way at most [m]."""
-        return _walked_length(self.rule.leg_length, self.step_width)
 
     @property
     def fastest_walk(self) -> float:
@@ -76,7 +74,8 @@ def derive_gait(
     rule, width = body.timing, step_width or body.step_width
     step_length = step_length or _unasked_length(body, rule, speed=speed, width=width)
     step_time = step_length / speed if speed else float(time_steps(np.array([step_length]), rule).step_times[0])
-    return Gait(step_length=step_length, step_time=step_time, step_width=width, rule=rule)
+    walked = _walked_length(body, width)
+    return Gait(step_length=step_length, step_time=step_time, step_width=width, walked_length=walked, rule=rule)
 
 
 def _unasked_length(body: Proportions, rule: TimingRule, *, speed: float, width: float) -> float:
@@ -85,12 +84,12 @@ def _unasked_length(body: Proportions, rule: TimingRule, *, speed: float, width:
     length = float(natural_lengths(np.array([speed]), rule)[0]) if speed else easy
     if time_steps(np.array([length]), rule).flies[0]:
         return length
-    return min(length, _walked_length(body.leg_length, width))
+    return min(length, _walked_length(body, width))
 
 
-def _walked_length(leg_length: float, width: float) -> float:
-    """How far legs that span so much go along the way [m] with their feet `width` [m] apart across it."""
-    span = SPAN * leg_length
+def _walked_length(body: Proportions, width: float) -> float:
+    """How far legs go along the way [m] with their feet `width` [m] apart across it."""
+    span = body.span(SPAN)
     return float(np.sqrt(max(span**2 - width**2, 0.25 * span**2)))
 
 

@@ -74,12 +74,11 @@ def lint_alone(
     limits = limits or LintLimits()
     feet = feet_of(plans, bodies)
     legs = np.array([body.leg_length for body in bodies])[feet.owners]
-    sizes = np.array([body.foot_length for body in bodies])[feet.owners]
     names = names or [plan.name for plan in plans]
     orientations = np.concatenate([plan.orientations for plan in plans])
     normals = quaternion.rotate(orientations, np.array([0.0, 1.0, 0.0]))
     return [
-        *_steps(names, feet, legs, sizes, limits),
+        *_steps(names, feet, bodies, limits),
         *find_ground_faults(names, feet, normals, ground=ground, limits=limits),
         *find_low_ceilings(names, feet, legs, ground=ground, limits=limits),
         *find_walls(names, feet, legs, ground=ground, limits=limits),
@@ -95,9 +94,7 @@ def lint_steps(plan: FootstepPlan, body: Proportions, *, limits: LintLimits | No
         body: Who walks it.
         limits: What is still right.
     """
-    feet = feet_of([plan], [body])
-    legs, sizes = (np.full(len(plan), size) for size in (body.leg_length, body.foot_length))
-    return _steps([plan.name], feet, legs, sizes, limits or LintLimits())
+    return _steps([plan.name], feet_of([plan], [body]), [body], limits or LintLimits())
 
 
 def lint_clips(plan: FootstepPlan, spaces: FootstepSpaces, *, style: str, reach: float) -> list[Fault]:
@@ -135,10 +132,10 @@ def lint_clips(plan: FootstepPlan, spaces: FootstepSpaces, *, style: str, reach:
     ]
 
 
-def _steps(
-    names: Sequence[str], feet: FootTable, legs: FloatArray, sizes: FloatArray, limits: LintLimits
-) -> list[Fault]:
+def _steps(names: Sequence[str], feet: FootTable, bodies: Sequence[Proportions], limits: LintLimits) -> list[Fault]:
     """What is wrong between consecutive footsteps of a plan."""
+    measures = [(body.leg_length, body.foot_length, body.span(limits.longest_step)) for body in bodies]
+    legs, sizes, spans = np.array(measures)[feet.owners].T
     rows = np.flatnonzero(feet.numbers > 0)
     before = rows - 1
     displacements = feet.positions[rows] - feet.positions[before]
@@ -159,7 +156,7 @@ def _steps(
             faults_at(names, feet, chosen, kind=kind, values=values[wrong], message=message, severity=severity)
         )
 
-    long = ~flies & (lengths > limits.longest_step * leg)
+    long = ~flies & (lengths > spans[rows])
     note(long, "unreachable", ERROR, lengths, "is {:.2f} m from the footstep before it, more than the legs span")
     high = ~flies & ~long & (np.abs(rises) > limits.highest_step * leg)
     note(high, "unreachable", ERROR, rises, "is {:+.2f} m above the footstep before it")

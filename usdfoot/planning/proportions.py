@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdfoot.analysis.hip_spacing import hip_width
 from usdfoot.analysis.timing import HUMAN_LEG, TimingRule
 from usdfoot.model.biped import Biped
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
@@ -59,6 +60,10 @@ class Proportions:
         """Highest rise of one step [m]."""
         return 0.58 * self.leg_length
 
+    def span(self, legs: float) -> float:
+        """From foot to foot when they are so many leg lengths apart along the way and the hips across it [m]."""
+        return float(np.hypot(legs * self.leg_length, self.hip_width))
+
     def half_depth(self, radius: float) -> float:
         """Half the width [m] that a body of a radius [m] needs sideways: half as deep as broad; heels reach back."""
         return min(radius, max(0.5 * radius, self.heel))
@@ -68,11 +73,10 @@ def proportions_of(skeleton: Skeleton, biped: Biped) -> Proportions:
     """Proportions of a character, from its rest pose."""
     positions, _ = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
     feet = positions[list(biped.balls)] - positions[list(biped.ankles)]
-    hips = positions[biped.hips[0]] - positions[biped.hips[1]]
     level = float(np.hypot(feet[:, 0], feet[:, 2]).mean())
     return Proportions(
         leg_length=biped.maximal_leg_length,
         foot_length=level,
         heel=level + 0.4 * float(np.linalg.norm(feet, axis=1).mean()),
-        hip_width=float(np.linalg.norm(hips)),
+        hip_width=hip_width(skeleton, biped),
     )

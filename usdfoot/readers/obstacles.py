@@ -102,7 +102,8 @@ def _mesh(stage: Usd.Stage, mesh: UsdGeom.Mesh) -> tuple[FloatArray, IntArray]:
     points = np.array(mesh.GetPointsAttr().Get(time) or (), dtype=float).reshape(-1, 3)
     counts = np.array(mesh.GetFaceVertexCountsAttr().Get(time) or (), dtype=int)
     indices = np.array(mesh.GetFaceVertexIndicesAttr().Get(time) or (), dtype=int)
-    if not len(points) or counts.sum() != len(indices) or indices.max(initial=-1) >= len(points):
+    strays = counts.min(initial=0) < 0 or indices.min(initial=0) < 0 or indices.max(initial=-1) >= len(points)
+    if strays or not len(points) or counts.sum() != len(indices):
         raise SceneError(mesh.GetPath(), "is an obstacle whose faces do not match its points", "repair the mesh")
     return points, cut_polygons(points, counts, indices, holes=np.zeros(0, dtype=int))
 

@@ -138,6 +138,7 @@ def cut_stretch(
         examples=library.examples,
         library=library.device,
         leg_length=library.source.biped.maximal_leg_length,
+        hip_width=library.hip_width,
         styles=np.full(len(owners), library.style, dtype=object),
     )
     return Stretch(
