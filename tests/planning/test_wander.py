@@ -17,7 +17,7 @@ from usdfoot.planning.path import plan_path
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.routes import find_route
 from usdfoot.planning.wander import News, WanderOptions, join_footsteps, plan_wander, wander
-from usdfoot.planning.world import Obstacle, World, box_outline, clearances
+from usdfoot.planning.world import Obstacle, World, box_outline, clearances, has_room
 
 SQUARE = box_outline((-5.0, -5.0), (5.0, 5.0))
 WALL = Obstacle(name="/Wall", outline=box_outline((-4.0, 1.0), (5.0, 1.4)), margin=0.1)
@@ -38,6 +38,29 @@ def test_distances_from_a_concave_outline_are_known():
     backward = World(obstacles=(Obstacle(name="/L", outline=L_SHAPE[::-1], margin=0.25),), bounds=SQUARE)
     assert_allclose(clearances(backward, points), np.minimum(expected, 5.0 - np.abs(points).max(axis=1)), atol=1e-12)
     assert_array_equal(clearances(World(), points), np.inf)
+
+
+def test_who_is_level_with_a_corner_but_for_rounding_is_outside():
+    outline = np.array([(3.0, 0.1), (-2.9, -0.8), (-2.4, -1.9), (-0.4, -3.0), (1.2, -2.7), (2.8, -1.2)])
+    beside = np.stack([np.full(6, -5.0), np.nextafter(outline[:, 1], -np.inf)], axis=1)
+    assert clearances(World(obstacles=(Obstacle(name="/Rock", outline=outline),)), beside).min() > 0.0
+
+
+def test_there_is_room_exactly_where_clearances_say_so():
+    generator = np.random.default_rng(2)
+    places = generator.uniform(-4.0, 4.0, size=(30, 2))
+    heights = [(-np.inf, np.inf), (0.0, 0.5), (2.5, 3.0)]
+    obstacles = tuple(
+        Obstacle(
+            name="/L", outline=0.3 * L_SHAPE + place, margin=0.1 * (index % 2), heights=heights[index % len(heights)]
+        )
+        for index, place in enumerate(places)
+    )
+    points, ground = generator.uniform(-6.0, 6.0, size=(4000, 2)), generator.choice([0.0, 1.0, 4.0], size=4000)
+    for world in (World(), World(bounds=SQUARE), World(bounds=SQUARE, obstacles=obstacles), World(obstacles=obstacles)):
+        room = has_room(world, points, ground, radius=0.25)
+        assert_array_equal(room, clearances(world, points, ground) >= 0.25)
+    assert 0 < room.sum() < len(room)
 
 
 def test_the_way_around_a_wall_is_as_long_as_geometry_says():

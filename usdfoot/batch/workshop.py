@@ -80,13 +80,14 @@ class Workshop:
     def _make(self, task: ChunkTask) -> MadeChunk:
         scene, kept = self._reader.read(names=task.agents), keep_agents(task)
         clip_problems = self._clip_problems(scene.crowd, kept.entries)
-        crowd, followings, lost = self._plan_followers(_without(scene.crowd, kept.entries))
+        crowd, unlaid = self._conform(_without(scene.crowd, kept.entries))
+        crowd, followings, lost = self._plan_followers(crowd)
         crowd = fly_like_clips(crowd, options=self._options, libraries=self._libraries)
         motions, problems = self._animate(crowd)
         record = record_of(
             crowd.agents,
             motions,
-            [*kept.problems, *clip_problems, *lost, *problems],
+            [*kept.problems, *clip_problems, *unlaid, *lost, *problems],
             sources=self._sources.of(crowd, motions),
             names=task.agents,
             trajectories=_trajectory_figures(followings, motions),
@@ -113,6 +114,17 @@ class Workshop:
                 ),
             )
         return MadeChunk(record=record, kept_agents=len(kept.entries))
+
+    def _conform(self, crowd: Crowd) -> tuple[Crowd, list[Problem]]:
+        """The crowd with its plans on the terrain, where that is asked for; without terrain that is said."""
+        if not self._options.conform:
+            return crowd, []
+        if not crowd.terrain.meshes:
+            what = "conform: the scene has no terrain to lay footsteps on; apply UsdfootTerrainAPI to its ground"
+            return crowd, [Problem(severity="warning", where="conform", message=what)]
+        from usdfoot.planning.prints import conform_plans
+
+        return conform_plans(crowd), []
 
     def _plan_followers(self, crowd: Crowd) -> tuple[Crowd, Mapping[str, Following], list[Problem]]:
         """The crowd with plans for all who follow trajectories; without any, what plans them is not even loaded."""

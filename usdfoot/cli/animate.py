@@ -48,6 +48,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--frames", metavar="A:B", type=frame_range, help="first and last time code (default: those of the plans)"
     )
+    parser.add_argument(
+        "--conform",
+        action="store_true",
+        help="first lay the footsteps of plans on the terrain, at its height and with its slope (default: as given)",
+    )
     _add_blend_flags(parser)
     parser.add_argument(
         "--smoothing",
@@ -218,6 +223,7 @@ def _options(arguments: argparse.Namespace) -> MotionOptions:
 
     return MotionOptions(
         motion=arguments.motion,
+        conform=arguments.conform,
         physics=physics_options(arguments),
         tuning=body_tuning(arguments),
         correction=arguments.correction,

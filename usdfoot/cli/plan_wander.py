@@ -14,8 +14,8 @@ NAME = "wander"
 HELP = "agents that wander at random or to goals around obstacles"
 DESCRIPTION = (
     "Plans agents that follow nothing yet, one footstep at a time: at random, or to their usdfoot:agent:goal, on "
-    "walkable terrain and around what has UsdfootObstacleAPI. Agents do not see each other; that is "
-    "what usdfoot plan crowd is for."
+    "walkable terrain and around what has UsdfootObstacleAPI, where that is at the stage's start. Agents do not see "
+    "each other; that is what usdfoot plan crowd is for."
 )
 EPILOG = """\
 example:
@@ -29,7 +29,7 @@ in Python:
   report = plan_scene_wander("park.usda", "plans.usda", steps=200, seed=7)
 
 step by step: usdfoot.planning.wander.wander is a generator of footsteps; its send() tells it how the world has changed,
-or its goals (usdfoot.planning.wander.News).
+obstacles that move among it, or its goals (usdfoot.planning.wander.News).
 """
 
 

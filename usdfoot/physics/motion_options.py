@@ -26,6 +26,8 @@ class MotionOptions(EngineOptions):
 
     motion: str | None = None
     """clips | physics | hybrid for all agents when they are read; None = what each says."""
+    conform: bool = False
+    """Lay the footsteps of plans on the terrain first; off = they are executed as given."""
     physics: PhysicsOptions = field(default_factory=PhysicsOptions)
     """How the centre of mass is optimised."""
     tuning: BodyTuning = field(default_factory=BodyTuning)

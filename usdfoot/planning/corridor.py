@@ -25,7 +25,7 @@ def count_pairs(stones: Stones, reach: Reach) -> int:
     return int(tree.count_neighbors(tree, reach.farthest))
 
 
-def order_by_way(stones: Stones, start: Stance, goal: Stance, reach: Reach) -> tuple[IntArray, bool]:
+def order_by_way(stones: Stones, start: Stance, goal: Stance, *, reach: Reach) -> tuple[IntArray, bool]:
     """Footholds in order of how much a way from start to goal over each would cost (N,), and whether there may be one.
 
     Footholds of a cell are taken for one, from which one gets as far as from any of them: where no way leads here, none

@@ -52,7 +52,7 @@ class CrossingGraph:
         return feet // 2, feet % 2, headings
 
 
-def build_graph(stones: Stones, start: Stance, goal: Stance, reach: Reach) -> CrossingGraph:
+def build_graph(stones: Stones, start: Stance, goal: Stance, *, reach: Reach) -> CrossingGraph:
     """The graph of all footholds and the stances; the two of a stance come first, then those of the goal."""
     positions = np.concatenate([start.positions, goal.positions, stones.positions])
     discomforts = np.concatenate([np.zeros(4), stones.costs])

@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray
+from usdfoot.model.agent import Crowd
 from usdfoot.model.ground import Ground
 from usdfoot.planning.proportions import Proportions
 
-__all__ = ["EDGE", "Prints", "lay_prints", "print_orientations", "put_on_ground", "settle_landings", "settle_on_treads"]
+__all__ = [
+    "EDGE",
+    "Prints",
+    "conform_plans",
+    "lay_prints",
+    "print_orientations",
+    "put_on_ground",
+    "settle_landings",
+    "settle_on_treads",
+]
 
 STEP_UP = 0.5
 """Ground this far above [m] is still the same level."""
@@ -59,6 +69,28 @@ def lay_prints(
         orientations=print_orientations(yaws, sample.normals),
         walkable=sample.walkable,
     )
+
+
+def conform_plans(crowd: Crowd) -> Crowd:
+    """The crowd with the footsteps of its plans laid on the terrain, at its height and with its slope ([P] 2.1).
+
+    A footstep keeps its place seen from above and its yaw. Of several levels it takes the highest up to `STEP_UP` above
+    it, else the one next above. Beyond the terrain it stays as given.
+    """
+    ground = Ground(crowd.terrain)
+    if not (ground.has_terrain and crowd.agents):
+        return crowd
+    plans = [agent.plan for agent in crowd.agents]
+    positions, yaws = np.concatenate([plan.positions for plan in plans]), np.concatenate([plan.yaws for plan in plans])
+    sample = ground.heights(positions[:, [0, 2]], positions[:, 1])
+    off, given = ~sample.hit, np.concatenate([plan.orientations for plan in plans])
+    positions[:, 1] = np.where(off, positions[:, 1], sample.heights)
+    orientations = np.where(off[:, None], given, print_orientations(yaws, sample.normals))
+    ends = np.cumsum([len(plan) for plan in plans])[:-1]
+    laid = zip(plans, np.split(positions, ends), np.split(orientations, ends), strict=True)
+    conformed = [replace(plan, positions=own, orientations=turned) for plan, own, turned in laid]
+    agents = tuple(replace(agent, plan=plan) for agent, plan in zip(crowd.agents, conformed, strict=True))
+    return replace(crowd, agents=agents)
 
 
 def settle_on_treads(

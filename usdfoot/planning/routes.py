@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import dijkstra
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.planning.spots import Spots, build_spots
-from usdfoot.planning.world import World, clearances
+from usdfoot.planning.world import World, clearances, has_room
 
 __all__ = ["Route", "aim_along", "find_route"]
 
@@ -87,7 +87,7 @@ def find_route(
     spots = build_spots(world.ground, corner, shape, cell=cell, step=step, headroom=headroom)
     step = step if world.ground is not None and world.ground.has_terrain else np.inf
     target = spots.at(goal[None, [0, 2]], goal[[1]], within=step)[0]
-    free = (clearances(world, spots.points, spots.heights) >= radius) & ~spots.is_edge
+    free = has_room(world, spots.points, spots.heights, radius=radius) & ~spots.is_edge
     free[target] |= target >= 0
     spots, count = spots.only(free), int(free.sum())
     target = spots.at(goal[None, [0, 2]], goal[[1]], within=step)[0]

@@ -56,6 +56,11 @@ class Spots:
         """First spot of each cell, shape (X * Z + 1,)."""
         return np.searchsorted(self.columns, np.arange(self.shape[0] * self.shape[1] + 1))
 
+    @cached_property
+    def levels(self) -> int:
+        """Most spots above one another."""
+        return int(np.diff(self.first).max(initial=0))
+
     @property
     def is_edge(self) -> BoolArray:
         """Whether there is no stepping on from a spot in one of the eight directions, shape (S,)."""
@@ -85,12 +90,11 @@ class Spots:
         """
         own = np.rint((points - self.corner) / self.cell).astype(np.intp)
         found = np.full(len(points), -1)
-        most = int(np.diff(self.first).max(initial=0))
         for offset in AROUND if touching else AROUND[:1]:
             index = own + np.array(offset)
             inside = np.all((index >= 0) & (index < self.shape), axis=1)
             column = np.where(inside, index[:, 0] * self.shape[1] + index[:, 1], 0)
-            for level in range(most):
+            for level in range(self.levels):
                 spot = self.first[column] + level
                 usable = inside & (spot < self.first[column + 1]) & (found < 0)
                 spot = np.where(usable, spot, 0)

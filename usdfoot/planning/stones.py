@@ -98,7 +98,7 @@ def find_crossing(stones: Stones, start: Stance, goal: Stance, *, reach: Reach) 
     chosen = np.arange(len(stones.positions))
     if count_pairs(stones, reach) <= MOST_PAIRS:
         return _search(stones, start, goal, reach, chosen)
-    order, may_lead = order_by_way(stones, start, goal, reach)
+    order, may_lead = order_by_way(stones, start, goal, reach=reach)
     for most in FEWER_PAIRS:
         try:
             return _search(stones, start, goal, reach, within_pairs(stones, order, reach, most=most))
@@ -110,7 +110,7 @@ def find_crossing(stones: Stones, start: Stance, goal: Stance, *, reach: Reach) 
 
 def _search(stones: Stones, start: Stance, goal: Stance, reach: Reach, chosen: IntArray) -> Crossing:
     """The most comfortable way over the footholds chosen (K,)."""
-    graph = build_graph(stones.only(chosen), start, goal, reach)
+    graph = build_graph(stones.only(chosen), start, goal, reach=reach)
     nodes = graph.nodes(np.array([0, 1]), np.array([LEFT, RIGHT]), np.zeros(2, dtype=int))
     costs, before, _ = dijkstra(graph.edges, indices=nodes, min_only=True, return_predecessors=True)
     arrived = graph.nodes(np.array([2, 3]), np.array([LEFT, RIGHT]), np.full(2, graph.goal_heading))

@@ -11,12 +11,14 @@ from usdfoot.errors import PlanError
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.ground import Ground
 
-__all__ = ["Obstacle", "World", "box_outline", "clearances", "is_beside", "is_clear"]
+__all__ = ["Obstacle", "World", "box_outline", "clearances", "has_room", "is_beside", "is_clear"]
 
 BODY, UNDERFOOT = 1.8, 0.1
 """Obstacles higher above the ground, or as far below it, are in nobody's way [m]."""
 BATCH = 2_000_000
 """Distances from points to edges held at once."""
+SURE = 1e-3
+"""Who is so much farther from a box than wanted [m] is so in spite of rounding."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,6 +131,25 @@ def clearances(
     return distances.min(axis=1)
 
 
+def has_room(world: World, points: FloatArray, heights: FloatArray, *, radius: float) -> BoolArray:
+    """Whether `clearances` are a radius [m] at least at very many points: each obstacle is asked only about those near.
+
+    Args:
+        world: Bounds and obstacles; terrain does not count here.
+        points: (x, z) [m], shape (N, 2).
+        heights: Of the ground there [m], shape (N,).
+        radius: Of the body [m].
+    """
+    room = clearances(World(bounds=world.bounds), points) >= radius
+    for obstacle in world.obstacles:
+        reach = radius + obstacle.margin + SURE
+        lowest, highest = obstacle.outline.min(axis=0) - reach, obstacle.outline.max(axis=0) + reach
+        near = np.flatnonzero(room & np.all((points >= lowest) & (points <= highest), axis=1))
+        if near.size:
+            room[near] = clearances(World(obstacles=(obstacle,)), points[near], heights[near]) >= radius
+    return room
+
+
 def is_beside(obstacle: Obstacle, heights: FloatArray) -> BoolArray:
     """Whether an obstacle is in the way of bodies on ground at heights (N,) [m], neither above nor below them."""
     lowest, highest = obstacle.heights
@@ -158,13 +179,14 @@ def _signed_distances(edges: Edges, points: FloatArray, times: FloatArray) -> Fl
     The nearest edge gives the distance, the number of edges that a ray towards +x crosses gives the sign.
     """
     vectors = edges.ends - edges.starts
-    offsets = points[:, None] - edges.starts  # (N, E, 2)
+    places = points[:, None]  # (N, E, 2), as seen from the edges
     if edges.velocities.any():
-        offsets -= times[:, None, None] * edges.velocities
+        places = places - times[:, None, None] * edges.velocities
+    offsets = places - edges.starts
     lengths = np.maximum(np.sum(vectors**2, axis=1), np.finfo(float).tiny)
     along = np.clip(np.sum(offsets * vectors, axis=2) / lengths, 0.0, 1.0)
     distances = np.linalg.norm(offsets - along[..., None] * vectors, axis=2)
-    spans = (offsets[..., 1] < 0.0) != (offsets[..., 1] < vectors[:, 1])
+    spans = (places[..., 1] < edges.starts[:, 1]) != (places[..., 1] < edges.ends[:, 1])  # each corner's height alike
     rises = np.where(vectors[:, 1] == 0.0, 1.0, vectors[:, 1])
     crosses = spans & (offsets[..., 0] < vectors[:, 0] * offsets[..., 1] / rises)
     inside = np.add.reduceat(crosses, edges.first, axis=1, dtype=int) % 2 == 1
