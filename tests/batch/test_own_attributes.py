@@ -21,6 +21,8 @@ SAID = {
     "primvars:none": (TYPES.FloatArray, []),
     "userProperties:job": (TYPES.String, "baker, “second” shift"),
     "userProperties:age": (TYPES.Int, -42),
+    "userProperties:id": (TYPES.Int64, -(1 << 40)),
+    "userProperties:ids": (TYPES.Int64Array, [1 << 40, -3]),
     "userProperties:tired": (TYPES.Bool, True),
     "userProperties:tags": (TYPES.TokenArray, ["a", "", "b"]),
     "userProperties:kind": (TYPES.Token, "tall"),
@@ -61,6 +63,7 @@ def describe(prim, number):
         for code, value in zip(CODES, values, strict=True):
             attribute.Set(value, code + number)
     prim.GetAttribute("primvars:one").AddConnection("/World/Somewhere.out")
+    prim.CreateAttribute("primvars:only", TYPES.Float).AddConnection("/World/Somewhere.out")
 
 
 def write_own_scene(stages, folder, *, asset=None, describe=describe):
@@ -120,6 +123,7 @@ def test_agents_say_what_the_scene_says(shot):
     for number, agent in enumerate(agents_in(crowd)):
         source = stage.GetPrimAtPath(f"/World/Crowd/Agent_{number}")
         expected = said_of(source)
+        assert expected.pop("primvars:only")[1] is None
         assert {*SAID, *OVER_TIME, "primvars:displayColor", "purpose"} <= {*expected}
         assert said_of(agent) == expected
         assert not agent.GetAttribute("primvars:one").HasAuthoredConnections()
@@ -212,6 +216,10 @@ def hide_as_guide(prim):
     UsdGeom.Imageable(prim).CreatePurposeAttr("guide")
 
 
+def take_away(prim):
+    prim.CreateAttribute("primvars:tint", TYPES.Float).Block()
+
+
 def point_at_a_file(prim):
     prim.CreateAttribute("userProperties:file", TYPES.Asset).Set("./a.txt")
 
@@ -221,7 +229,7 @@ def bind_a_material(prim):
 
 
 @pytest.mark.parametrize(
-    "change", [move_a_joint, bind_a_skin, color_by_vertex, hide_as_guide, point_at_a_file, bind_a_material]
+    "change", [move_a_joint, bind_a_skin, color_by_vertex, hide_as_guide, take_away, point_at_a_file, bind_a_material]
 )
 def test_what_changes_the_character_makes_another(stages, tmp_path, change):
     def describe(agent, number):
@@ -230,3 +238,21 @@ def test_what_changes_the_character_makes_another(stages, tmp_path, change):
 
     scene = write_own_scene(stages, tmp_path / "scene", describe=describe)
     assert len(read_scene(str(scene)).characters) == 2
+
+
+def test_an_attribute_may_be_of_another_type_than_the_asset_s(stages, tmp_path):
+    def describe(agent, number):
+        layer = agent.GetStage().GetRootLayer()
+        spec = Sdf.AttributeSpec(layer.GetPrimAtPath(agent.GetPath()), "primvars:tint", TYPES.Color3fArray)
+        layer.SetTimeSample(spec.path, 1.0, Vt.Vec3fArray([color_of(number)]))
+
+    asset = Usd.Stage.CreateNew(str(tmp_path / "person.usda"))
+    asset.SetDefaultPrim(asset.DefinePrim("/Person"))
+    asset.GetDefaultPrim().GetReferences().AddReference(str(stages / "human.usdc"))
+    asset.GetDefaultPrim().CreateAttribute("primvars:tint", TYPES.Float).Set(1.0)
+    asset.Save()
+    scene = write_own_scene(stages, tmp_path / "scene", asset=tmp_path / "person.usda", describe=describe)
+    read = read_scene(str(scene))
+    own = [read.own_attributes[f"Agent_{number}"]["primvars:tint"] for number in range(AGENTS)]
+    assert len(read.characters) == 1
+    assert [(said.type_name, said.value, said.codes) for said in own] == [("color3f[]", None, (1.0,))] * AGENTS

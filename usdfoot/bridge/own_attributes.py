@@ -11,6 +11,7 @@ __all__ = ["NUMBER_TYPES", "TEXT_TYPES", "OwnAttribute", "OwnAttributes"]
 NUMBER_TYPES = {
     "bool": ("|u1", 1),
     "int": ("<i4", 1),
+    "int64_t": ("<i8", 1),
     "float": ("<f4", 1),
     "double": ("<f8", 1),
     **{f"GfVec{width}f": ("<f4", width) for width in (2, 3, 4)},

@@ -29,7 +29,7 @@ def is_own(prim: Usd.Prim, name: str) -> bool:
     strings, arrays too, with samples of the same length. Those that move a skin do not.
     """
     attribute = prim.GetAttribute(name)
-    return bool(attribute) and _describes(attribute) and _read(attribute) is not None
+    return bool(attribute) and _describes(attribute) and (_is_silent(attribute) or _read(attribute) is not None)
 
 
 def read_own(prim: Usd.Prim, names: Iterable[str]) -> OwnAttributes:
@@ -47,6 +47,11 @@ def _describes(attribute: Usd.Attribute) -> bool:
         return attribute.Get() != UsdGeom.Tokens.guide
     constant = attribute.GetMetadata("interpolation") in (None, UsdGeom.Tokens.constant)
     return (name.startswith(_DESCRIPTIONS) and constant) or (not name.startswith(_PRIMVARS) and attribute.IsCustom())
+
+
+def _is_silent(attribute: Usd.Attribute) -> bool:
+    """Whether an attribute is only declared, or connected."""
+    return not attribute.HasAuthoredValue() and not attribute.GetResolveInfo().ValueIsBlocked()
 
 
 def _read(attribute: Usd.Attribute) -> OwnAttribute | None:
@@ -72,9 +77,12 @@ def _read(attribute: Usd.Attribute) -> OwnAttribute | None:
 
 
 def _plain(value: Any, kind: Sdf.ValueTypeName) -> Any:
-    """A value without USD's types, None if it is of another type than those that are written."""
+    """A value without USD's types, None if it is of another type than those that are written, or than it is to be.
+
+    A weaker layer may say something else by the same name.
+    """
     scalar = kind.scalarType.cppTypeName
-    if value is None:
+    if type(value) is not type(kind.defaultValue):
         return None
     if scalar in TEXT_TYPES:
         tokens = tuple(map(str, value)) if kind.isArray and scalar == "TfToken" else None

@@ -54,7 +54,7 @@ class Type:
     BOOL, INT, FLOAT, DOUBLE, STRING, TOKEN, QUATD, QUATF, QUATH, DOUBLE3, FLOAT3, HALF3 = (
         kind << 48 for kind in (1, 3, 8, 9, 10, 11, 16, 17, 18, 23, 24, 25)
     )
-    DOUBLE2, FLOAT2, DOUBLE4, FLOAT4 = (kind << 48 for kind in (19, 20, 27, 28))
+    INT64, DOUBLE2, FLOAT2, DOUBLE4, FLOAT4 = (kind << 48 for kind in (5, 19, 20, 27, 28))
     DICTIONARY, TOKEN_EDITS, PATH_EDITS, REFERENCES, TOKENS, SPECIFIER, VARIABILITY, SAMPLES, DOUBLES, TIME_CODE = (
         kind << 48 for kind in (31, 32, 34, 35, 41, 42, 44, 46, 48, 56)
     )
@@ -103,6 +103,7 @@ VALUE_KINDS = {
 PLAIN_KINDS = {
     ("|u1", 1): Type.BOOL,
     ("<i4", 1): Type.INT,
+    ("<i8", 1): Type.INT64,
     ("<f4", 1): Type.FLOAT,
     ("<f8", 1): Type.DOUBLE,
     ("<f4", 2): Type.FLOAT2,
