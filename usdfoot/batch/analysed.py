@@ -21,7 +21,7 @@ import numpy as np
 
 from usdfoot import __version__
 from usdfoot.analysis.examples import build_examples
-from usdfoot.batch.hashing import content_hash
+from usdfoot.batch.hashing import library_hash
 from usdfoot.bridge.tokens import File
 from usdfoot.bridge.versions import library_versions
 from usdfoot.errors import OutputError
@@ -86,7 +86,7 @@ class KeptExamples:
 
 def build_once(library: ClipLibrary, *, samples: int) -> tuple[Examples, list[Problem]]:
     """What `build_examples` makes of a library. A process that lives on has the last few libraries' at hand."""
-    examples, problems = _examples_of(_HashedLibrary(content=content_hash(library), library=library), samples)
+    examples, problems = _examples_of(_HashedLibrary(content=library_hash(library), library=library), samples)
     return examples, list(problems)
 
 
@@ -124,7 +124,7 @@ def tidy_examples(folder: Path, libraries: Sequence[ClipLibrary], *, samples: in
 
 def _name_of(library: ClipLibrary, samples: int) -> str:
     versions = {"usdfoot": __version__, **library_versions()}
-    return f"{File.EXAMPLES}/{content_hash(versions, library, samples)}.npz"
+    return f"{File.EXAMPLES}/{library_hash(library, versions, samples)}.npz"
 
 
 def _bytes_of(examples: Examples, problems: Sequence[Problem]) -> bytes:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from functools import cache
 
 import numpy as np
 
-__all__ = ["content_hash"]
+from usdfoot.model.clip import ClipLibrary
+
+__all__ = ["content_hash", "library_hash"]
 
 _PLAIN = (str, int, float, complex, type(None), np.generic)
 """Types whose values say all they are when printed."""
@@ -23,6 +25,11 @@ def content_hash(*values: object) -> str:
     parts: list[bytes] = []
     _add_parts(parts, values)
     return hashlib.sha256(b"".join(parts)).hexdigest()
+
+
+def library_hash(library: ClipLibrary, *values: object) -> str:
+    """SHA-256 of a library, and of values, the same whichever of its agents' Skeletons gives it the name."""
+    return content_hash(replace(library, skeleton=replace(library.skeleton, name="")), *values)
 
 
 def _add_parts(parts: list[bytes], value: object) -> None:

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from usdfoot import __version__
-from usdfoot.batch.hashing import content_hash
-from usdfoot.bridge.scene import Scene
+from usdfoot.batch.hashing import content_hash, library_hash
+from usdfoot.bridge.scene import Character, Scene
 from usdfoot.bridge.tokens import ChunkFiles, File, chunk_files
 from usdfoot.bridge.versions import library_versions
 from usdfoot.model.agent import Agent, Follower
@@ -158,12 +158,15 @@ class _Hashes:
         self._times = crowd.frame_times
         self._frames = scene.plan_frames
         self._visibility = scene.visibility
+        self._own_attributes = scene.own_attributes
         self._common = content_hash(
             versions, options, stage.units, stage.frames_per_second, crowd.terrain, crowd.frame_rate
         )
-        self._libraries = [content_hash(library) for library in crowd.libraries]
+        self._libraries = [library_hash(library) for library in crowd.libraries]
         self._characters = [
-            content_hash(character, reference, self._times if len(character.skeleton_to_agent) > 1 else None)
+            content_hash(
+                _placeless(character), reference, self._times if len(character.skeleton_to_agent) > 1 else None
+            )
             for character, reference in zip(scene.characters, references, strict=True)
         ]
 
@@ -173,6 +176,12 @@ class _Hashes:
         begin = self._times.searchsorted(start, side="right") - 1
         end = self._times.searchsorted(stop)
         frames = self._times[[max(begin, 0), min(end, last)]]
-        placed = self._frames.get(agent.name), self._visibility.get(agent.name)
+        said = (self._frames, self._visibility, self._own_attributes)
+        placed = [by_name.get(agent.name) for by_name in said]
         shared = self._common, self._libraries[agent.library], self._characters[agent.character]
         return content_hash(agent, placed, frames, *shared)
+
+
+def _placeless(character: Character) -> Character:
+    """The character as it is whichever of its agents is read first."""
+    return replace(character, path="", skeleton=replace(character.skeleton, name=""))

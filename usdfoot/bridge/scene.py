@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from usdfoot.bridge.own_attributes import OwnAttributes
 from usdfoot.bridge.similarity import Similarity
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths.types import FloatArray, IntArray
@@ -122,3 +123,5 @@ class Scene:
     by agent name, shape (4, 4)."""
     visibility: Mapping[str, Visibility] = field(default_factory=dict)
     """Of agents that are not always to be seen, by agent name."""
+    own_attributes: Mapping[str, OwnAttributes] = field(default_factory=dict)
+    """Of agents that have some, by agent name."""

@@ -2,58 +2,97 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
+from itertools import takewhile
+from typing import NamedTuple
 
 from pxr import Kind, Sdf, Usd, UsdGeom, UsdSkel
 
-__all__ = ["asset_of", "character_prim_of", "look_of"]
+from usdfoot.bridge.own_attributes import OwnAttributes
+from usdfoot.readers.own_attributes import HARMLESS, is_own, read_own
 
-_HARMLESS_PROPERTIES = ("xformOp", "usdfoot:", "visibility", "extent", "skel:animationSource")
-"""Properties on the character prim that a written agent replaces or does not need."""
+__all__ = ["asset_of", "character_prim_of", "look_of", "own_attributes_over"]
+
 _BROUGHT = ("usdfoot:", "visibility")
-"""Those that an agent has from a prim of the scene that it references."""
+"""Properties that an agent has from a prim of the scene that it references."""
+
+
+class _Asset(NamedTuple):
+    """An asset, and what the scene says of it."""
+
+    layer: Sdf.Layer
+    path: Sdf.Path
+    above: tuple[Sdf.PrimSpec, ...] = ()
+    """Stronger specs of the prim, which do not change it."""
+
+    @property
+    def place(self) -> tuple[str, str]:
+        """Layer identifier and prim path."""
+        return self.layer.realPath or self.layer.identifier, str(self.path)
 
 
 def asset_of(prim: Usd.Prim) -> tuple[str, str]:
     """Layer identifier and prim path that give the same character when referenced.
 
-    That is the asset itself where the scene only places it; the scene's own prim where the scene changes the asset.
+    That is the asset itself where the scene only places and describes it; the scene's own prim where the scene changes
+    the asset.
     """
-    return _followed(prim, _changes)
+    return _followed(prim).place
 
 
 def look_of(prim: Usd.Prim) -> tuple[object, ...]:
     """What prims have in common that one of them can stand for, because they hold the same character.
 
     That is the asset, where the scene only places it and selects variants, with these and what else referencing the
-    prim would bring along.
+    prim would bring along: of attributes of its own that there are such, as every agent has its own values over them.
     """
-    asset = _followed(prim, lambda spec: _changes(spec, selections=False))
-    if asset == asset_of(prim):
-        return asset
+    asset = _followed(prim, selections=False)
+    if asset.place == asset_of(prim):
+        return asset.place
     sets = prim.GetVariantSets()
     brought = [
         (attribute.GetName(), str(attribute.Get()))
         for attribute in prim.GetAuthoredAttributes()
         if attribute.GetName().startswith(_BROUGHT)
     ]
-    return (*asset, tuple(sorted(sets.GetAllVariantSelections().items())), tuple(brought))
+    own = [
+        (name, value.type_name, value.interpolation, value.element_size, _connections(prim, name))
+        for name, value in _own_over(prim, asset).items()
+    ]
+    return (*asset.place, tuple(sorted(sets.GetAllVariantSelections().items())), tuple(brought), tuple(own))
 
 
-def _followed(prim: Usd.Prim, changes: Callable[[Sdf.PrimSpec], bool]) -> tuple[str, str]:
-    """Layer identifier and path of the asset below all that does not change it."""
+def own_attributes_over(prim: Usd.Prim) -> OwnAttributes:
+    """Attributes that describe a prim, by name, of what a scene says over the asset it holds."""
+    if all(name.startswith(HARMLESS) for name in prim.GetAuthoredPropertyNames()):  # as mostly
+        return {}
+    return _own_over(prim, _followed(prim, selections=False))
+
+
+def _own_over(prim: Usd.Prim, asset: _Asset) -> OwnAttributes:
+    names = {attribute.name for spec in asset.above for attribute in spec.attributes}
+    return read_own(prim, names) if names else {}
+
+
+def _connections(prim: Usd.Prim, name: str) -> tuple[str, ...]:
+    return tuple(map(str, prim.GetAttribute(name).GetConnections()))
+
+
+def _followed(prim: Usd.Prim, *, selections: bool = True) -> _Asset:
+    """The asset below all that does not change it; `selections` of variants do, or do not."""
     root = prim.GetStage().GetRootLayer()
-    layer, path = root, prim.GetPath()
+    asset = _Asset(root, prim.GetPath())
     arcs = _direct_arcs(prim)
+    starts = [(arc.GetIntroducingLayer(), arc.GetIntroducingPrimPath()) for arc in arcs]
     for i, arc in enumerate(arcs):
-        starts = [(other.GetIntroducingLayer(), other.GetIntroducingPrimPath()) for other in arcs]
-        follows = i == 0 or arc.GetIntroducingPrimPath() == path
-        if not follows or starts.count(starts[i]) > 1 or _is_changed_above(prim, arc, changes):
+        follows = i == 0 or arc.GetIntroducingPrimPath() == asset.path
+        above = _specs_above(prim, arc)
+        if not follows or starts.count(starts[i]) > 1 or any(_changes(prim, spec, selections) for spec in above):
             break
-        layer, path = arc.GetTargetLayer(), arc.GetTargetPrimPath()
-        if layer != arc.GetIntroducingLayer():
+        asset = _Asset(arc.GetTargetLayer(), arc.GetTargetPrimPath(), above)
+        if asset.layer != arc.GetIntroducingLayer():
             break
-    return layer.realPath or layer.identifier, str(path)
+    return asset
 
 
 def character_prim_of(skeleton: Usd.Prim, foreign: Iterable[Usd.Prim] = ()) -> Usd.Prim:
@@ -107,21 +146,17 @@ def _has_local_arc(prim: Usd.Prim) -> bool:
     )
 
 
-def _is_changed_above(prim: Usd.Prim, arc: Usd.CompositionArc, changes: Callable[[Sdf.PrimSpec], bool]) -> bool:
-    """Whether layers stronger than an arc's target say more than where the prim stands and what it does."""
+def _specs_above(prim: Usd.Prim, arc: Usd.CompositionArc) -> tuple[Sdf.PrimSpec, ...]:
+    """Specs of a prim in layers stronger than an arc's target, without those of the session."""
     session = prim.GetStage().GetSessionLayer()
-    targets = arc.GetTargetNode().layerStack.layers
-    for spec in prim.GetPrimStack():
-        if spec.layer in targets and spec.path == arc.GetTargetPrimPath():
-            return False
-        if spec.layer != session and changes(spec):
-            return True
-    return False
+    layers, path = arc.GetTargetNode().layerStack.layers, arc.GetTargetPrimPath()
+    stronger = takewhile(lambda spec: spec.layer not in layers or spec.path != path, prim.GetPrimStack())
+    return tuple(spec for spec in stronger if spec.layer != session)
 
 
-def _changes(spec: Sdf.PrimSpec, *, selections: bool = True) -> bool:
+def _changes(prim: Usd.Prim, spec: Sdf.PrimSpec, selections: bool) -> bool:
     """Whether a spec says more of a prim than a written agent does anew; `selections` of variants count."""
-    own = [prop.name for prop in spec.properties if not prop.name.startswith(_HARMLESS_PROPERTIES)]
     # These views are truthy even when they are empty.
-    parts = (own, spec.nameChildren, spec.variantSets, spec.variantSelections if selections else ())
-    return any(len(part) > 0 for part in parts)
+    parts = spec.nameChildren, spec.variantSets, spec.variantSelections if selections else ()
+    names = [prop.name for prop in spec.properties if not prop.name.startswith(HARMLESS)]
+    return any(len(part) > 0 for part in parts) or not all(is_own(prim, name) for name in names)

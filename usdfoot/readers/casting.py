@@ -10,6 +10,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdSkel
 
 from usdfoot.analysis.hip_spacing import space_hips
+from usdfoot.bridge.own_attributes import OwnAttributes
 from usdfoot.bridge.scene import Character
 from usdfoot.bridge.tokens import Motion, Plan
 from usdfoot.bridge.units import StageUnits
@@ -24,10 +25,12 @@ from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.model.tuning import BodyTuning
 from usdfoot.planning.proportions import Proportions, proportions_of
 from usdfoot.readers.agents import AgentSource, read_agent_options
+from usdfoot.readers.assets import own_attributes_over
 from usdfoot.readers.candidates import find_skeleton, only_character
 from usdfoot.readers.characters import character_key, read_character
 from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.clips import missing_leg_joints, read_clip
+from usdfoot.readers.own_attributes import read_own
 from usdfoot.readers.stage import StagePrims, authored
 from usdfoot.readers.tuning import read_tuning
 
@@ -60,6 +63,7 @@ class Casting:
     _unfit: dict[str, str] = field(default_factory=dict)
     _tuning_of: dict[str, BodyTuning] = field(default_factory=dict)
     _key_of: dict[tuple[Sdf.Path, float], tuple[object, ...]] = field(default_factory=dict)
+    _own_of: dict[Sdf.Path, OwnAttributes] = field(default_factory=dict)
     _character_of: dict[object, int | UsdfootError] = field(default_factory=dict)
     _library_of: dict[object, int | UsdfootError] = field(default_factory=dict)
 
@@ -117,6 +121,20 @@ class Casting:
             UsdfootError: If it has none that can be used.
         """
         return self.characters[self._character(source)[0]]
+
+    def own_attributes_of(self, source: AgentSource) -> OwnAttributes:
+        """Attributes that describe an agent, by name: its character's, and its prim's over these.
+
+        Raises:
+            UsdfootError: If it has no character that can be used.
+        """
+        prim = self._character(source)[1]
+        if prim.GetPath() not in self._own_of:
+            self._own_of[prim.GetPath()] = own_attributes_over(prim)
+        own = self._own_of[prim.GetPath()]
+        if not source.is_authored or source.prim == prim:
+            return own
+        return {**own, **read_own(source.prim, source.prim.GetAuthoredPropertyNames())}
 
     def body_of(self, source: AgentSource) -> Proportions:
         """Proportions of an agent's character; a person's if it has none that can be used."""

@@ -208,15 +208,16 @@ class SceneReader:
             followers=tuple(followers),
             problems=problems,
         )
+        seen = [source for source, performer in zip(sources, everyone, strict=True) if performer]
+        own = {source.name: casting.own_attributes_of(source) for source in seen}
         return Scene(
             stage=self.info,
             crowd=crowd,
             characters=tuple(casting.characters),
             frame_codes=self._codes,
             plan_frames={agent.name: frames[agent.name] for agent in cast if agent.name in frames},
-            visibility=read_visibilities(
-                source for source, performer in zip(sources, everyone, strict=True) if performer
-            ),
+            visibility=read_visibilities(seen),
+            own_attributes={name: attributes for name, attributes in own.items() if attributes},
         )
 
     def _performer_of(self, source: AgentSource) -> Agent | Follower | None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from usdfoot.bridge import tokens
@@ -19,7 +21,12 @@ UPRIGHT_TOLERANCE = 1e-7
 
 
 def agent_spec(
-    agent: PosedAgent, *, reference: tuple[str, str], units: StageUnits, visibility: Visibility = ()
+    agent: PosedAgent,
+    *,
+    reference: tuple[str, str],
+    units: StageUnits,
+    visibility: Visibility = (),
+    own: Mapping[str, Spec] | None = None,
 ) -> Spec:
     """Spec of an agent: position on the ground, yaw and extent over time.
 
@@ -28,6 +35,8 @@ def agent_spec(
         reference: Asset and prim path by which it refers to its character.
         units: Of the written stage.
         visibility: When it is to be seen.
+        own: Attributes that describe it, as visibility does, on the instance itself, which shares its prototype with
+            others whatever it says.
     """
     motion, codes, turn = agent.motion, agent.codes, f"xformOp:rotate{units.up_axis}"
     sampled = {
@@ -43,9 +52,10 @@ def agent_spec(
         f".{tokens.Agent.PLAN}": relationship_spec([f"{tokens.Prim.PLANS}/{motion.name}"]),
         **specs_of({**stance, "xformOpOrder": order}),
     }
-    if visibility:  # on the instance itself, which shares its prototype with others whatever it says
+    if visibility:
         samples = {code: seen for code, seen in visibility if code is not None}
         below[".visibility"] = seen_spec(visibility[0][1], list(samples), list(samples.values()))
+    below |= own or {}
     return prim_spec(
         "SkelRoot",
         below,

@@ -33,6 +33,7 @@ from usdfoot.writers.crate.specs import (
 from usdfoot.writers.layers import MODEL_KINDS, LayerFormat, author, rounded_codes
 
 __all__ = [
+    "UNIFORM",
     "Attribute",
     "author_attributes",
     "code_array",
@@ -45,7 +46,7 @@ __all__ = [
 ]
 
 _DEFINED = INLINED | Type.SPECIFIER
-_UNIFORM = INLINED | Type.VARIABILITY | 1
+UNIFORM = INLINED | Type.VARIABILITY | 1
 
 
 class Attribute(NamedTuple):
@@ -115,7 +116,7 @@ def _spec(attribute: Attribute) -> Spec:
 @lru_cache
 def _fields(type_name: str, uniform: bool) -> dict[str, Value]:
     """What attributes of a type have in common."""
-    return {"typeName": token(type_name), **({"variability": _UNIFORM} if uniform else {})}
+    return {"typeName": token(type_name), **({"variability": UNIFORM} if uniform else {})}
 
 
 def sampled_spec(samples: Samples) -> Spec:
@@ -133,7 +134,7 @@ def seen_spec(default: str, codes: Sequence[float], names: Sequence[str]) -> Spe
 
 def relationship_spec(paths: Sequence[str]) -> Spec:
     """Spec of a relationship with exactly these targets."""
-    return Spec(SpecKind.RELATIONSHIP, {"variability": _UNIFORM, "targetPaths": targets(paths)}, {})
+    return Spec(SpecKind.RELATIONSHIP, {"variability": UNIFORM, "targetPaths": targets(paths)}, {})
 
 
 def prim_spec(

@@ -23,6 +23,7 @@ from usdfoot.writers.crate.specs import PackedSamples, Spec
 from usdfoot.writers.footsteps import executed_plan, print_models
 from usdfoot.writers.layers import LayerFormat
 from usdfoot.writers.moving import follow_transforms
+from usdfoot.writers.own_attributes import own_specs
 from usdfoot.writers.poses import PosedAgent, RestingCharacter, pose_agents, rest_character
 from usdfoot.writers.staging import staged_files
 
@@ -139,7 +140,13 @@ def _format(scene: Scene, codes: Sequence[FloatArray]) -> LayerFormat:
 
 def _agents(scene: Scene, posed: Mapping[str, PosedAgent], references: Sequence[tuple[str, str]]) -> dict[str, Spec]:
     return {
-        name: agent_spec(agent, reference=reference, units=scene.stage.units, visibility=scene.visibility.get(name, ()))
+        name: agent_spec(
+            agent,
+            reference=reference,
+            units=scene.stage.units,
+            visibility=scene.visibility.get(name, ()),
+            own=own_specs(scene.own_attributes.get(name, {})),
+        )
         for (name, agent), reference in zip(posed.items(), references, strict=True)
     }
 

@@ -12,13 +12,16 @@ from usdfoot.writers.crate.parts import END_OF_SET, VALUES_PLACE, CratePart, rea
 from usdfoot.writers.crate.specs import (
     ARRAY,
     INLINED,
+    PLAIN_KINDS,
     VALUE_KINDS,
     Items,
     Names,
     Numbers,
     PackedSamples,
     Reference,
+    SmallSamples,
     Spec,
+    Text,
     TokenSamples,
     Type,
     Value,
@@ -28,7 +31,10 @@ from usdfoot.writers.crate.writing import LISTS
 __all__ = ["read_layer"]
 
 _PAYLOAD = (1 << 48) - 1
-_SIZES = {kind.code & ~ARRAY: np.dtype(kind.number).itemsize * kind.width for kind in VALUE_KINDS.values()}
+_SIZES = {
+    **{kind.code & ~ARRAY: np.dtype(kind.number).itemsize * kind.width for kind in VALUE_KINDS.values()},
+    **{code: np.dtype(number).itemsize * width for (number, width), code in PLAIN_KINDS.items()},
+}
 """Bytes of a value, by its type."""
 
 
@@ -165,6 +171,8 @@ class _Layer:
         place = payload - VALUES_PLACE
         if kind == INLINED | Type.TOKEN:
             return Names(kind, (self._tokens[payload],))
+        if kind == INLINED | Type.STRING:
+            return Text(self._string(payload))
         if kind & INLINED or (kind & ARRAY and not payload and kind != ARRAY | Type.TOKEN):
             if kind & ~INLINED in (Type.STRING, Type.TOKEN):
                 raise ValueError("strings are not written here")
@@ -197,7 +205,7 @@ class _Layer:
             raise ValueError("references are written otherwise")
         return Reference(self._string(asset), self._paths[path])
 
-    def _samples(self, place: int) -> PackedSamples | TokenSamples:
+    def _samples(self, place: int) -> PackedSamples | TokenSamples | SmallSamples:
         values = self._part.values
         ahead, times, further, count = struct.unpack_from("<qQqQ", values, place)
         if (ahead, times & ~_PAYLOAD, further) != (8, Type.DOUBLES, 8):
@@ -209,6 +217,8 @@ class _Layer:
         if kind == INLINED | Type.TOKEN:
             names = [self._tokens[number] for number in (samples & np.uint64(_PAYLOAD)).tolist()]
             return TokenSamples(tuple(names), codes)
+        if kind & INLINED:
+            return SmallSamples(tuple(samples.tolist()), codes)
         places = (samples - np.uint64(kind)).astype(np.int64) - VALUES_PLACE
         first, size = int(places[0]), _SIZES[kind & ~ARRAY]
         stride = 8 + size * struct.unpack_from("<Q", values, first)[0] if kind & ARRAY else size

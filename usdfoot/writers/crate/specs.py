@@ -14,6 +14,7 @@ from usdfoot.maths.types import FloatArray, IntArray
 __all__ = [
     "ARRAY",
     "INLINED",
+    "PLAIN_KINDS",
     "VALUE_KINDS",
     "Items",
     "Names",
@@ -21,15 +22,20 @@ __all__ = [
     "PackedSamples",
     "Reference",
     "Samples",
+    "SmallSamples",
     "Spec",
     "SpecKind",
+    "Text",
+    "TokenSamples",
     "Type",
     "Value",
     "ValueKind",
     "number",
     "numbers",
+    "pack_numbers",
     "pack_samples",
     "prepended",
+    "small_samples",
     "switch",
     "targets",
     "token",
@@ -48,6 +54,7 @@ class Type:
     BOOL, INT, FLOAT, DOUBLE, STRING, TOKEN, QUATD, QUATF, QUATH, DOUBLE3, FLOAT3, HALF3 = (
         kind << 48 for kind in (1, 3, 8, 9, 10, 11, 16, 17, 18, 23, 24, 25)
     )
+    DOUBLE2, FLOAT2, DOUBLE4, FLOAT4 = (kind << 48 for kind in (19, 20, 27, 28))
     DICTIONARY, TOKEN_EDITS, PATH_EDITS, REFERENCES, TOKENS, SPECIFIER, VARIABILITY, SAMPLES, DOUBLES, TIME_CODE = (
         kind << 48 for kind in (31, 32, 34, 35, 41, 42, 44, 46, 48, 56)
     )
@@ -92,6 +99,20 @@ VALUE_KINDS = {
     "timecode[]": ValueKind(code=ARRAY | Type.TIME_CODE, number="<f8", width=1),
 }
 """By USD's name of the type of an attribute whose values are numbers."""
+
+PLAIN_KINDS = {
+    ("|u1", 1): Type.BOOL,
+    ("<i4", 1): Type.INT,
+    ("<f4", 1): Type.FLOAT,
+    ("<f8", 1): Type.DOUBLE,
+    ("<f4", 2): Type.FLOAT2,
+    ("<f4", 3): Type.FLOAT3,
+    ("<f4", 4): Type.FLOAT4,
+    ("<f8", 2): Type.DOUBLE2,
+    ("<f8", 3): Type.DOUBLE3,
+    ("<f8", 4): Type.DOUBLE4,
+}
+"""What values are written as, by the type of their components and how many there are."""
 
 
 class Numbers(NamedTuple):
@@ -148,7 +169,20 @@ class TokenSamples(NamedTuple):
     times: bytes
 
 
-Value = int | Numbers | Names | Items | Reference | PackedSamples | TokenSamples | dict[str, Any]
+class SmallSamples(NamedTuple):
+    """Time samples of values that are no place in the file, each an integer that refers to nothing."""
+
+    values: tuple[int, ...]
+    times: bytes
+
+
+class Text(NamedTuple):
+    """A string."""
+
+    text: str
+
+
+Value = int | Numbers | Names | Text | Items | Reference | PackedSamples | TokenSamples | SmallSamples | dict[str, Any]
 """An integer is a whole value that refers to nothing; a dictionary has strings and dictionaries."""
 
 
@@ -219,13 +253,23 @@ def pack_samples(samples: Samples) -> PackedSamples:
     """Samples as they are written."""
     kind, frames = VALUE_KINDS[samples.type_name], len(samples.codes)
     rows = np.ascontiguousarray(samples.values, dtype=kind.number).reshape(frames, samples.values[0].size)
+    return pack_numbers(kind.code, samples.codes, rows, length=samples.values.shape[1] if kind.is_array else 0)
+
+
+def pack_numbers(code: int, codes: FloatArray, rows: FloatArray, *, length: int = 0) -> PackedSamples:
+    """Samples as they are written, numbers of each in a row, shape (F, C) or (F, length * C) of arrays."""
     bits = rows.view(np.uint32)
     changed = np.append(True, (bits[1:] != bits[:-1]).any(axis=1))
     rows = rows if changed.all() else rows[changed]
-    if kind.is_array:
-        lengths = np.full((len(rows), 1), samples.values.shape[1], dtype="<u8")
+    if code & ARRAY:
+        lengths = np.full((len(rows), 1), length, dtype="<u8")
         rows = np.concatenate([lengths.view(np.uint8), rows.view(np.uint8)], axis=1)
-    return PackedSamples(kind.code, rows.view(np.uint8), np.cumsum(changed) - 1, _times(samples.codes))
+    return PackedSamples(code, rows.view(np.uint8), np.cumsum(changed) - 1, _times(codes))
+
+
+def small_samples(codes: Sequence[float], values: Sequence[int]) -> SmallSamples:
+    """Values over time that are no place in the file."""
+    return SmallSamples(tuple(values), _times(np.array(codes)))
 
 
 def token_samples(codes: Sequence[float], names: Sequence[str]) -> TokenSamples:

@@ -23,8 +23,10 @@ from usdfoot.writers.crate.specs import (
     Numbers,
     PackedSamples,
     Reference,
+    SmallSamples,
     Spec,
     SpecKind,
+    Text,
     TokenSamples,
     Type,
     Value,
@@ -207,6 +209,10 @@ class _Layer:
         if isinstance(value, TokenSamples):
             seen = [INLINED | Type.TOKEN | self._token(name) for name in value.names]
             return self._samples(value.times, np.array(seen))
+        if isinstance(value, SmallSamples):
+            return self._samples(value.times, np.array(value.values, dtype="<u8"))
+        if isinstance(value, Text):
+            return INLINED | Type.STRING | self._string(value.text)
         if isinstance(value, Reference):
             numbers = self._string(value.asset), self._paths[value.path]
             return Type.REFERENCES | self._share(struct.pack("<BQIIddQ", 1 << 5, 1, *numbers, 0.0, 1.0, 0))
