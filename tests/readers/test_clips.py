@@ -199,7 +199,7 @@ def test_a_clip_without_the_legs_is_refused_by_name():
         (lambda a: codes(a, Token.STRIKE_TIMES[0], [5, 4]), "usdfoot:clip:left:strikeTimes do not increase"),
         (
             lambda a: codes(a, Token.STRIKE_TIMES[0], [1005, 1020]),
-            "usdfoot:clip:left:strikeTimes from 41.88 to 42.5 s lie outside its samples from 0 to 0.9667 s",
+            "contact times from 41.88 to 42.5 s lie outside its samples from 0 to 0.9667 s",
         ),
     ],
 )  # fmt: skip

@@ -116,7 +116,9 @@ def sample_trajectories(
     begin, span = float(own.min()), float(np.ptp(own)) + 1.0  # those of each trajectory after those of the one before
     line = own - begin + span * np.repeat(np.arange(len(counts)), counts)
     asked = np.clip(times - begin, 0.0, span) + span * numbers
-    low = np.clip(np.searchsorted(line, asked, side="right") - 1, low, high)
+    found = np.clip(np.searchsorted(line, asked, side="right") - 1, low, high)
+    found = np.where((found > low) & (own[found] > times), found - 1, found)  # what sums round must not depend
+    low = np.where((found < high) & (own[found + 1] <= times), found + 1, found)  # on how many trajectories there are
     share = np.clip((times - own[low]) / (own[low + 1] - own[low]), 0.0, 1.0)
     return np.asarray(values[low] + share[..., None] * (values[low + 1] - values[low]))
 

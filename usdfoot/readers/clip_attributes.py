@@ -38,8 +38,7 @@ def read_clip_attributes(prim: Usd.Prim, times: FloatArray, units: StageUnits) -
     """The attributes of a clip whose samples are at `times` [s], with or without UsdfootClipAPI.
 
     Raises:
-        ClipError: If a token is unknown, the range or all events of a kind lie outside the samples, or they are out of
-            order.
+        ClipError: If a token is unknown, the range or all events lie outside the samples, or events are out of order.
     """
     start, end = _range(prim, times, units)
     return ClipAttributes(
@@ -49,7 +48,7 @@ def read_clip_attributes(prim: Usd.Prim, times: FloatArray, units: StageUnits) -
         range_start=start,
         range_end=end,
         mirror=_optional_bool(prim, Token.MIRROR) is not False,
-        events=(_events(prim, 0, times, units), _events(prim, 1, times, units)),
+        events=_events_inside(prim, times, units),
         synthetic=_is_synthetic(prim),
     )
 
@@ -94,24 +93,32 @@ def _time(prim: Usd.Prim, name: str, units: StageUnits) -> float | None:
     return None if value is None else float(units.codes_to_times(np.array(value, dtype=float)))
 
 
-def _events(prim: Usd.Prim, side: int, samples: FloatArray, units: StageUnits) -> AuthoredEvents:
+def _events_inside(prim: Usd.Prim, samples: FloatArray, units: StageUnits) -> tuple[AuthoredEvents, AuthoredEvents]:
+    """Contact events of both feet. The last may end beyond the samples, but not all of them lie there."""
+    left, right = _events(prim, 0, units), _events(prim, 1, units)
+    given = [events for foot in (left, right) for events in vars(foot).values() if events is not None]
+    times = np.sort(np.concatenate(given)) if given else np.zeros(0)
+    if len(times) and not ((times >= samples[0]) & (times <= samples[-1])).any():
+        span = f"from {samples[0]:.4g} to {samples[-1]:.4g} s"
+        what = f"contact times from {times[0]:.4g} to {times[-1]:.4g} s lie outside its samples {span}"
+        raise ClipError(prim.GetPath(), what, "author them in the time codes of the clip")
+    return left, right
+
+
+def _events(prim: Usd.Prim, side: int, units: StageUnits) -> AuthoredEvents:
     """Contact events an artist authored for one foot."""
     return AuthoredEvents(
-        strike_times=_event_times(prim, Token.STRIKE_TIMES[side], samples, units),
-        flat_times=_event_times(prim, Token.FLAT_TIMES[side], samples, units),
-        liftoff_times=_event_times(prim, Token.LIFTOFF_TIMES[side], samples, units),
+        strike_times=_event_times(prim, Token.STRIKE_TIMES[side], units),
+        flat_times=_event_times(prim, Token.FLAT_TIMES[side], units),
+        liftoff_times=_event_times(prim, Token.LIFTOFF_TIMES[side], units),
     )
 
 
-def _event_times(prim: Usd.Prim, name: str, samples: FloatArray, units: StageUnits) -> FloatArray | None:
+def _event_times(prim: Usd.Prim, name: str, units: StageUnits) -> FloatArray | None:
     value = authored(prim, name)
     if value is None:
         return None
     times = units.codes_to_times(np.array(value, dtype=float))
     if not np.isfinite(times).all() or np.any(np.diff(times) <= 0.0):
         raise ClipError(prim.GetPath(), f"{name} do not increase", "author event times in order")
-    if len(times) and (times[0] > samples[-1] or times[-1] < samples[0]):
-        span = f"from {samples[0]:.4g} to {samples[-1]:.4g} s"
-        what = f"{name} from {times[0]:.4g} to {times[-1]:.4g} s lie outside its samples {span}"
-        raise ClipError(prim.GetPath(), what, "author them in the time codes of the clip")
     return times
