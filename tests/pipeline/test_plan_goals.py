@@ -135,6 +135,19 @@ def test_what_is_wrong_with_plans_of_wanderers_is_told_once_for_all_who_meet(sta
     assert said.count("2 of 2 agents step on each other") == 1 and "usdfoot plan crowd keeps them apart" in said
 
 
+def test_plans_begin_where_the_stage_does(stages, tmp_path):
+    """Shots often start at 1001."""
+    stage = Usd.Stage.Open(str(copy_stages(stages, tmp_path) / "plaza.usda"))
+    plans = []
+    for start in (0.0, 1001.0):
+        stage.SetStartTimeCode(start)
+        report = plan_scene_wander(stage, tmp_path / "plans.usdc", options=GoalOptions(agents="Visitor_00"), steps=8)
+        plans += report.plans.values()
+    delay = 1001.0 / stage.GetTimeCodesPerSecond()
+    assert_allclose(plans[1].strike_times - plans[0].strike_times, delay)
+    assert_allclose(plans[1].liftoff_times - plans[0].liftoff_times, delay)
+
+
 def test_wanderers_get_the_same_bytes_from_the_same_seed(stages, tmp_path):
     layers = [tmp_path / f"{name}.usda" for name in "abc"]
     for layer, seed in zip(layers, (1, 1, 2), strict=True):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from pxr import Sdf, UsdGeom
+from pxr import Sdf, Usd, UsdGeom
 
 from tests.scenes import Units, add_character, new_stage
 from usdfoot.analysis.timing import TimingRule, time_steps
@@ -55,6 +55,15 @@ def test_steps_last_as_long_as_people_of_that_size_take_for_them_in_any_units(tm
     flies = plan.liftoff_times[:-1] < plan.strike_times[1:]
     assert flies.tolist() == (LENGTHS > 1.5).tolist()
     assert plan.liftoff_times[-1] == pytest.approx(plan.liftoff_times[-2])  # ends standing
+
+
+def test_times_begin_where_the_stage_does(tmp_path):
+    scene = scene_with_prints(tmp_path / "scene.usda", Units(rate=30.0))
+    stage = Usd.Stage.Open(str(scene))
+    stage.SetStartTimeCode(1001.0)
+    stage.GetRootLayer().Save()
+    (plan,) = time_scene_plans(scene, tmp_path / "timed.usda").plans.values()
+    assert plan.start == pytest.approx(1001.0 / 30.0)
 
 
 def test_a_given_speed_is_the_mean_speed(tmp_path):

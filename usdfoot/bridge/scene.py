@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from usdfoot.bridge.own_attributes import OwnAttributes
 from usdfoot.bridge.similarity import Similarity
 from usdfoot.bridge.units import StageUnits
@@ -35,6 +37,11 @@ class StageInfo:
     """Last time code: authored, else 0."""
     layers: tuple[str, ...]
     """Files of all layers the stage uses, sorted; what the result depends on."""
+
+    @property
+    def start_time(self) -> float:
+        """Time of the first time code [s]."""
+        return float(self.units.codes_to_times(np.array(self.start_code)))
 
 
 @dataclass(frozen=True, kw_only=True)

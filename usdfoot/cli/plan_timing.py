@@ -50,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="longer steps have a flight (default: where walking would be faster than Froude number 0.5)",
     )
     parser.add_argument(
-        "--start-time", metavar="SECONDS", type=number, default=0.0, help="of the first strikes (default: %(default)s)"
+        "--start-time", metavar="SECONDS", type=number, help="of the first strikes (default: the stage's start)"
     )
     stances = ("standing", "walking")
     parser.add_argument("--start", choices=stances, default="standing", help="stance at the start (default: standing)")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -140,6 +140,10 @@ class FootstepPlan:
     def normals(self) -> FloatArray:
         """Ground normals the prints were laid on, shape (N, 3)."""
         return quaternion.rotate(self.orientations, np.array([0.0, 1.0, 0.0]))
+
+    def later(self, delay: float) -> FootstepPlan:
+        """The plan, all times this much later [s]."""
+        return replace(self, strike_times=self.strike_times + delay, liftoff_times=self.liftoff_times + delay)
 
     @property
     def start(self) -> float:

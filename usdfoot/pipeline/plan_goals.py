@@ -250,7 +250,7 @@ def _save(
     *,
     alone: bool = False,
 ) -> PlanReport:
-    """Writes the plans, with a warning of each that cannot be walked, `alone` or with all others."""
+    """Writes the plans, from the stage's start, with a warning of each that cannot be walked, `alone` or together."""
     everything = (*found.problems, *problems)
     if not made:
         reasons = [problem.message for problem in everything if problem.severity == "error"]
@@ -259,7 +259,7 @@ def _save(
     planned = [
         PlannedAgent(
             name=agent.source.name,
-            plan=made[agent.seeker.name],
+            plan=made[agent.seeker.name].later(found.info.start_time),
             size=agent.seeker.body.foot_length,
             agent=agent.seeker.name,
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from fnmatch import fnmatchcase
 
 from usdfoot.batch.analysed import build_once
@@ -49,6 +50,9 @@ def time_scene_plans(
     progress("read", 0, 0)
     stage = open_stage(scene)
     info, prims = read_stage_info(stage), collect_prims(stage)
+    options = options or TimingOptions()
+    if options.start_time is None:
+        options = replace(options, start_time=info.start_time)
     sources, _ = list_agents(stage, prims)
     walkers = {source.plan.GetPath(): source for source in sources if not (source.path or source.trajectory)}
     foreign = [source.plan for source in sources]

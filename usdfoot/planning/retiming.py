@@ -20,8 +20,8 @@ class TimingOptions:
     """Mean of all steps [m/s]; 0 = as the length of each step asks for."""
     flight_distance: float = 0.0
     """Steps longer than this are leaps or runs [m]; 0 = where a walk would be faster than Froude number 0.5."""
-    start_time: float = 0.0
-    """Of the first strike [s]."""
+    start_time: float | None = None
+    """Of the first strike [s]; None = the stage's start, 0 where there is no stage."""
     starts_standing: bool = True
     """Both first feet stand from the start."""
     ends_standing: bool = True
@@ -47,7 +47,7 @@ def plan_times(prints: PlanDraft, body: Proportions, options: TimingOptions | No
             prints.positions,
             replace(body.timing, flight_distance=options.flight_distance),
             speed=options.speed,
-            start_time=options.start_time,
+            start_time=options.start_time or 0.0,
             starts_standing=options.starts_standing,
             ends_standing=options.ends_standing,
             stand_time=options.stand_time,
