@@ -15,7 +15,8 @@ from tests.engine.walkers import between, in_world, library_of
 from tests.planning.terrains import slab, terrain_of
 from tests.walker_body import BALL_HEIGHT
 from usdfoot.analysis.figures import timing_faults
-from usdfoot.engine.animate import prepare_library
+from usdfoot.engine.animate import PreparedLibrary, prepare_library
+from usdfoot.engine.early_balls import early_heights
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.slopes import lie_in_slopes
 from usdfoot.maths import planar, quaternion
@@ -138,15 +139,20 @@ def test_feet_leave_the_ground_in_time(animate, walker_library):
             assert np.linalg.norm(feet.balls[last + 2, side] - feet.balls[last, side]) > 1e-3
 
 
-@pytest.mark.parametrize("length", [0.1, 0.2])
-def test_feet_of_drawn_out_steps_do_not_stand_before_they_strike(animate, length):
-    """Clips put the whole foot down at once, and slower than they show it hovers over its print."""
+def flat_footed() -> PreparedLibrary:
+    """Short steps that put the whole foot down at once."""
     gaits = [
         Gait(step_length=long, step_width=wide, heel_strike=False, clearance=0.05)
         for long in (0.0, 0.2, 0.4)
         for wide in (0.1, 0.2)
     ]
-    library = prepare_library(library_of(gaits), EngineOptions())
+    return prepare_library(library_of(gaits), EngineOptions())
+
+
+@pytest.mark.parametrize("length", [0.1, 0.2])
+def test_feet_of_drawn_out_steps_do_not_stand_before_they_strike(animate, length):
+    """Clips put the whole foot down at once, and slower than they show it hovers over its print."""
+    library = flat_footed()
     plan = way(length=length, width=0.15, step_time=0.95)
     motion = animate([plan], library=library, rate=30.0)[0]
     feet = in_world(library.source, motion)
@@ -160,6 +166,31 @@ def test_feet_of_drawn_out_steps_do_not_stand_before_they_strike(animate, length
             liftoff_times=plan.liftoff_times[own],
         )
         assert not faults.any()
+
+
+@pytest.mark.parametrize("step_time", [0.5, 0.95])
+def test_feet_that_stay_off_their_prints_come_down_softly(animate, step_time):
+    """They fell 18 mm in the last frame."""
+    library = flat_footed()
+    plan = way(length=0.2, width=0.15, step_time=step_time)
+    feet = in_world(library.source, animate([plan], library=library, rate=RATE)[0])
+    for side in (0, 1):
+        for strike in plan.strike_times[plan.sides == side][1:]:
+            last = (feet.times > strike - 0.06) & (feet.times < strike)
+            assert np.diff(feet.balls[last, side, 1]).min() * RATE > -0.4
+
+
+def test_balls_that_hover_come_down_to_where_they_strike():
+    """Those that land heel first are over their prints then, and would stand there if they had no way left to fall."""
+    duration, landing = 0.8, 0.004
+    balls = np.tile([0.0, landing, 0.0], (1, 49, 1))
+    heights = early_heights(balls, np.zeros((1, 3)), durations=np.array([duration]))[0]
+    left = duration * np.linspace(1.0, 0.0, 49)
+    speeds = -np.gradient(heights, duration / 48)
+    falling = (left > 0.0) & (left < 1.0 / 15.0)
+    assert heights[-1] == pytest.approx(landing)
+    assert np.all(speeds[falling] > 0.15)
+    assert heights[left > 0.1][-1] > 0.015
 
 
 def test_legs_pass_each_other(animate, walker_library):

@@ -11,7 +11,8 @@ __all__ = ["early_heights"]
 HEIGHT = 0.018
 """So far over its print a ball is not taken to stand [m]."""
 LANDING_SPEED = 0.2
-"""So fast it comes down from there: slower than `SPEED` it would be taken to stand, faster it hits the ground [m/s]."""
+"""So fast it comes down from there, to where it is at the strike: as slow as `SPEED` it would be taken to stand, much
+faster it hits the ground [m/s]."""
 RADIUS, SPEED = 0.015, 0.15
 """A ball that is nearer and slower would be taken to stand, one twice as far or as fast not at all [m, m/s]
 (design.md section 10)."""
@@ -30,4 +31,5 @@ def early_heights(balls: FloatArray, prints: FloatArray, *, durations: FloatArra
     away = np.linalg.norm((balls - prints[:, None])[..., [0, 2]], axis=-1)
     speeds = np.linalg.norm(np.diff(balls, axis=1, append=balls[:, -1:]), axis=-1) / every
     near, slow = (np.clip(2.0 - values / limit, 0.0, 1.0) for values, limit in ((away, RADIUS), (speeds, SPEED)))
-    return np.asarray(near * slow * np.minimum(left * LANDING_SPEED, HEIGHT) * (fractions > 0.5))
+    landing = np.maximum(balls[:, -1:, 1] - prints[:, None, 1], 0.0)  # over the print at the strike: heels land first
+    return np.asarray(near * slow * np.minimum(landing + left * LANDING_SPEED, HEIGHT) * (fractions > 0.5))
