@@ -41,7 +41,7 @@ from usdfoot.model.examples import Examples
 from usdfoot.model.ground import Ground
 from usdfoot.model.motion import Motion
 from usdfoot.model.report import Problem
-from usdfoot.spaces.library import FootstepSpaces, build_spaces
+from usdfoot.spaces.library import FootstepSpaces, spaces_of
 
 __all__ = [
     "PreparedLibraries",
@@ -123,13 +123,7 @@ def prepare_library(
     return PreparedLibrary(
         source=library,
         examples=whole,
-        spaces=build_spaces(
-            examples,
-            pelvis=library.biped.pelvis,
-            polar=options.band == "polar",
-            leg_length=library.biped.maximal_leg_length,
-            synthetic=np.array([clip.synthetic for clip in library.clips])[examples.clip_indices],
-        ),
+        spaces=spaces_of(library, examples, polar=options.band == "polar"),
         rig=rig,
         device=device_library(whole, rig, pelvis=library.biped.pelvis, slerps=options.blend == "slerp"),
         style=examples.default_style,

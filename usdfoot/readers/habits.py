@@ -20,7 +20,7 @@ from usdfoot.planning.hurry import unhurried_time
 from usdfoot.planning.proportions import Proportions
 from usdfoot.readers.agents import AgentSource, read_agent_options
 from usdfoot.readers.casting import Casting
-from usdfoot.spaces.library import FootstepSpaces, build_spaces
+from usdfoot.spaces.library import FootstepSpaces, spaces_of
 
 if TYPE_CHECKING:
     from usdfoot.engine.animate import ExamplesBuilder
@@ -91,11 +91,5 @@ class HabitsReader:
 
     def _spaces_of(self, library: ClipLibrary) -> FootstepSpaces:
         if id(library) not in self._spaces:
-            examples = self._examples_of(library)
-            self._spaces[id(library)] = build_spaces(
-                examples,
-                pelvis=library.biped.pelvis,
-                leg_length=library.biped.maximal_leg_length,
-                synthetic=np.array([clip.synthetic for clip in library.clips])[examples.clip_indices],
-            )
+            self._spaces[id(library)] = spaces_of(library, self._examples_of(library))
         return self._spaces[id(library)]

@@ -20,6 +20,7 @@ from usdfoot.analysis.timing import HUMAN_LEG
 from usdfoot.errors import ClipError
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray, StyleArray
 from usdfoot.model.biped import LEFT, RIGHT, SIDES
+from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.examples import Examples
 from usdfoot.spaces.corner_kernel import SpaceArrays
 from usdfoot.spaces.device_spaces import device_spaces, device_velocities
@@ -37,6 +38,7 @@ __all__ = [
     "StepWeights",
     "build_spaces",
     "solve_steps",
+    "spaces_of",
 ]
 
 BACKWARD = -0.1
@@ -144,6 +146,17 @@ class StepWeights:
     """Distance of the landing from the examples' hull [m], 0 inside, shape (N,)."""
     projections: FloatArray
     """Landing the weights give, (x, z) in the heading at the step's end [m], shape (N, 2)."""
+
+
+def spaces_of(library: ClipLibrary, examples: Examples, *, polar: bool = True) -> FootstepSpaces:
+    """Spaces of the examples of a library, as its skeleton and legs are; as `build_spaces`."""
+    return build_spaces(
+        examples,
+        pelvis=library.biped.pelvis,
+        polar=polar,
+        leg_length=library.biped.maximal_leg_length,
+        synthetic=np.array([clip.synthetic for clip in library.clips])[examples.clip_indices],
+    )
 
 
 def build_spaces(
