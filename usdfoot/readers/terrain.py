@@ -129,7 +129,7 @@ def _read_mesh(stage: Usd.Stage, placed: PlacedMesh, units: StageUnits) -> _Mesh
     strays = counts.min() < 0 or indices.min(initial=0) < 0 or indices.max(initial=0) >= len(points)
     if strays or counts.sum() != len(indices):
         raise TerrainError(where, "has faces that do not match its points", "repair faceVertexCounts and -Indices")
-    is_finite = np.isfinite(points).all(axis=1)
+    is_finite = np.all(np.isfinite(points), axis=1)
     lost = np.unique(np.repeat(np.arange(len(counts)), counts)[~is_finite[indices]])
     if len(lost) == len(counts) or not np.isfinite(placed.matrices).all():
         raise TerrainError(where, "has points that are not finite", "repair the mesh")
