@@ -185,14 +185,17 @@ def test_prims_that_come_again_are_written_as_if_each_was_another(tmp_path: Path
     shared = write(tmp_path / "shared.usdc", several)
     assert shared == write(tmp_path / "apart.usdc", apart)
     _, read = read_layer(tmp_path / "shared.usdc", SCOPE)
-    assert read["D"].below["Outer"] is read["A"].below["Outer"] and read["C"] == several["C"]
+    for names in (["D", "A", "B"], ["Leaf", "C", "B"], ["B", "A", "Leaf"]):
+        some = write(tmp_path / "some.usdc", {name: apart[name] for name in names})
+        assert some == write(tmp_path / "kept.usdc", {name: read[name] for name in names})
+        assert some == write(tmp_path / "mixed.usdc", {**{name: read[name] for name in names}, "B": several["B"]})
 
 
 def test_samples_are_read_as_they_were(tmp_path: Path) -> None:
     write(tmp_path / "own.usdc", prims_for([5]))
-    own = read_layer(tmp_path / "own.usdc", SCOPE)[1]["Agent_5"].below
+    own = read_layer(tmp_path / "own.usdc", SCOPE)[1]["Agent_5"]
     for name, samples in samples_for(5).items():
-        packed = own[f".{name}"].fields["timeSamples"]
+        packed = own.layer.field(own.rows, name, "timeSamples")
         assert isinstance(packed, PackedSamples)
         np.testing.assert_array_equal(packed.codes, samples.codes)
 
