@@ -13,7 +13,7 @@ import numpy as np
 from pxr import Sdf, Tf, Usd, UsdGeom, UsdSkel
 
 from usdfoot.bridge.scene import StageInfo
-from usdfoot.bridge.schema import applied_apis, declared_type
+from usdfoot.bridge.schema import applied_apis, declared_kind, declared_type
 from usdfoot.bridge.tokens import File
 from usdfoot.bridge.units import StageUnits
 from usdfoot.bridge.usd_errors import usd_reason
@@ -50,6 +50,7 @@ _KINDS = {
 }
 _GEOMETRY = (_MESHES, _SHAPES)
 _OURS = "Usdfoot"
+_EARLIEST = Usd.TimeCode.EarliestTime()
 
 
 def open_stage(scene: str | os.PathLike[str] | Usd.Stage) -> Usd.Stage:
@@ -147,13 +148,13 @@ def authored(prim: Usd.Prim, name: str) -> Any:
     Raises:
         SceneError: If the attribute is of a type that cannot stand for the schema's, as text cannot for a number.
     """
-    attribute = prim.GetAttribute(name)
-    if not attribute or not attribute.HasAuthoredValue():
+    attribute = Usd.AttributeQuery(prim, name)  # resolves it once
+    if not attribute.HasAuthoredValue():  # as one that is not there
         return None
-    value, expected = attribute.Get(Usd.TimeCode.EarliestTime()), declared_type(name)
-    if expected is not None and type(value) is not type(expected.defaultValue):
-        found = attribute.GetPropertyStack()[0].typeName  # that of the attribute is the schema's
-        if _form(expected) != _form(found):
+    value = attribute.Get(_EARLIEST)
+    if declared_kind(name) not in (None, type(value)):
+        found, expected = prim.GetAttribute(name).GetPropertyStack()[0].typeName, declared_type(name)
+        if expected and _form(expected) != _form(found):  # the attribute's own type is the schema's
             raise SceneError(prim.GetPath(), f"{name} is of type {found}", f"author it as {expected}")
     return value
 
