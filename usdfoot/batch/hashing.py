@@ -58,12 +58,11 @@ def _add_parts(parts: list[bytes], value: Any) -> None:
         raise TypeError(f"{kind.__name__} has no content to hash")
 
 
-def _add_fields(parts: list[bytes], value: Any) -> None:
+def _add_fields(parts: list[bytes], value: object) -> None:
     """Adds a dataclass: fields of plain values all at once, in their order, and the others each with its name."""
-    kind: type[object] = type(value)
-    names, values = _field_names(kind), _values_of(kind)(value)
+    names, values = _labelled_names(type(value)), _values_of(type(value))(value)
     plain = [item for item in values if type(item) in _TOLD_APART]
-    parts.append(f"{kind.__name__} {len(values)} {len(plain)} {plain!r} ".encode())
+    parts.append(f"{type(value).__name__} {len(values)} {len(plain)} {plain!r} ".encode())
     for name, item in zip(names, values, strict=True):
         if type(item) not in _TOLD_APART:
             parts.append(name)
@@ -77,7 +76,7 @@ def _array_label(kind: np.dtype[Any], shape: tuple[int, ...]) -> bytes:
 
 
 @cache
-def _field_names(kind: type) -> tuple[bytes, ...]:
+def _labelled_names(kind: type) -> tuple[bytes, ...]:
     """Names of a dataclass's fields, as its hash says them."""
     return tuple(f"{field.name} ".encode() for field in fields(kind))
 

@@ -185,7 +185,7 @@ class _Hashes:
         said = (self._frames, self._visibility, self._own_attributes)
         placed = [by_name.get(agent.name) for by_name in said]
         shared = self._common, self._libraries[agent.library], self._characters[agent.character]
-        return content_hash(agent, placed, frames, *shared)
+        return content_hash(replace(agent, library=0, character=0), placed, frames, *shared)  # others change numbers
 
 
 def _placeless(character: Character) -> Character:

@@ -51,7 +51,7 @@ class AgentSource:
     character: Usd.Prim | None
     """Prim that holds the character; None = the agent prim, or the only character of the stage."""
     clips: tuple[Sdf.Path, ...]
-    """Scopes of clips; empty = every clip that fits."""
+    """Scopes and collections of clips; empty = every clip that fits."""
     is_authored: bool
     """Whether the prim has UsdfootAgentAPI."""
     properties: tuple[str, ...]
@@ -203,13 +203,14 @@ def _source(
     path = _target(stage, prim, Token.PATH, pointed) if plan is None else None
     trajectory = _target(stage, prim, Token.TRAJECTORY, pointed) if plan is None and path is None else None
     number = authored(prim, Token.ID) if Token.ID in properties else None
+    _existing(stage, prim, Token.CLIPS, pointed)
     return AgentSource(
         name=name,
         prim=prim,
         plan=plan or path or trajectory or _default_plan(prim, default_plan),
         path=path,
         character=_target(stage, prim, Token.CHARACTER, pointed),
-        clips=tuple(prim.GetPath() for prim in _existing(stage, prim, Token.CLIPS, pointed)),
+        clips=tuple(pointed.get(Token.CLIPS, ())),
         is_authored=True,
         properties=properties,
         trajectory=trajectory,
@@ -254,7 +255,7 @@ def _target(stage: Usd.Stage, prim: Usd.Prim, name: str, pointed: Mapping[str, l
 def _existing(stage: Usd.Stage, prim: Usd.Prim, name: str, pointed: Mapping[str, list[Sdf.Path]]) -> list[Usd.Prim]:
     """Targets of a relationship, all of which must exist and be active, as what is below them must."""
     found = pointed.get(name, [])
-    prims = [stage.GetPrimAtPath(path) for path in found]
+    prims = [_holder(stage, path) if name == Token.CLIPS else stage.GetPrimAtPath(path) for path in found]
     if all(target and target.IsActive() for target in prims):
         return prims
     absent = [path for path, target in zip(found, prims, strict=True) if not target]
@@ -262,6 +263,12 @@ def _existing(stage: Usd.Stage, prim: Usd.Prim, name: str, pointed: Mapping[str,
         raise SceneError(prim.GetPath(), f"{name} points at what does not exist", "correct the target", absent)
     muted = [path for path, target in zip(found, prims, strict=True) if not target.IsActive()]
     raise SceneError(prim.GetPath(), f"{name} points at what is inactive", "activate it, or mute the agent", muted)
+
+
+def _holder(stage: Usd.Stage, path: Sdf.Path) -> Usd.Prim:
+    """The prim at a path, or that has the collection there; invalid where there is neither."""
+    collection = Usd.CollectionAPI.GetCollection(stage, path) if path.IsPropertyPath() else None
+    return collection.GetPrim() if collection else stage.GetPrimAtPath(path)
 
 
 def _number(prim: Usd.Prim, said: Mapping[str, Any], name: str, default: float, *, upper: float = math.inf) -> float:

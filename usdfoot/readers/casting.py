@@ -31,7 +31,7 @@ from usdfoot.readers.characters import character_key, read_character
 from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.clips import missing_leg_joints, read_clip
 from usdfoot.readers.own_attributes import read_own
-from usdfoot.readers.stage import StagePrims, authored
+from usdfoot.readers.stage import StagePrims, authored_or_primvar
 from usdfoot.readers.tuning import TUNINGS, read_tuning
 
 __all__ = ["Casting", "skipped"]
@@ -85,7 +85,7 @@ class Casting:
         performer = self._performer(source)
         if performer is None:
             return None
-        if performer.root_weight and (plan.root_weights.any() or authored(source.plan, Plan.ROOT_WEIGHTS)):
+        if performer.root_weight and (plan.root_weights.any() or authored_or_primvar(source.plan, Plan.ROOT_WEIGHTS)):
             performer = replace(performer, root_weight=0.0)  # artists add some to the plan's own
         elif performer.root_weight:
             plan = replace(plan, root_weights=np.full(len(plan), performer.root_weight))

@@ -16,7 +16,7 @@ from usdfoot.maths.types import FloatArray
 from usdfoot.model.limits import DEFAULT_LIMITS, check_limit
 from usdfoot.model.report import Problem
 from usdfoot.readers.skeleton import StartTransforms
-from usdfoot.readers.stage import authored_values, targets
+from usdfoot.readers.stage import authored, authored_or_primvar, targets
 from usdfoot.readers.transform_codes import changes_place, changes_value
 
 __all__ = ["PRINTS", "TIMES", "PlanSource", "ask_plan"]
@@ -38,6 +38,9 @@ TIMES = (Token.STRIKE_TIMES, Token.LIFTOFF_TIMES)
 _ALL = frozenset((*PRINTS, *TIMES))
 _EACH = (*PRINTS[:2], *TIMES)
 """Attributes that have an entry a footstep."""
+
+_PRIMVARS = {f"primvars:{name}": name for name in (*TIMES, Token.ROOT_WEIGHTS, Token.STYLES)}
+"""Attributes of plans by the names they have as primvars."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,7 +81,7 @@ def ask_plan(
     if not prim.IsA(UsdGeom.PointInstancer):
         kind = prim.GetTypeName() or "an untyped prim"
         raise PlanError(prim.GetPath(), f"is {kind}", "a footstep plan is a PointInstancer with UsdfootPlanAPI")
-    said, transforms = authored_values(prim, names), transforms or StartTransforms(prim.GetStage())
+    said, transforms = _said(prim, names), transforms or StartTransforms(prim.GetStage())
     path = str(prim.GetPath())
     counts = [len(said[name]) for name in _EACH if name in said]
     check_limit(path, "footsteps", max(counts, default=0), limit=most)
@@ -89,6 +92,16 @@ def ask_plan(
         ignored=_ignored(prim, path, said.get(_HIDDEN), transforms),
         has_root=bool(targets(prim, Token.ROOT_TRAJECTORY)),
     )
+
+
+def _said(prim: Usd.Prim, names: Collection[str]) -> dict[str, Any]:
+    """Values authored for attributes, by name; those of plans may be primvars, as Houdini writes them."""
+    given = prim.GetAuthoredPropertyNames()
+    said = {name: authored(prim, name) for name in given if name in names}
+    for name in (_PRIMVARS[primvar] for primvar in given if primvar in _PRIMVARS):
+        if name in names and said.get(name) is None:
+            said[name] = authored_or_primvar(prim, name)
+    return {name: value for name, value in said.items() if value is not None}
 
 
 def _ignored(prim: Usd.Prim, path: str, hidden: Any, transforms: StartTransforms) -> tuple[Problem, ...]:

@@ -24,6 +24,7 @@ from usdfoot.model.report import Problem
 __all__ = [
     "StagePrims",
     "authored",
+    "authored_or_primvar",
     "authored_values",
     "collect_prims",
     "composition_problems",
@@ -152,10 +153,34 @@ def authored(prim: Usd.Prim, name: str) -> Any:
     if not attribute.HasAuthoredValue():  # as one that is not there
         return None
     value = attribute.Get(_EARLIEST)
+    return value if declared_kind(name) in (None, type(value)) else _of_type(name, prim.GetAttribute(name), value)
+
+
+def authored_or_primvar(prim: Usd.Prim, name: str) -> Any:
+    """As `authored`; failing that the value of the primvar of this name, which some programs write instead.
+
+    Raises:
+        SceneError: As `authored`.
+    """
+    value = authored(prim, name)
+    primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar(name) if value is None else None
+    if not primvar or not primvar.HasAuthoredValue():
+        return value
+    _logger.info("%s: %s is read from the primvar of this name", prim.GetPath(), name)
+    return _of_type(name, primvar.GetAttr(), primvar.ComputeFlattened(Usd.TimeCode.EarliestTime()))
+
+
+def _of_type(name: str, attribute: Usd.Attribute, value: Any) -> Any:
+    """The value of an attribute, which stands for the schema's `name`.
+
+    Raises:
+        SceneError: If the attribute is of a type that cannot stand for it.
+    """
     if declared_kind(name) not in (None, type(value)):
-        found, expected = prim.GetAttribute(name).GetPropertyStack()[0].typeName, declared_type(name)
+        found, expected = attribute.GetPropertyStack()[0].typeName, declared_type(name)
         if expected and _form(expected) != _form(found):  # the attribute's own type is the schema's
-            raise SceneError(prim.GetPath(), f"{name} is of type {found}", f"author it as {expected}")
+            where = attribute.GetPrim().GetPath()
+            raise SceneError(where, f"{attribute.GetName()} is of type {found}", f"author it as {expected}")
     return value
 
 

@@ -49,6 +49,8 @@ class _MeshTriangles:
     places: IntArray
     """Of each triangle, shape (T,)."""
     walkable: bool
+    lost: int = 0
+    """Faces left out, as they have corners that are not finite."""
 
 
 def read_terrain(
@@ -86,6 +88,7 @@ def read_terrain(
     for mesh in placed:
         try:
             parts.append(_read_mesh(stage, mesh, units))
+            problems += _with_holes(parts[-1])
         except TerrainError as error:
             problems.append(Problem(severity="error", where=str(mesh.prim.GetPath()), message=str(error)))
     return _joined(parts), tuple(problems)
@@ -112,7 +115,11 @@ def _joined(parts: Sequence[_MeshTriangles]) -> Terrain:
 
 
 def _read_mesh(stage: Usd.Stage, placed: PlacedMesh, units: StageUnits) -> _MeshTriangles:
-    """Its triangles in each place where they have area. Raises TerrainError if nowhere, inconsistent or not finite."""
+    """Its triangles in each place where they have area, without those of faces that have corners that are not finite.
+
+    Raises:
+        TerrainError: If there are none, or what is authored is inconsistent.
+    """
     prim = placed.prim
     where = prim.GetPath()
     points, counts, indices, holes = _polygons(stage, prim)
@@ -122,9 +129,12 @@ def _read_mesh(stage: Usd.Stage, placed: PlacedMesh, units: StageUnits) -> _Mesh
     strays = counts.min() < 0 or indices.min(initial=0) < 0 or indices.max(initial=0) >= len(points)
     if strays or counts.sum() != len(indices):
         raise TerrainError(where, "has faces that do not match its points", "repair faceVertexCounts and -Indices")
-    if not (np.isfinite(points).all() and np.isfinite(placed.matrices).all()):
+    is_finite = np.all(np.isfinite(points), axis=1)
+    lost = np.unique(np.repeat(np.arange(len(counts)), counts)[~is_finite[indices]])
+    if len(lost) == len(counts) or not np.isfinite(placed.matrices).all():
         raise TerrainError(where, "has points that are not finite", "repair the mesh")
-    triangles = cut_polygons(points, counts, indices, holes=holes)
+    points = np.where(is_finite[:, None], points, points[np.argmax(is_finite)])
+    triangles = cut_polygons(points, counts, indices, holes=np.concatenate([holes, lost]))
     linear, shifts = placed.matrices[:, :3, :3], placed.matrices[:, 3:, :3]
     world = units.points_to_canonical(points @ linear + shifts)  # (K, P, 3)
     turned = (np.linalg.det(linear) < 0.0) != _is_flipped(UsdGeom.Gprim(prim))
@@ -140,7 +150,15 @@ def _read_mesh(stage: Usd.Stage, placed: PlacedMesh, units: StageUnits) -> _Mesh
         triangles=faces[has_area[shown]],
         places=np.nonzero(has_area[shown])[0],
         walkable=placed.walkable,
+        lost=len(lost),
     )
+
+
+def _with_holes(part: _MeshTriangles) -> list[Problem]:
+    """A warning where faces of a mesh are left out."""
+    path = part.paths[0]
+    message = f"{path}: {part.lost} of its faces have points that are not finite and are left out. repair the mesh"
+    return [Problem(severity="warning", where=path, message=message)] if part.lost else []
 
 
 def _polygons(stage: Usd.Stage, prim: Usd.Prim) -> tuple[FloatArray, IntArray, IntArray, IntArray]:

@@ -12,6 +12,7 @@ from pxr import Ar, Sdf, Usd, UsdUtils
 
 from usdfoot.bridge.scene import Character
 from usdfoot.bridge.tokens import Schema
+from usdfoot.bridge.variants import select_variants
 from usdfoot.writers.layers import LayerFormat, new_layer
 from usdfoot.writers.paths import relative_asset
 
@@ -35,9 +36,11 @@ class CharacterCopy:
 
 
 def open_asset(character: Character) -> Usd.Stage:
-    """The character's asset, as little of it as there is to the character."""
+    """The character's asset in its variants, as little of it as there is to the character."""
     mask = Usd.StagePopulationMask([character.asset_prim])
     stage = Usd.Stage.OpenMasked(Sdf.Layer.FindOrOpen(character.asset), mask)
+    if character.variants:
+        select_variants(Sdf.CreatePrimInLayer(stage.GetSessionLayer(), character.asset_prim), character.variants)
     stage.ExpandPopulationMask()
     return stage
 
