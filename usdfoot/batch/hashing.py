@@ -7,11 +7,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass, replace
 from functools import cache, lru_cache
 from operator import attrgetter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from usdfoot.model.clip import ClipLibrary
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 __all__ = ["content_hash", "library_hash"]
 
@@ -58,7 +61,7 @@ def _add_parts(parts: list[bytes], value: Any) -> None:
         raise TypeError(f"{kind.__name__} has no content to hash")
 
 
-def _add_fields(parts: list[bytes], value: object) -> None:
+def _add_fields(parts: list[bytes], value: DataclassInstance) -> None:
     """Adds a dataclass: fields of plain values all at once, in their order, and the others each with its name."""
     names, values = _labelled_names(type(value)), _values_of(type(value))(value)
     plain = [item for item in values if type(item) in _TOLD_APART]
