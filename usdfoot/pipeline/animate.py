@@ -95,7 +95,8 @@ def animate(
     problems = _distinct((*shot.scene.crowd.problems, *(problem for record in records for problem in record.problems)))
     _require_agents(scene_file, records, problems)
     from usdfoot.batch.analysed import tidy_examples
-    from usdfoot.writers.crowd import write_crowd
+    from usdfoot.writers.crowd import crowd_format, write_crowd
+    from usdfoot.writers.materials import material_layers
 
     progress("write", 0, 0)
     crowd_file, report_file = write_crowd(
@@ -104,6 +105,12 @@ def animate(
         shot.folder,
         chunks=[task.files for task, record in zip(shot.tasks, records, strict=True) if record.agents],
         characters=shot.characters,
+        materials=material_layers(
+            shot.scene.own_attributes.values(),
+            shot.folder,
+            layer_format=crowd_format(shot.scene),
+            collect=collect,
+        ),
         provenance=provenance_of(shot.scene, shot.options, shot.folder, call=call),
         report=report_json(shot.scene, records, options=shot.options, problems=problems, folder=shot.folder),
         intact=earlier.intact or {},
