@@ -63,6 +63,7 @@ def read(stage, chosen="/World/Ground"):
 def test_many_meshes_are_what_each_is_alone(stage):
     whole, problems = read(stage)
     paths = [str(prim.GetPath()) for prim in stage.GetPrimAtPath("/World/Ground").GetChildren()]
+    assert {problem.severity for problem in problems} == {"error"}
     assert list(whole.meshes) == [path for number, path in enumerate(paths) if number not in BAD]
     assert [(problem.where, problem.message.partition(". ")[0]) for problem in problems] == [
         (paths[number], f"{paths[number]}: {what}") for number, (_, _, what) in BAD.items()

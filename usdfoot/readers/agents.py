@@ -49,7 +49,7 @@ class AgentSource:
     character: Usd.Prim | None
     """Prim that holds the character; None = the agent prim, or the only character of the stage."""
     clips: tuple[Sdf.Path, ...]
-    """Scopes of clips; empty = every clip that fits."""
+    """Scopes and collections of clips; empty = every clip that fits."""
     is_authored: bool
     """Whether the prim has UsdfootAgentAPI."""
     path: Usd.Prim | None = None
@@ -235,7 +235,7 @@ def _existing(stage: Usd.Stage, prim: Usd.Prim, name: str, pointed: Mapping[str,
     found = pointed.get(name)
     if found is None:
         return []
-    prims = [stage.GetPrimAtPath(path) for path in found]
+    prims = [_holder(stage, path) if name == Token.CLIPS else stage.GetPrimAtPath(path) for path in found]
     absent = [path for path, target in zip(found, prims, strict=True) if not target]
     if absent:
         raise SceneError(prim.GetPath(), f"{name} points at what does not exist", "correct the target", absent)
@@ -243,6 +243,12 @@ def _existing(stage: Usd.Stage, prim: Usd.Prim, name: str, pointed: Mapping[str,
     if muted:
         raise SceneError(prim.GetPath(), f"{name} points at what is inactive", "activate it, or mute the agent", muted)
     return found
+
+
+def _holder(stage: Usd.Stage, path: Sdf.Path) -> Usd.Prim:
+    """The prim at a path, or that has the collection there; invalid where there is neither."""
+    collection = Usd.CollectionAPI.GetCollection(stage, path) if path.IsPropertyPath() else None
+    return collection.GetPrim() if collection else stage.GetPrimAtPath(path)
 
 
 def _number(prim: Usd.Prim, said: Mapping[str, Any], name: str, default: float, *, upper: float = math.inf) -> float:

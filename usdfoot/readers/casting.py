@@ -32,7 +32,7 @@ from usdfoot.readers.characters import character_key, read_character
 from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.clips import missing_leg_joints, read_clip
 from usdfoot.readers.own_attributes import read_own
-from usdfoot.readers.stage import StagePrims, authored
+from usdfoot.readers.stage import StagePrims, authored_or_primvar
 from usdfoot.readers.tuning import read_tuning
 
 __all__ = ["Casting", "skipped"]
@@ -84,7 +84,7 @@ class Casting:
         performer = self._performer(source)
         if performer is None:
             return None
-        if plan.root_weights.any() or authored(source.plan, Plan.ROOT_WEIGHTS):  # artists add some
+        if plan.root_weights.any() or authored_or_primvar(source.plan, Plan.ROOT_WEIGHTS):  # artists add some
             performer = replace(performer, root_weight=0.0)
         elif (plan.root_weights != performer.root_weight).any():
             plan = replace(plan, root_weights=np.full(len(plan), performer.root_weight))

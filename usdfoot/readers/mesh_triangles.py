@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence, Sized
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pxr import Usd, UsdGeom
@@ -11,6 +11,7 @@ from pxr import Usd, UsdGeom
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import TerrainError
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
 from usdfoot.readers.instanced_meshes import PlacedMesh
 from usdfoot.readers.stage import start_code
@@ -51,25 +52,24 @@ class _Part:
     walkable: BoolArray
 
 
-def read_triangles(
-    stage: Usd.Stage, placed: Sequence[PlacedMesh], units: StageUnits
-) -> tuple[Terrain, list[TerrainError]]:
-    """Triangles of meshes in each place where they have area, and what is wrong with the others.
+def read_triangles(stage: Usd.Stage, placed: Sequence[PlacedMesh], units: StageUnits) -> tuple[Terrain, list[Problem]]:
+    """Triangles of meshes in each place where they have area, and what is wrong with meshes.
 
-    Meshes are looked at together, since there may be a hundred thousand of a few faces each: those that have an area
-    nowhere, are inconsistent or not finite are left out.
+    Meshes are looked at together, since there may be a hundred thousand of a few faces each. Left out are those that
+    have an area nowhere or are inconsistent, and faces that have corners that are not finite.
     """
-    parts, errors = [], []
+    parts: list[_Part] = []
+    problems: list[Problem] = []
     for several in _batches(_polygons(stage, mesh) for mesh in placed):
-        wrong = _faults(several)
-        good = [index for index in range(len(several)) if index not in wrong]
+        finite, wrong = _finite(several, _faults(several))
+        good = [index for index in range(len(finite)) if index not in wrong or wrong[index].severity == "warning"]
         if good:
-            part, flat = _in_places([several[index] for index in good], units)
+            part, flat = _in_places([finite[index] for index in good], units)
             parts.append(part)
             nowhere = [good[index] for index in flat]
             wrong |= {index: _error(several[index], "has only faces without area", _REMEDY) for index in nowhere}
-        errors += [wrong[index] for index in sorted(wrong)]
-    return _joined(parts), errors
+        problems += [wrong[index] for index in sorted(wrong)]
+    return _joined(parts), problems
 
 
 def _batches(meshes: Iterator[_Polygons]) -> Iterator[list[_Polygons]]:
@@ -127,41 +127,61 @@ def _corners(prim: Usd.Prim, code: Usd.TimeCode) -> FloatArray:
     return np.stack(corners, axis=1) * half
 
 
-def _faults(meshes: Sequence[_Polygons]) -> dict[int, TerrainError]:
-    """What is wrong with meshes, by index: the first of what can be."""
-    found = {}
-    points, counts, corners = (
-        _of([getattr(mesh, name) for mesh in meshes]) for name in ("points", "counts", "indices")
-    )
+def _faults(meshes: Sequence[_Polygons]) -> dict[int, Problem]:
+    """What meshes cannot be read for, by index: the first of what can be."""
+    counts, corners = (_of([getattr(mesh, name) for mesh in meshes]) for name in ("counts", "indices"))
     sizes = np.array([len(mesh.points) for mesh in meshes])
-    indices, faces = (np.concatenate([getattr(mesh, name) for mesh in meshes]) for name in ("indices", "counts"))
+    faces, indices = (np.concatenate([getattr(mesh, name) for mesh in meshes]) for name in ("counts", "indices"))
     sums = np.zeros(len(meshes), dtype=int)
     np.add.at(sums, counts, faces)
-    strays = np.isin(
-        np.arange(len(meshes)), [*counts[faces < 0], *corners[(indices < 0) | (indices >= sizes[corners])]]
-    )
-    strays |= sums != [len(mesh.indices) for mesh in meshes]
-    finite = np.isfinite(np.concatenate([mesh.points for mesh in meshes])).all(axis=1)
-    infinite = np.isin(np.arange(len(meshes)), points[~finite])
+    strays = {*counts[faces < 0].tolist(), *corners[(indices < 0) | (indices >= sizes[corners])].tolist()}
+    strays |= {*np.flatnonzero(sums != [len(mesh.indices) for mesh in meshes]).tolist()}
+    found = {}
     for index, mesh in enumerate(meshes):
         size = len(mesh.points), len(mesh.counts)
         if not all(size):
             found[index] = _error(mesh, f"is an empty mesh ({size[0]} points, {size[1]} faces)", _REMEDY)
-        elif strays[index]:
+        elif index in strays:
             remedy = "repair faceVertexCounts and -Indices"
             found[index] = _error(mesh, "has faces that do not match its points", remedy)
-        elif infinite[index] or not np.isfinite(mesh.placed.matrices).all():
-            found[index] = _error(mesh, "has points that are not finite", "repair the mesh")
     return found
 
 
-def _error(mesh: _Polygons, what: str, remedy: str) -> TerrainError:
-    return TerrainError(mesh.placed.prim.GetPath(), what, remedy)
+def _finite(meshes: Sequence[_Polygons], faults: dict[int, Problem]) -> tuple[list[_Polygons], dict[int, Problem]]:
+    """The meshes without faces that have corners that are not finite, and what is wrong with any, by index."""
+    finite, found = list(meshes), dict(faults)
+    are_finite = np.isfinite(np.concatenate([mesh.points for mesh in meshes])).all(axis=1)
+    strays = {*_of([mesh.points for mesh in meshes])[~are_finite].tolist()}
+    for index, mesh in enumerate(meshes):
+        if index in faults or (index not in strays and np.isfinite(mesh.placed.matrices).all()):
+            continue
+        is_finite = np.all(np.isfinite(mesh.points), axis=1)
+        lost = np.unique(_of_counts(mesh.counts)[~is_finite[mesh.indices]])
+        if len(lost) == len(mesh.counts) or not np.isfinite(mesh.placed.matrices).all():
+            found[index] = _error(mesh, "has points that are not finite", "repair the mesh")
+            continue
+        points = np.where(is_finite[:, None], mesh.points, mesh.points[np.argmax(is_finite)])
+        finite[index] = replace(mesh, points=points, holes=np.concatenate([mesh.holes, lost]))
+        if len(lost):
+            what = f"{len(lost)} of its faces have points that are not finite and are left out. repair the mesh"
+            path = mesh.placed.paths[0]
+            found[index] = Problem(severity="warning", where=path, message=f"{path}: {what}")
+    return finite, found
+
+
+def _error(mesh: _Polygons, what: str, remedy: str) -> Problem:
+    error = TerrainError(mesh.placed.prim.GetPath(), what, remedy)
+    return Problem(severity="error", where=error.where, message=str(error))
+
+
+def _of_counts(counts: IntArray) -> IntArray:
+    """Which of several each item is of that come one after the other."""
+    return np.repeat(np.arange(len(counts)), counts)
 
 
 def _of(arrays: Sequence[Sized]) -> IntArray:
     """Which of the arrays each item is of, all arrays joined."""
-    return np.repeat(np.arange(len(arrays)), [len(array) for array in arrays])
+    return _of_counts(np.array([len(array) for array in arrays], dtype=int))
 
 
 def _in_places(meshes: Sequence[_Polygons], units: StageUnits) -> tuple[_Part, list[int]]:

@@ -15,7 +15,7 @@ from usdfoot.maths.types import FloatArray
 from usdfoot.model.limits import DEFAULT_LIMITS, check_limit
 from usdfoot.model.report import Problem
 from usdfoot.readers.skeleton import StartTransforms
-from usdfoot.readers.stage import authored_values, targets
+from usdfoot.readers.stage import authored_or_primvar, authored_values, targets
 from usdfoot.readers.transform_codes import changes_place, changes_value
 
 __all__ = ["PRINTS", "TIMES", "PlanSource", "ask_plan"]
@@ -32,6 +32,8 @@ PRINTS = (
 """Attributes of a plan's prints."""
 TIMES = (Token.STRIKE_TIMES, Token.LIFTOFF_TIMES)
 """Attributes that say when these are walked on."""
+
+_OWN = (*TIMES, Token.ROOT_WEIGHTS, Token.STYLES)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +74,7 @@ def ask_plan(
     if not prim.IsA(UsdGeom.PointInstancer):
         kind = prim.GetTypeName() or "an untyped prim"
         raise PlanError(prim.GetPath(), f"is {kind}", "a footstep plan is a PointInstancer with UsdfootPlanAPI")
-    said, transforms = authored_values(prim, names), transforms or StartTransforms(prim.GetStage())
+    said, transforms = _said(prim, names), transforms or StartTransforms(prim.GetStage())
     path = str(prim.GetPath())
     check_limit(path, "footsteps", max(len(said.get(name) or ()) for name in (*PRINTS[:2], *TIMES)), limit=most)
     return PlanSource(
@@ -82,6 +84,13 @@ def ask_plan(
         ignored=_ignored(prim, path, said.get(UsdGeom.Tokens.invisibleIds), transforms),
         has_root=bool(targets(prim, Token.ROOT_TRAJECTORY)),
     )
+
+
+def _said(prim: Usd.Prim, names: Collection[str]) -> dict[str, Any]:
+    """Values authored for attributes, by name; those of plans may be primvars, as Houdini writes them."""
+    said = authored_values(prim, names)
+    values = {name: authored_or_primvar(prim, name) for name in _OWN if name in names and name not in said}
+    return said | {name: value for name, value in values.items() if value is not None}
 
 
 def _ignored(prim: Usd.Prim, path: str, hidden: Any, transforms: StartTransforms) -> tuple[Problem, ...]:

@@ -40,8 +40,9 @@ def is_plan(prim: Usd.Prim) -> bool:
     """Whether a prim is a footstep plan: it has UsdfootPlanAPI, or is a PointInstancer with a plan's times."""
     if has_api(prim, Schema.PLAN):
         return True
-    has_times = any(is_authored(prim, name) for name in TIMES)
-    return prim.IsA(UsdGeom.PointInstancer) and has_times
+    return prim.IsA(UsdGeom.PointInstancer) and any(
+        is_authored(prim, f"{prefix}{name}") for prefix in ("", "primvars:") for name in TIMES
+    )
 
 
 def read_plan(prim: Usd.Prim, units: StageUnits) -> Planned:

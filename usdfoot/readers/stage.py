@@ -24,6 +24,7 @@ from usdfoot.model.report import Problem
 __all__ = [
     "StagePrims",
     "authored",
+    "authored_or_primvar",
     "authored_values",
     "collect_prims",
     "composition_problems",
@@ -150,11 +151,35 @@ def authored(prim: Usd.Prim, name: str) -> Any:
     attribute = prim.GetAttribute(name)
     if not attribute or not attribute.HasAuthoredValue():
         return None
-    value, expected = attribute.Get(Usd.TimeCode.EarliestTime()), declared_type(name)
+    return _of_type(name, attribute, attribute.Get(Usd.TimeCode.EarliestTime()))
+
+
+def authored_or_primvar(prim: Usd.Prim, name: str) -> Any:
+    """As `authored`; failing that the value of the primvar of this name, which some programs write instead.
+
+    Raises:
+        SceneError: As `authored`.
+    """
+    value = authored(prim, name)
+    primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar(name) if value is None else None
+    if not primvar or not primvar.HasAuthoredValue():
+        return value
+    _logger.info("%s: %s is read from the primvar of this name", prim.GetPath(), name)
+    return _of_type(name, primvar.GetAttr(), primvar.ComputeFlattened(Usd.TimeCode.EarliestTime()))
+
+
+def _of_type(name: str, attribute: Usd.Attribute, value: Any) -> Any:
+    """The value of an attribute, which stands for the schema's `name`.
+
+    Raises:
+        SceneError: If the attribute is of a type that cannot stand for it.
+    """
+    expected = declared_type(name)
     if expected is not None and type(value) is not type(expected.defaultValue):
         found = attribute.GetPropertyStack()[0].typeName  # that of the attribute is the schema's
         if _form(expected) != _form(found):
-            raise SceneError(prim.GetPath(), f"{name} is of type {found}", f"author it as {expected}")
+            where = attribute.GetPrim().GetPath()
+            raise SceneError(where, f"{attribute.GetName()} is of type {found}", f"author it as {expected}")
     return value
 
 

@@ -63,9 +63,8 @@ def read_terrain(
         except TerrainError as error:
             problems.append(Problem(severity="error", where=str(instancer.GetPath()), message=str(error)))
     _check_size(placed, limits)
-    terrain, errors = read_triangles(stage, placed, units)
-    problems += [Problem(severity="error", where=error.where, message=str(error)) for error in errors]
-    return terrain, tuple(problems)
+    terrain, found = read_triangles(stage, placed, units)
+    return terrain, (*problems, *found)
 
 
 def _is_marked(prim: Usd.Prim) -> bool:
