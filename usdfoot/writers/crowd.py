@@ -13,8 +13,8 @@ from usdfoot.bridge.scene import Scene
 from usdfoot.bridge.tokens import ChunkFiles, File, Prim, chunk_files, chunk_folder
 from usdfoot.errors import OutputError
 from usdfoot.writers.belongings import check_foreign, tidy
-from usdfoot.writers.characters import CharacterCopy
 from usdfoot.writers.layers import LayerFormat
+from usdfoot.writers.materials import material_layers
 from usdfoot.writers.placing import PlacedCharacter
 from usdfoot.writers.root import expanded_layer, root_layer, scope_layer, stacked_layer
 from usdfoot.writers.staging import staged_files
@@ -29,7 +29,7 @@ def write_crowd(
     *,
     chunks: Sequence[ChunkFiles],
     characters: Sequence[PlacedCharacter],
-    materials: Sequence[CharacterCopy] = (),
+    collect: bool = False,
     provenance: Mapping[str, Any],
     report: Mapping[str, Any],
     intact: Mapping[str, str],
@@ -42,7 +42,7 @@ def write_crowd(
         folder: Where to. Files of an earlier run are replaced, `overrides.usda` is kept.
         chunks: Files of the chunks.
         characters: Copied if they must be.
-        materials: Layer of those that agents are bound to, and copies.
+        collect: Copy the materials that agents are bound to.
         provenance: For `customLayerData["usdfoot"]` of crowd.usd.
         intact: SHA-256 of files that are there and were not written anew, by name.
         report: For report.json; content hashes of the written files are added as "files".
@@ -56,6 +56,7 @@ def write_crowd(
     target = Path(os.path.realpath(folder))
     check_output(scene, target)
     layer_format = crowd_format(scene)
+    materials = material_layers(scene, target, layer_format=layer_format, collect=collect)
     with staged_files(target) as files:
         for chunk in chunks:
             place = chunk_folder(target, chunk)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 
 from pxr import Sdf
 
 from usdfoot.bridge.names import unique_name
-from usdfoot.bridge.own_attributes import OwnAttributes, OwnBinding
+from usdfoot.bridge.own_attributes import OwnBinding
+from usdfoot.bridge.scene import Scene
 from usdfoot.bridge.tokens import File
 from usdfoot.writers.characters import CharacterCopy, copy_material
 from usdfoot.writers.layers import LayerFormat, define_prim, new_layer
@@ -17,18 +17,16 @@ from usdfoot.writers.paths import relative_asset
 __all__ = ["material_layers"]
 
 
-def material_layers(
-    own: Iterable[OwnAttributes], folder: Path, *, layer_format: LayerFormat, collect: bool
-) -> list[CharacterCopy]:
+def material_layers(scene: Scene, folder: Path, *, layer_format: LayerFormat, collect: bool) -> list[CharacterCopy]:
     """The layer of a crowd's materials and the copies that it refers to; none without materials.
 
     Args:
-        own: What describes the agents.
+        scene: As read.
         folder: Real path of the crowd's folder.
         layer_format: Stage metadata of the crowd.
         collect: Copy the materials with their textures.
     """
-    bindings = [said for each in own for said in each.values() if isinstance(said, OwnBinding)]
+    bindings = [said for own in scene.own_attributes.values() for said in own.values() if isinstance(said, OwnBinding)]
     sources = {binding.material: binding.source for binding in bindings if binding.source}
     copies: list[CharacterCopy] = []
     names: set[str] = set()
