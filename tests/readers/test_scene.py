@@ -205,6 +205,22 @@ def test_the_only_agent_takes_the_only_plan():
     assert read_scene(stage).crowd.agents[0].plan.name == "/World/Plans/Walk"
 
 
+def test_clips_may_be_a_collection():
+    stage = simple_scene()
+    for name in ("limp", "other"):
+        add_clip(stage, f"/World/Clips/{name}", Units(), TIMES, *walk_pose(TIMES))
+    collection = Usd.CollectionAPI.Apply(stage.GetPrimAtPath("/World"), "walks")
+    collection.CreateIncludesRel().SetTargets(["/World/Clips"])
+    collection.CreateExcludesRel().SetTargets(["/World/Clips/limp"])
+    relationship = stage.GetPrimAtPath("/World/Hero").GetRelationship(Token.CLIPS)
+    relationship.SetTargets([collection.GetCollectionPath()])
+    (library,) = read_scene(stage).crowd.libraries
+    assert [clip.name for clip in library.clips] == ["/World/Clips/other", "/World/Clips/walk"]
+    relationship.SetTargets([Usd.CollectionAPI.GetNamedCollectionPath(stage.GetPrimAtPath("/World"), "runs")])
+    with pytest.raises(SceneError, match=r"points at what does not exist: /World\.collection:runs"):
+        read_scene(stage)
+
+
 def test_physics_needs_no_clips():
     stage = simple_scene()
     stage.RemovePrim("/World/Clips")

@@ -78,7 +78,7 @@ def spec_for(number: int, mesh: Spec) -> Spec:
     name = f"Agent_{number}"
     below = {
         **{f".{attribute}": sampled_spec(samples) for attribute, samples in samples_for(number).items()},
-        ".of": relationship_spec([f"/Crowd/Anims/{name}", f"{SCOPE}/{name}/Left"]),
+        ".of": relationship_spec([f"/Crowd/Anims/{name}", f"{SCOPE}/{name}/Left", f"{SCOPE}/{name}/Looks/Skin"]),
         **specs_of(attributes_for(number)),
         ".visibility": seen_spec("inherited", [1.5] if number else [], ["invisible"] if number else []),
         "Left": mesh,
@@ -101,7 +101,8 @@ def author_one_by_one(numbers: list[int]) -> Sdf.Layer:
             spec = Sdf.AttributeSpec(prim, attribute, kind)
             for code, value in zip(sampled.codes.tolist(), sampled.values, strict=True):
                 layer.SetTimeSample(spec.path, code, convert(value))
-        author_targets(prim, "of", [f"/Crowd/Anims/Agent_{number}", f"{prim.path}/Left"])
+        targets = [f"/Crowd/Anims/Agent_{number}", f"{prim.path}/Left", f"{prim.path}/Looks/Skin"]
+        author_targets(prim, "of", targets)
         author_attributes(prim, attributes_for(number))
         seen = Sdf.AttributeSpec(prim, "visibility", Sdf.ValueTypeNames.Token)
         seen.default = "inherited"

@@ -119,7 +119,7 @@ class SceneReader:
         self.names = tuple(source.name for source in listed.chosen)
         self._chosen = self._overrides.over(listed.chosen)
         self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units, limits=limits)
-        self._doubts: dict[str, Problem] = {}
+        self._doubts: dict[str, tuple[Problem, ...]] = {}
         self._walks = WalkReader(
             stage,
             self.info.units,
@@ -193,7 +193,7 @@ class SceneReader:
             *casting.problems,
             *casting.unfit_clips(),
             *self._terrain_problems,
-            *(self._doubts[agent.name] for agent in cast if agent.flights_open and agent.name in self._doubts),
+            *(doubt for agent in cast if agent.flights_open for doubt in self._doubts.get(agent.name, ())),
         )
         if self._listed.chosen and not self._chosen:
             muted = f"{File.OVERRIDES} makes all of them inactive"
@@ -258,7 +258,7 @@ class SceneReader:
         habits = HabitsReader(motion=motion, build=build)
         walkers, errors = read_walkers(stage, prims, self.info.units, sources=self._chosen, habits=habits)
         obstacles = read_obstacles(stage, prims, self.info.units)[0] if walkers else ()
-        self._doubts = {walker.name: doubt for walker in walkers if (doubt := walker.doubt())}
+        self._doubts = {walker.name: walker.doubts() for walker in walkers}
         return {**plan_walkers(walkers, self._terrain, obstacles=obstacles), **errors}
 
 
