@@ -66,7 +66,7 @@ def write_clip_events(
 def author_events(prim: Sdf.PrimSpec, contacts: Contacts, units: StageUnits) -> None:
     """Strike, flat and liftoff times of both feet as UsdfootClipAPI attributes, those within the clip.
 
-    Of a foot that stands from the first sample to the last there are none to author: empty, they say that it never does.
+    Of a foot that stands from the first sample to the last there are none: empty, they would say that it never does.
     """
     for side in (0, 1):
         foot = contacts[side]
