@@ -26,6 +26,7 @@ from usdfoot.planning.hurry import lint_hurry
 from usdfoot.planning.lint import lint_clips, lint_plans
 from usdfoot.planning.mend import mend_plans, mend_times
 from usdfoot.planning.proportions import Proportions, proportions_of
+from usdfoot.readers.moving_obstacles import MovingObstacles
 from usdfoot.readers.obstacles import read_obstacles
 from usdfoot.readers.plans import is_plan, read_draft
 from usdfoot.readers.scene import read_scene
@@ -133,7 +134,15 @@ def lint_scene(
         plans = mended
         file = _save(changed - set(before), edits, plans, walkers, info, fix) if changed else None
     obstacles, obstacle_problems = read_obstacles(stage, prims, info.units)
-    found_faults = lint_plans(list(plans.values()), ground, bodies=bodies, obstacles=obstacles, limits=limits)
+    moving = MovingObstacles(prims, info.units)
+    found_faults = lint_plans(
+        list(plans.values()),
+        ground,
+        bodies=bodies,
+        obstacles=moving.others(obstacles),
+        moving=moving.at if moving else None,
+        limits=limits,
+    )
     faults = [*malformed, *found_faults]
     if clips:
         more, clip_problems = _lint_clips(plans, walkers, limits)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
 from usdfoot.errors import PlanError
+from usdfoot.maths.types import FloatArray
 from usdfoot.model.ground import Ground
-from usdfoot.pipeline.goal_scene import agent_problem, on_ground, read_goal_scene, save_goal_plans
+from usdfoot.pipeline.goal_scene import GoalScene, agent_problem, on_ground, read_goal_scene, save_goal_plans
 from usdfoot.pipeline.goal_speeds import slow_to_clips
 from usdfoot.pipeline.plan import PlanReport
 from usdfoot.pipeline.stone_crossings import StoneOptions, cross_stones
@@ -113,15 +114,17 @@ def plan_scene_wander(
         progress("plan", index, len(found.agents))
         seeker = agent.seeker
         ground = terrain.falling_back(float(seeker.start[1]))
+        world_at = _world_of(found, outline, ground)
         try:
             made[seeker.name] = plan_wander(
-                World(bounds=outline, obstacles=found.obstacles, ground=ground),
+                world_at(0.0),
                 on_ground(ground, seeker.start),
                 float(seeker.yaw or 0.0),
                 generator=generator,
                 goals=list(seeker.goals),
                 steps=steps,
                 options=WanderOptions(body=seeker.body, speed=agent.authored_speed, radius=options.radius),
+                later=world_at if found.moving else None,
                 name=seeker.name,
             )
         except PlanError as error:
@@ -166,3 +169,14 @@ def plan_scene_stones(
     progress("write", 0, 0)
     made_by = {"planner": "stones", "reach": reach, "leaps": leaps, "spacing": spacing, "options": asdict(options)}
     return save_goal_plans(found, made, output, problems=problems, made_by=made_by, alone=True)
+
+
+def _world_of(found: GoalScene, outline: FloatArray | None, ground: Ground) -> Callable[[float], World]:
+    """What one wanders in a time after the stage's start [s]."""
+    still = World(bounds=outline, obstacles=found.moving.others(found.obstacles), ground=ground)
+
+    def at(time: float) -> World:
+        moving = found.moving.at(found.info.start_time + time) if found.moving else ()
+        return replace(still, obstacles=(*still.obstacles, *moving))
+
+    return at

@@ -15,7 +15,7 @@ from usdfoot.errors import SceneError
 from usdfoot.importers.pedestrians import import_pedestrians
 from usdfoot.model.ground import Ground
 from usdfoot.model.report import Problem
-from usdfoot.model.terrain import Terrain
+from usdfoot.model.terrain import Terrain, no_terrain
 from usdfoot.pipeline.plan import PlanReport, save_plans
 from usdfoot.pipeline.plan_doubts import find_doubts
 from usdfoot.planning.proportions import Proportions
@@ -25,7 +25,7 @@ from usdfoot.readers.agents import list_agents, select_agents
 from usdfoot.readers.movers import Mover, read_movers
 from usdfoot.readers.obstacles import read_obstacles
 from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
-from usdfoot.readers.terrain import no_terrain, read_terrain
+from usdfoot.readers.terrain import read_terrain
 from usdfoot.readers.walkers import only_proportions
 from usdfoot.writers.plans import PlannedAgent
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 import numpy as np
-from pxr import Sdf, Usd, UsdSkel
+from pxr import Sdf, Usd, UsdShade, UsdSkel
 
 from usdfoot.analysis.hip_spacing import space_hips
-from usdfoot.bridge.own_attributes import OwnAttributes
+from usdfoot.bridge.own_attributes import OwnAttribute, OwnAttributes, OwnBinding
 from usdfoot.bridge.scene import Character
 from usdfoot.bridge.tokens import Motion, Plan
 from usdfoot.bridge.units import StageUnits
@@ -25,7 +25,8 @@ from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.model.tuning import BodyTuning
 from usdfoot.planning.proportions import Proportions, proportions_of
 from usdfoot.readers.agents import AgentSource, read_agent_options
-from usdfoot.readers.assets import own_attributes_over
+from usdfoot.readers.assets import said_over
+from usdfoot.readers.bindings import BindingReader
 from usdfoot.readers.candidates import find_skeleton, only_character
 from usdfoot.readers.characters import character_key, read_character
 from usdfoot.readers.clip_sources import ClipFinder
@@ -64,6 +65,7 @@ class Casting:
     _tuning_of: dict[str, BodyTuning] = field(default_factory=dict)
     _key_of: dict[tuple[Sdf.Path, float], tuple[object, ...]] = field(default_factory=dict)
     _own_of: dict[Sdf.Path, OwnAttributes] = field(default_factory=dict)
+    _bindings: BindingReader = field(default_factory=BindingReader)
     _character_of: dict[object, int | UsdfootError] = field(default_factory=dict)
     _library_of: dict[object, int | UsdfootError] = field(default_factory=dict)
 
@@ -123,18 +125,26 @@ class Casting:
         return self.characters[self._character(source)[0]]
 
     def own_attributes_of(self, source: AgentSource) -> OwnAttributes:
-        """Attributes that describe an agent, by name: its character's, and its prim's over these.
+        """Attributes that describe an agent, and materials bound to it, by name: its character's, and its prim's.
+
+        The latter are stronger, except over a character that is below the prim and has its own, as USD has it.
 
         Raises:
             UsdfootError: If it has no character that can be used.
         """
         prim = self._character(source)[1]
         if prim.GetPath() not in self._own_of:
-            self._own_of[prim.GetPath()] = own_attributes_over(prim)
+            self._own_of[prim.GetPath()] = self._own(prim, said_over(prim), prim)
         own = self._own_of[prim.GetPath()]
         if not source.is_authored or source.prim == prim:
             return own
-        return {**own, **read_own(source.prim, source.prim.GetAuthoredPropertyNames())}
+        agents = self._own(source.prim, source.prim.GetAuthoredPropertyNames(), prim)
+        if not prim.GetPath().HasPrefix(source.prim.GetPath()):
+            return {**own, **agents}
+        return {**agents, **{name: said for name, said in own.items() if not _is_strong(agents.get(name))}}
+
+    def _own(self, prim: Usd.Prim, names: Collection[str], character: Usd.Prim) -> OwnAttributes:
+        return {**read_own(prim, names), **self._bindings.read(prim, names, character=character)}
 
     def body_of(self, source: AgentSource) -> Proportions:
         """Proportions of an agent's character; a person's if it has none that can be used."""
@@ -271,6 +281,11 @@ def _or_raise(result: _Found | UsdfootError) -> _Found:
     if isinstance(result, UsdfootError):
         raise result
     return result
+
+
+def _is_strong(said: OwnAttribute | OwnBinding | None) -> bool:
+    """Whether it goes over what is said below."""
+    return isinstance(said, OwnBinding) and said.strength == UsdShade.Tokens.strongerThanDescendants
 
 
 def _holds_skeleton(prim: Usd.Prim) -> bool:

@@ -22,6 +22,7 @@ from usdfoot.writers.crate.reading import read_layer
 from usdfoot.writers.crate.specs import PackedSamples, Spec
 from usdfoot.writers.footsteps import executed_plan, print_models
 from usdfoot.writers.layers import LayerFormat
+from usdfoot.writers.levels import place_in_levels
 from usdfoot.writers.moving import follow_transforms
 from usdfoot.writers.own_attributes import own_specs
 from usdfoot.writers.poses import PosedAgent, RestingCharacter, pose_agents, rest_character
@@ -145,7 +146,9 @@ def _agents(scene: Scene, posed: Mapping[str, PosedAgent], references: Sequence[
             reference=reference,
             units=scene.stage.units,
             visibility=scene.visibility.get(name, ()),
-            own=own_specs(scene.own_attributes.get(name, {})),
+            own=own_specs(
+                scene.own_attributes.get(name, {}), character=f"{Prim.AGENTS}/{name}{place_in_levels(reference)}"
+            ),
         )
         for (name, agent), reference in zip(posed.items(), references, strict=True)
     }

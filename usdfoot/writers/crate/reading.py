@@ -132,10 +132,10 @@ class _Layer:
             path, element, jump = self._rows[row]
             end = row + jump if jump > 0 else stop if jump == -1 else row + 1
             name = self._tokens[abs(element)]
-            if end > row + 1 and (element < 0 or path not in self._specs):
-                raise ValueError(f"{self._paths[path]} is no prim")
             if path not in self._specs:
-                pass  # only somebody's path
+                pass  # only somebody's path, and all below it
+            elif element < 0 and end > row + 1:
+                raise ValueError(f"{self._paths[path]} is no prim")
             elif element < 0:
                 begin, kind = self._specs[path]
                 found[f".{name}"] = Spec(kind, self._fields_at(begin), {})
