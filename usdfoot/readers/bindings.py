@@ -34,9 +34,10 @@ class BindingReader:
             names: Of properties.
             character: The prim that holds the character.
         """
-        if not prim.HasAPI(UsdShade.MaterialBindingAPI):  # USD has none count without
+        bound = sorted(filter(is_binding, names))
+        if not bound or not prim.HasAPI(UsdShade.MaterialBindingAPI):  # USD has none count without
             return {}
-        found = {name: self._read(prim, name, character) for name in sorted(names) if is_binding(name)}
+        found = {name: self._read(prim, name, character) for name in bound}
         return {name: binding for name, binding in found.items() if binding}
 
     def _read(self, prim: Usd.Prim, name: str, character: Usd.Prim) -> OwnBinding | None:

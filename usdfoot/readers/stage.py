@@ -13,7 +13,7 @@ import numpy as np
 from pxr import Sdf, Tf, Usd, UsdGeom, UsdSkel
 
 from usdfoot.bridge.scene import StageInfo
-from usdfoot.bridge.schema import applied_apis, declared_type
+from usdfoot.bridge.schema import applied_apis, declared_kind, declared_type
 from usdfoot.bridge.tokens import File
 from usdfoot.bridge.units import StageUnits
 from usdfoot.bridge.usd_errors import usd_reason
@@ -51,6 +51,7 @@ _KINDS = {
 }
 _GEOMETRY = (_MESHES, _SHAPES)
 _OURS = "Usdfoot"
+_EARLIEST = Usd.TimeCode.EarliestTime()
 
 
 def open_stage(scene: str | os.PathLike[str] | Usd.Stage) -> Usd.Stage:
@@ -148,10 +149,11 @@ def authored(prim: Usd.Prim, name: str) -> Any:
     Raises:
         SceneError: If the attribute is of a type that cannot stand for the schema's, as text cannot for a number.
     """
-    attribute = prim.GetAttribute(name)
-    if not attribute or not attribute.HasAuthoredValue():
+    attribute = Usd.AttributeQuery(prim, name)  # resolves it once
+    if not attribute.HasAuthoredValue():  # as one that is not there
         return None
-    return _of_type(name, attribute, attribute.Get(Usd.TimeCode.EarliestTime()))
+    value = attribute.Get(_EARLIEST)
+    return value if declared_kind(name) in (None, type(value)) else _of_type(name, prim.GetAttribute(name), value)
 
 
 def authored_or_primvar(prim: Usd.Prim, name: str) -> Any:
@@ -174,10 +176,9 @@ def _of_type(name: str, attribute: Usd.Attribute, value: Any) -> Any:
     Raises:
         SceneError: If the attribute is of a type that cannot stand for it.
     """
-    expected = declared_type(name)
-    if expected is not None and type(value) is not type(expected.defaultValue):
-        found = attribute.GetPropertyStack()[0].typeName  # that of the attribute is the schema's
-        if _form(expected) != _form(found):
+    if declared_kind(name) not in (None, type(value)):
+        found, expected = attribute.GetPropertyStack()[0].typeName, declared_type(name)
+        if expected and _form(expected) != _form(found):  # the attribute's own type is the schema's
             where = attribute.GetPrim().GetPath()
             raise SceneError(where, f"{attribute.GetName()} is of type {found}", f"author it as {expected}")
     return value
