@@ -17,10 +17,12 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
+from usdfoot.pipeline.flying import flying_like_clips
 from usdfoot.pipeline.plan import PlanReport, save_plans
 from usdfoot.pipeline.plan_doubts import find_doubts
 from usdfoot.planning.world import Obstacle
 from usdfoot.readers.agents import AgentSource, list_agents_without_plans, select_agents
+from usdfoot.readers.casting import Casting
 from usdfoot.readers.goals import GoalAgent, read_goal_agents
 from usdfoot.readers.habits import HabitsReader
 from usdfoot.readers.moving_obstacles import MovingObstacles
@@ -100,6 +102,7 @@ def save_goal_plans(
     problems: Sequence[Problem],
     made_by: dict[str, Any],
     alone: bool = False,
+    timed: bool = True,
 ) -> PlanReport:
     """Writes the plans, from the stage's start, with a warning of each that cannot be walked, `alone` or together.
 
@@ -110,6 +113,7 @@ def save_goal_plans(
         problems: That came up on the way.
         made_by: Provenance.
         alone: Whether each was planned as if nobody else was there.
+        timed: Whether flights are as they shall be; else those who run fly as long as their clips do.
 
     Raises:
         SceneError: If there is no plan.
@@ -129,6 +133,8 @@ def save_goal_plans(
         )
         for agent in walkers
     ]
+    if not timed:
+        planned = _flown(found, planned, [agent.source for agent in walkers])
     bodies = [agent.seeker.body for agent in walkers]
     doubts = find_doubts(
         planned,
@@ -140,6 +146,16 @@ def save_goal_plans(
     )
     file = save_plans(planned, output, found.info, made_by=made_by)
     return PlanReport(file=file, plans={part.name: part.plan for part in planned}, problems=(*everything, *doubts))
+
+
+def _flown(found: GoalScene, planned: Sequence[PlannedAgent], sources: Sequence[AgentSource]) -> list[PlannedAgent]:
+    """The plans, those of runs with the liftoffs that their agents' clips give."""
+    runs = [part for part in planned if np.any(part.plan.liftoff_times[:-1] < part.plan.strike_times[1:])]
+    if not runs:
+        return list(planned)
+    casting = Casting.to_look(found.stage, found.prims, found.info.units)
+    flown = {part.name: part for part in flying_like_clips(runs, sources, found.terrain, casting)}
+    return [flown.get(part.name, part) for part in planned]
 
 
 def on_ground(ground: Ground, point: FloatArray) -> FloatArray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,18 +13,14 @@ import numpy as np
 from usdfoot import __version__
 from usdfoot.batch.analysed import build_once
 from usdfoot.bridge.scene import StageInfo
-from usdfoot.engine.animate import PreparedLibraries
-from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.maths.planar import GROUND_AXES
-from usdfoot.model.agent import Crowd
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Outcome, Problem
-from usdfoot.model.terrain import Terrain
+from usdfoot.pipeline.flying import flying_like_clips
 from usdfoot.pipeline.plan_doubts import find_doubts
-from usdfoot.planning.flights import fly_like_clips
 from usdfoot.planning.path import PathOptions
-from usdfoot.readers.agents import AgentSource, list_agents, select_agents
+from usdfoot.readers.agents import list_agents, select_agents
 from usdfoot.readers.casting import Casting
 from usdfoot.readers.habits import HabitsReader
 from usdfoot.readers.obstacles import read_obstacles
@@ -104,7 +100,7 @@ def plan_scene_paths(
     ]
     if not planned:
         raise _no_paths(info, problems)
-    planned = _flying_like_clips(planned, sources, terrain, Casting.to_look(stage, prims, info.units))
+    planned = flying_like_clips(planned, sources, terrain, Casting.to_look(stage, prims, info.units))
     walked = [walker for walker in walkers if walker.name in _names(planned)]
     problems += [doubt for walker in walked for doubt in walker.doubts()]
     problems += [doubt for walker in walked if (doubt := walker.style_doubt())]
@@ -145,28 +141,6 @@ def save_plans(
         sources=info.layers,
         provenance={"version": __version__, **made_by},
     )
-
-
-def _flying_like_clips(
-    planned: Sequence[PlannedAgent], sources: Sequence[AgentSource], terrain: Terrain, casting: Casting
-) -> list[PlannedAgent]:
-    """The plans, those of agents with clips with the liftoffs that animating them gives."""
-    source_of = {source.name: source for source in sources}
-    cast = [casting.cast(source_of[part.name], part.plan) for part in planned if part.agent]
-    crowd = Crowd(
-        agents=tuple(replace(agent, flights_open=True) for agent in cast if agent),
-        libraries=tuple(casting.libraries),
-        terrain=terrain,
-        frame_times=casting.frame_codes,
-        frame_rate=casting.units.time_codes_per_second,
-    )
-    options = EngineOptions()
-    flown = fly_like_clips(crowd, options=options, libraries=PreparedLibraries(options, build=build_once))
-    liftoffs = {agent.name: agent.plan.liftoff_times for agent in flown.agents}
-    return [
-        replace(part, plan=replace(part.plan, liftoff_times=liftoffs.get(part.name, part.plan.liftoff_times)))
-        for part in planned
-    ]
 
 
 def _names(planned: Sequence[PlannedAgent]) -> set[str]:

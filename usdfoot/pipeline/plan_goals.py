@@ -84,6 +84,7 @@ def plan_scene_crowd(
         output,
         problems=(*slowed, *problems),
         made_by={"planner": "crowd", "duration": duration, "options": asdict(options)},
+        timed=False,
     )
 
 
