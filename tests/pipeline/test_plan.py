@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, UsdUtils
 
 from tests.few_clips import copy_stages
-from tests.scenes import Units, add_agent, add_character, new_stage
+from tests.scenes import Units, add_agent, add_character, new_stage, simple_scene
 from usdfoot.bridge.tokens import Agent, Schema
 from usdfoot.bridge.tokens import Path as PathToken
 from usdfoot.cli.main import main
@@ -375,6 +375,13 @@ def test_files_of_tracks_through_the_command_line(tmp_path, capsys):
     assert names == ["person_1", "person_2"]
     plan, _ = read_plan(stage.GetPrimAtPath("/Plans/person_2"), read_stage_info(stage).units)
     assert plan.positions[-1, 2] < -6.0  # north is -z
+
+
+def test_where_no_clip_has_a_usable_step_plans_are_checked_without(tmp_path, capsys):
+    scene = tmp_path / "scene.usda"
+    simple_scene(scene, seconds=0.3).Save()
+    assert main(["plan", "lint", str(scene)]) in (0, 1)
+    assert "has no clip with a usable step to check against: " in capsys.readouterr().err
 
 
 def test_lint_says_what_is_wrong_and_fixes_what_it_can(tmp_path, capsys):

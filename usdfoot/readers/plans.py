@@ -15,6 +15,7 @@ from usdfoot.bridge.tokens import Schema
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.limits import DEFAULT_LIMITS
 from usdfoot.model.plan import FootstepPlan, PlanDraft
 from usdfoot.model.plan_checks import checked_plans
 from usdfoot.model.report import Problem
@@ -49,17 +50,19 @@ def is_plan(prim: Usd.Prim) -> bool:
     )
 
 
-def read_plan(prim: Usd.Prim, units: StageUnits) -> Planned:
+def read_plan(prim: Usd.Prim, units: StageUnits, *, most: int = DEFAULT_LIMITS.footsteps) -> Planned:
     """The plan in the canonical world, and warnings about it.
 
     Args:
         prim: PointInstancer, with or without UsdfootPlanAPI.
         units: Of the stage.
+        most: How many footsteps it may have.
 
     Raises:
         PlanError: If the prim is no PointInstancer, lacks an array, or the plan is inconsistent.
+        SceneError: If it has too many footsteps.
     """
-    return _or_raise(plans_of([ask_plan(prim)], units)[0])
+    return _or_raise(plans_of([ask_plan(prim, most=most)], units)[0])
 
 
 def plans_of(sources: Sequence[PlanSource], units: StageUnits) -> list[Planned | PlanError]:
@@ -73,27 +76,42 @@ def _planned(plan: FootstepPlan | PlanError, problems: tuple[Problem, ...]) -> P
     return plan if isinstance(plan, PlanError) else (plan, problems)
 
 
-def read_draft(prim: Usd.Prim, units: StageUnits, transforms: StartTransforms | None = None) -> Drafted:
+def read_draft(
+    prim: Usd.Prim,
+    units: StageUnits,
+    transforms: StartTransforms | None = None,
+    *,
+    most: int = DEFAULT_LIMITS.footsteps,
+) -> Drafted:
     """As `read_plan`, but whether the arrays are a plan is not checked.
 
     Args:
         prim: As of `read_plan`.
         units: Of the stage.
         transforms: Of the stage, for whoever reads many plans.
+        most: How many footsteps it may have.
 
     Raises:
         PlanError: If the prim is no PointInstancer or lacks an array.
+        SceneError: If it has too many footsteps.
     """
-    return _or_raise(_drafts_of([ask_plan(prim, transforms)], units, is_timed=True)[0])
+    return _or_raise(_drafts_of([ask_plan(prim, transforms, most=most)], units, is_timed=True)[0])
 
 
-def read_prints(prim: Usd.Prim, units: StageUnits, transforms: StartTransforms | None = None) -> Drafted:
+def read_prints(
+    prim: Usd.Prim,
+    units: StageUnits,
+    transforms: StartTransforms | None = None,
+    *,
+    most: int = DEFAULT_LIMITS.footsteps,
+) -> Drafted:
     """As `read_draft`, but without times, which are all zero.
 
     Raises:
         PlanError: If the prim is no PointInstancer or lacks an array of prints.
+        SceneError: If it has too many footsteps.
     """
-    return _or_raise(_drafts_of([ask_plan(prim, transforms, PRINTS)], units, is_timed=False)[0])
+    return _or_raise(_drafts_of([ask_plan(prim, transforms, PRINTS, most=most)], units, is_timed=False)[0])
 
 
 @dataclass(frozen=True, kw_only=True)

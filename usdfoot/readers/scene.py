@@ -55,6 +55,7 @@ def read_scene(
     frames: tuple[int, int] | None = None,
     motion: str | None = None,
     tuning: BodyTuning = UNTUNED,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> Scene:
     """Everything usdfoot needs of a stage, in canonical space; the stage is not changed.
 
@@ -66,11 +67,12 @@ def read_scene(
         frames: First and last time code of the output; None = from the first strike to the last liftoff of all agents.
         motion: Of all agents; None = what each says. Agents that physics moves need no clips.
         tuning: Of all agents, over what each says.
+        limits: How much of a scene is read.
 
     Raises:
-        SceneError: If the stage cannot be opened or no agent at all can be used.
+        SceneError: If the stage cannot be opened, is too large, or no agent at all can be used.
     """
-    read = SceneReader(scene, agents=agents, frames=frames, motion=motion, tuning=tuning).read()
+    read = SceneReader(scene, agents=agents, frames=frames, motion=motion, tuning=tuning, limits=limits).read()
     for problem in read.crowd.problems:
         _logger.log(logging.ERROR if problem.severity == "error" else logging.WARNING, "%s", problem.message)
     return read
@@ -115,7 +117,7 @@ class SceneReader:
         stage, prims, self.info = listed.stage, listed.prims, listed.info
         self._listed = listed
         self._motion, self._tuning, self._sampling_options, self._limits = motion, tuning, sampling, limits
-        self._overrides = read_overrides(crowd, self.info.units)
+        self._overrides = read_overrides(crowd, self.info.units, most_footsteps=limits.footsteps)
         self.names = tuple(source.name for source in listed.chosen)
         self._chosen = self._overrides.over(listed.chosen)
         self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units, limits=limits)
