@@ -97,6 +97,7 @@ def animate(
     from usdfoot.writers.crowd import write_crowd
 
     progress("write", 0, 0)
+    report = report_json(shot.scene, records, options=shot.options, problems=problems, folder=shot.folder)
     crowd_file, report_file = write_crowd(
         shot.scene,
         [agent.name for record in records for agent in record.agents],
@@ -104,8 +105,8 @@ def animate(
         chunks=[task.files for task, record in zip(shot.tasks, records, strict=True) if record.agents],
         characters=shot.characters,
         collect=collect,
-        provenance=provenance_of(shot.scene, shot.options, shot.folder, call=call),
-        report=report_json(shot.scene, records, options=shot.options, problems=problems, folder=shot.folder),
+        provenance=provenance_of(shot.scene, shot.options, shot.folder, call=call, inputs=report["inputs"]),
+        report=report,
         intact=earlier.intact or {},
     )
     tidy_examples(shot.folder, shot.scene.crowd.libraries if shot.keep else (), samples=options.samples)
