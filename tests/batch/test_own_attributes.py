@@ -200,6 +200,43 @@ def test_variants_with_colors_of_their_own_share_prototypes(stages, tmp_path):
     assert [agent.GetAttribute("primvars:tint").Get() for agent in agents_in(crowd)] == [*range(AGENTS)]
 
 
+def write_varied_scene(stages, folder):
+    """Agents in two variants of one asset, of whom only some say more of themselves."""
+    write_looks(folder / "looks.usda", stages / "human.usdc")
+
+    def describe(agent, number):
+        agent.GetVariantSet("look").SetVariantSelection(LOOKS[number == 1])
+        if number == 2:
+            set_color(agent, color_of(number))
+            UsdGeom.Imageable(agent).MakeInvisible()
+            agent.CreateAttribute("usdfoot:agent:ikReach", TYPES.Float, custom=False).Set(0.2)
+
+    return write_own_scene(stages, folder / "scene", asset=folder / "looks.usda", describe=describe)
+
+
+@pytest.mark.parametrize("collect", [False, True])
+def test_variants_share_prototypes_whatever_else_their_agents_say(stages, tmp_path, collect):
+    report = animate(write_varied_scene(stages, tmp_path), tmp_path / "out", chunk_size=2, collect=collect)
+    crowd = Usd.Stage.Open(str(report.crowd_file))
+    first, other, last = (agent.GetPrototype() for agent in agents_in(crowd))
+    assert first == last != other
+    assert [agent.GetAttribute("visibility").Get() for agent in agents_in(crowd)] == ["inherited"] * 2 + ["invisible"]
+    assert not agents_in(crowd)[0].GetAttribute("primvars:displayColor").HasAuthoredValue()
+    for number, agent in enumerate(agents_in(crowd)):
+        meshes = [prim for prim in Usd.PrimRange(agent, Usd.TraverseInstanceProxies()) if prim.IsA(UsdGeom.Mesh)]
+        colors = {tuple(color) for mesh in meshes for color in UsdGeom.Mesh(mesh).GetDisplayColorAttr().Get() or ()}
+        assert ((0.0, 0.0, 1.0) if number == 1 else (1.0, 0.0, 0.0)) in colors
+
+
+def test_variants_do_not_depend_on_who_comes_first(stages, tmp_path):
+    scene = write_varied_scene(stages, tmp_path)
+    animate(scene, tmp_path / "out", chunk_size=1)
+    stage = Usd.Stage.Open(str(scene))
+    stage.GetPrimAtPath("/World/Crowd/Agent_0").SetActive(False)
+    stage.Save()
+    assert animate(scene, tmp_path / "out", chunk_size=1).kept_agents == AGENTS - 1
+
+
 def move_a_joint(prim):
     prim.GetStage().OverridePrim(f"{prim.GetPath()}/Skeleton").SetCustomDataByKey("changed", True)
 
@@ -224,12 +261,13 @@ def point_at_a_file(prim):
     prim.CreateAttribute("userProperties:file", TYPES.Asset).Set("./a.txt")
 
 
-def bind_a_material(prim):
-    prim.CreateRelationship("material:binding").SetTargets([prim.GetPath().AppendChild("Looks")])
+def bind_a_collection(prim):
+    targets = [prim.GetPath().AppendProperty("collection:hair"), "/World/Looks/Red"]
+    prim.CreateRelationship("material:binding:collection:hair").SetTargets(targets)
 
 
 @pytest.mark.parametrize(
-    "change", [move_a_joint, bind_a_skin, color_by_vertex, hide_as_guide, take_away, point_at_a_file, bind_a_material]
+    "change", [move_a_joint, bind_a_skin, color_by_vertex, hide_as_guide, take_away, point_at_a_file, bind_a_collection]
 )
 def test_what_changes_the_character_makes_another(stages, tmp_path, change):
     def describe(agent, number):

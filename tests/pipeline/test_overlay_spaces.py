@@ -5,8 +5,10 @@ import pytest
 from numpy.testing import assert_allclose
 from pxr import Sdf, Usd, UsdGeom
 
+from usdfoot.cli.main import main
 from usdfoot.pipeline.animate import animate
 from usdfoot.pipeline.inspect import InspectOptions, draw_overlay, inspect
+from usdfoot.pipeline.provenance import options_of
 from usdfoot.readers.written import read_written_crowd
 
 LENGTH = 0.3
@@ -57,6 +59,21 @@ def test_the_space_lies_at_the_support_foot_while_it_supports(drawn):
     assert len(rows) > 100
     supports = np.searchsorted(strikes, spaces.times[rows] + 1e-6, side="right") - 1
     assert_allclose(spaces.positions[rows, 0][:, [0, 2]], places[supports][:, [0, 2]], atol=1e-5)
+
+
+def test_where_footsteps_are_looked_for_from_the_root_it_lies_midway_between_the_feet(scene, tmp_path):
+    assert main(["animate", str(scene), "-o", str(tmp_path), "--landing-frame", "root", "--quiet"]) == 0
+    crowd = read_written_crowd(tmp_path / "crowd.usd")
+    assert options_of(crowd.provenance).frame == "root"
+    overlay, problems = draw_overlay(crowd)
+    assert problems == ()
+    spaces = next(marks for marks in overlay.marks if marks.path == "Space/Examples")
+    plan = crowd.stage.GetPrimAtPath("/Crowd/Plans/Walker")
+    places = np.array(UsdGeom.PointInstancer(plan).GetPositionsAttr().Get())[:, [0, 2]]
+    rows = np.flatnonzero(~spaces.hidden[:, 0])
+    supports = np.searchsorted(strikes_of(plan), spaces.times[rows] + 1e-6, side="right") - 1
+    rows, supports = rows[supports > 1], supports[supports > 1]
+    assert_allclose(spaces.positions[rows, 0][:, [0, 2]], 0.5 * (places[supports - 1] + places[supports]), atol=1e-5)
 
 
 def test_the_triangle_joins_the_columns(drawn):

@@ -15,10 +15,13 @@ from usdfoot.model.agent import Crowd
 from usdfoot.model.biped import Biped
 from usdfoot.model.skeleton import Pose, Skeleton
 
-__all__ = ["BlendShapes", "Character", "Scene", "StageInfo", "Visibility"]
+__all__ = ["BlendShapes", "Character", "Scene", "StageInfo", "Variants", "Visibility"]
 
 Visibility = tuple[tuple[float | None, str], ...]
 """Time codes, None = at all times, and USD's visibility from each on; empty = always inherited."""
+
+Variants = tuple[tuple[str, str], ...]
+"""Variant sets and what is selected in each, "" = nothing whatever the asset selects; sorted."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,6 +90,8 @@ class Character:
     """Layer to reference: a file path, or the identifier of a layer in memory."""
     asset_prim: str
     """Prim path to reference in that layer."""
+    variants: Variants = ()
+    """What the scene selects of it; what it selects itself is not among these."""
     skeleton_path: str
     """Path of the Skeleton relative to the character prim, "" if it is the character prim itself."""
     agent_rotation: FloatArray

@@ -89,6 +89,13 @@ def _add_blend_flags(parser: argparse.ArgumentParser) -> None:
         "landing and root speed (default: %(default)s)",
     )
     parser.add_argument(
+        "--landing-frame",
+        choices=("support", "root"),
+        default="support",
+        help="look for footsteps from the support ball, or from the root, as the paper does, whose error IK then has "
+        "to mend in every step; not with root weights (default: %(default)s)",
+    )
+    parser.add_argument(
         "--band",
         choices=("polar", "cartesian"),
         default="polar",
@@ -229,6 +236,7 @@ def _options(arguments: argparse.Namespace) -> MotionOptions:
         correction=arguments.correction,
         seam=arguments.seam,
         space=arguments.space,
+        frame=arguments.landing_frame,
         blend=arguments.blend,
         band=arguments.band,
         root_weight=arguments.root_weight,

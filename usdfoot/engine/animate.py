@@ -123,9 +123,11 @@ def prepare_library(
     return PreparedLibrary(
         source=library,
         examples=whole,
-        spaces=spaces_of(library, examples, polar=options.band == "polar"),
+        spaces=spaces_of(library, examples, polar=options.band == "polar", frame=options.frame),
         rig=rig,
-        device=device_library(whole, rig, pelvis=library.biped.pelvis, slerps=options.blend == "slerp"),
+        device=device_library(
+            whole, rig, pelvis=library.biped.pelvis, slerps=options.blend == "slerp", frame=options.frame
+        ),
         style=examples.default_style,
         shapes=sample_shapes(library, whole),
         problems=tuple(problems),

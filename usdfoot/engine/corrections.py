@@ -11,11 +11,12 @@ import warp as wp
 from usdfoot.engine.correction_kernel import CorrectedStep, CorrectionOptions, correct_each
 from usdfoot.engine.landing_kernel import BlendArrays
 from usdfoot.engine.poses import Setup
-from usdfoot.engine.queries import StepQueries
+from usdfoot.engine.queries import StepQueries, asked_landings
 from usdfoot.engine.retry_kernel import retry_each
+from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.spaces.features import step_coordinates
-from usdfoot.spaces.landings import left_landings
+from usdfoot.spaces.landings import left_landings, root_starts
 from usdfoot.spaces.library import FootstepSpaces
 from usdfoot.spaces.tetrahedra import SPEED_SCALE
 
@@ -56,7 +57,7 @@ def correct_steps(
         entries: Poses the steps come from, as `EndPoses` has them, shape (N, P); None = whatever they are.
     """
     sides, count = queries.swing_sides, len(queries.landings)
-    landings = left_landings(queries.landings, sides)
+    landings = asked_landings(queries, frame=setup.options.frame)
     coordinates = step_coordinates(landings, queries.features.as_left(sides), spaces.scales)
     if entries is not None:
         coordinates = np.column_stack([coordinates, entries])
@@ -83,14 +84,27 @@ def correct_steps(
             inputs=[setup.library, device, chosen, wp.array(again, dtype=wp.int32), space, side, places, wanted],
             outputs=[blends, corrected],
         )
-    found = corrected.numpy()
+    found, examples, weights = corrected.numpy(), blends.examples.numpy().astype(np.intp), blends.weights.numpy()
+    missed = left_landings(found["missed"], sides)
+    if setup.options.frame == "root":
+        missed += _root_errors(setup, queries, examples=examples, weights=weights)
     return CorrectedSteps(
-        examples=blends.examples.numpy().astype(np.intp),
-        weights=blends.weights.numpy(),
-        missed=left_landings(found["missed"], sides),
+        examples=examples,
+        weights=weights,
+        missed=missed,
         hull_distances=found["hull_distance"],
         biases=found["bias"],
     )
+
+
+def _root_errors(setup: Setup, queries: StepQueries, *, examples: IntArray, weights: FloatArray) -> FloatArray:
+    """How far from the blends' root the footsteps' is as the steps start, (x, z) in the heading at the end [m], (N, 2).
+
+    The support ball stays where it stands, so a step lands as far off as that.
+    """
+    turns = np.sum(weights * setup.examples.turns[examples], axis=1)
+    blended = np.einsum("nk,nkd->nd", weights, root_starts(setup.examples.departures)[examples])
+    return planar.rotate(-queries.turns, root_starts(queries.features.departures)) - planar.rotate(-turns, blended)
 
 
 def _missing(corrected: Any, options: CorrectionOptions) -> IntArray:

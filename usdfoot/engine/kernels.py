@@ -21,7 +21,7 @@ class LibraryArrays:
     alike: wp.array(dtype=wp.bool)  # (J,) whether no two rotations of the joint lie in opposite half spaces
     pelvis_positions: wp.array2d(dtype=wp.vec3f)  # (E, S) support frame
     support_balls: wp.array2d(dtype=wp.vec3f)  # (E, S) support frame
-    settles: wp.array(dtype=wp.vec2d)  # (E,) of the swing foot, from its strike until it is flat, (x, z)
+    settles: wp.array(dtype=wp.vec2d)  # (E,) from where the swing ball strikes to its landing, (x, z)
     turns: wp.array(dtype=wp.float64)  # (E,) [rad]
     liftoffs: wp.array(dtype=wp.float64)  # (E,) sample at which the support foot leaves the ground, or the last
     translations: wp.array(dtype=wp.vec3f)  # (J,) rest

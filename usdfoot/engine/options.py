@@ -7,13 +7,17 @@ from dataclasses import dataclass, field
 from usdfoot.engine.follow_options import FollowOptions
 from usdfoot.errors import UsdfootError
 
-__all__ = ["SEAMS", "SPACES", "EngineOptions"]
+__all__ = ["FRAMES", "SEAMS", "SPACES", "EngineOptions"]
 
 SEAMS = ("inertialise", "crossfade", "none")
 SPACES = ("neighbours", "delaunay", "3d")
+FRAMES = ("support", "root")
 BANDS = ("polar", "cartesian")
 BEYONDS = ("segment", "closest")
 BLENDS = ("sum", "slerp")
+
+ROOTED_FRAME = "what mixes in the root's velocity looks for footsteps from the support ball; use the frame support"
+"""Why a root weight and `frame` = root exclude each other."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,6 +32,9 @@ class EngineOptions:
     """What a step is blended from: neighbours = the examples around its footstep that are also most like it in timing,
     turn, rise and departure; delaunay = those of the Delaunay triangle ([B] 4.3); 3d = those of the tetrahedron of
     landing and root speed ([B] 7)."""
+    frame: str = "support"
+    """Where landings and footsteps are measured from: support = the support ball; root = the root as the step starts,
+    midway between the feet, which lets its error into every step for IK to mend ([B] 4.1, 4.3)."""
     band: str = "polar"
     """How root velocities are weighted: polar = over their bearing and speed ([B] 4.1, 5); cartesian = over x and z."""
     blend: str = "sum"
@@ -86,6 +93,7 @@ class EngineOptions:
         for name, choices in (
             ("seam", SEAMS),
             ("space", SPACES),
+            ("frame", FRAMES),
             ("band", BANDS),
             ("beyond_beta", BEYONDS),
             ("blend", BLENDS),
@@ -102,3 +110,5 @@ class EngineOptions:
             raise UsdfootError("root_weight", f"is {self.root_weight}", "must be a number between 0 and 1")
         if self.root_weight_within is not None and not 0.0 <= self.root_weight_within < float("inf"):
             raise UsdfootError("root_weight_within", f"is {self.root_weight_within}", "must be 0 m or more")
+        if self.frame == "root" and (self.root_weight or self.root_weight_within is not None):
+            raise UsdfootError("frame", "root goes with no root weight but 0", ROOTED_FRAME)

@@ -21,6 +21,7 @@ from usdfoot.maths.types import BoolArray, FloatArray, IntArray, StyleArray
 from usdfoot.model.contact_table import ContactTable
 from usdfoot.model.examples import Examples
 from usdfoot.model.skeleton import Skeleton
+from usdfoot.spaces.landings import root_starts
 
 __all__ = [
     "ClipPoses",
@@ -155,14 +156,20 @@ class ClipPoses:
         return pose_frames(self.setup, self.arrays, rows=rows, times=times, joints=joints)
 
 
-def device_library(examples: Examples, rig: Rig, *, pelvis: int, slerps: bool = False) -> LibraryArrays:
-    """Examples as device arrays, whose rotations are to be summed, or slerped one after the other."""
+def device_library(
+    examples: Examples, rig: Rig, *, pelvis: int, slerps: bool = False, frame: str = "support"
+) -> LibraryArrays:
+    """Examples as device arrays, whose rotations are to be summed, or slerped one after the other.
+
+    Blends are to land from the support ball, or from the root (`frame`).
+    """
     library = LibraryArrays()
     rotations, alike = _aligned(examples.rotations)
     library.rotations, library.alike = wp.array(rotations, dtype=wp.quatf), wp.array(alike, dtype=wp.bool)
     library.pelvis_positions = wp.array(examples.pelvis_positions.astype(np.float32), dtype=wp.vec3f, copy=False)
     library.support_balls = wp.array(examples.support_balls.astype(np.float32), dtype=wp.vec3f, copy=False)
-    settles = examples.landings - examples.swing_balls[:, -1, [0, 2]]
+    origins = root_starts(examples.departures) if frame == "root" else 0.0
+    settles = examples.landings - origins - examples.swing_balls[:, -1, [0, 2]]
     library.settles = wp.array(settles, dtype=wp.vec2d)
     library.turns = wp.array(examples.turns, dtype=wp.float64)
     library.liftoffs = wp.array(liftoff_samples(examples), dtype=wp.float64)

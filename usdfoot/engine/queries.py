@@ -11,8 +11,9 @@ from usdfoot.engine.poses import Setup
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray, StyleArray
 from usdfoot.spaces.features import StepFeatures
+from usdfoot.spaces.landings import left_landings, root_starts
 
-__all__ = ["StepQueries", "step_queries"]
+__all__ = ["StepQueries", "asked_landings", "step_queries"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,6 +48,17 @@ class StepQueries:
             speeds=self.speeds[rows],
             features=self.features[rows],
         )
+
+
+def asked_landings(queries: StepQueries, *, frame: str) -> FloatArray:
+    """What the spaces are asked for, from where their `frame` measures, as if the left foot swung, (x, z) [m], (N, 2).
+
+    The root is where the footsteps put it, midway between the feet ([B] 4.2).
+    """
+    landings = queries.landings
+    if frame == "root":
+        landings = landings - planar.rotate(-queries.turns, root_starts(queries.features.departures))
+    return left_landings(landings, queries.swing_sides)
 
 
 def step_queries(setup: Setup, steps: IntArray) -> StepQueries:

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdfoot.engine.given_roots import given_roots
+from usdfoot.engine.options import ROOTED_FRAME
 from usdfoot.engine.poses import Setup
+from usdfoot.errors import PlanError
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.agent import Agent
@@ -42,6 +44,9 @@ def root_goals(setup: Setup, agents: Sequence[Agent]) -> RootGoals:
     if options.root_weight_within is not None:
         weights[steps] = 1.0 if options.root_weight is None else options.root_weight
         asked[steps] = True
+    if asked.any() and options.frame == "root":
+        agent = agents[segments.agents[asked][0]]
+        raise PlanError(agent.source, "has a root weight or a replaceDistance, with the frame root", ROOTED_FRAME)
     rooted = np.isin(segments.agents, segments.agents[asked]) & ~segments.stands
     velocities = np.zeros((count, 2))
     velocities[steps] = _given_velocities(setup, agents, steps, _planned_velocities(setup, steps))

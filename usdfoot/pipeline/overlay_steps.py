@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from usdfoot.engine.animate import PreparedLibraries, PreparedLibrary, PreparedSteps, animate_apart, prepare_steps
-from usdfoot.engine.queries import step_queries
+from usdfoot.engine.queries import asked_landings, step_queries
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.agent import Agent, Crowd
 from usdfoot.model.motion import StepResults
@@ -135,9 +135,8 @@ def space_rows(
     queries = step_queries(setup, steps)
     sides = queries.swing_sides
     kinds = np.zeros(len(steps), dtype=int)
-    groups = spaces.group(
-        left_landings(queries.landings, sides), swing_sides=sides, flights=queries.flights, styles=queries.styles
-    )
+    asked = asked_landings(queries, frame=setup.options.frame)
+    groups = spaces.group(asked, swing_sides=sides, flights=queries.flights, styles=queries.styles)
     for space, members in groups:
         side = int(sides[members[0]])
         key = (id(space.footsteps), side)
@@ -147,6 +146,8 @@ def space_rows(
     order = np.argsort(-blend.weights[steps], axis=1, kind="stable")
     examples = np.take_along_axis(blend.examples[steps], order, axis=1)
     places = contacts.positions[supports].copy()
+    if setup.options.frame == "root":
+        places = 0.5 * (places + contacts.positions[supports - 1])
     places[:, 1] = np.maximum(places[:, 1], contacts.positions[supports + 1, 1]) + LIFT
     width = examples.shape[1]
     landings = left_landings(spaces.landings[examples].reshape(-1, 2), np.repeat(sides, width))

@@ -10,6 +10,7 @@ import numpy as np
 from usdfoot.analysis.timing import TimingRule
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.ground import Ground
+from usdfoot.model.limits import WINDOWS, check_range
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.planning.cadences import step_rates
@@ -39,7 +40,11 @@ STAND = 0.3
 
 @dataclass(frozen=True, kw_only=True)
 class TrajectoryOptions:
-    """How trajectories become footsteps."""
+    """How trajectories become footsteps.
+
+    Raises:
+        UsdfootError: If a value is out of its range.
+    """
 
     smoothing_time: float = 0.3
     """Standard deviation of the filter on positions [s]: takes out jitter and the sway of tracked heads."""
@@ -47,6 +52,9 @@ class TrajectoryOptions:
     """Keep people, and their feet, out of each other."""
     elbow_room: float = 0.5
     """Least distance between the roots of two people, if `apart` [m]."""
+
+    def __post_init__(self) -> None:
+        check_range("smoothing_time", self.smoothing_time, WINDOWS, unit="s")
 
 
 def plan_trajectories(

@@ -8,16 +8,24 @@ from typing import NamedTuple
 
 from pxr import Kind, Sdf, Usd, UsdGeom, UsdSkel
 
-from usdfoot.bridge.own_attributes import OwnAttributes
-from usdfoot.readers.own_attributes import HARMLESS, is_own, read_own
+from usdfoot.bridge.scene import Variants
+from usdfoot.readers.bindings import is_binding
+from usdfoot.readers.own_attributes import HARMLESS, is_own
 
-__all__ = ["asset_of", "character_prim_of", "look_of", "own_attributes_over"]
-
-_BROUGHT = ("usdfoot:", "visibility")
-"""Properties that an agent has from a prim of the scene that it references."""
+__all__ = ["Asset", "asset_of", "character_prim_of", "said_over"]
 
 
-class _Asset(NamedTuple):
+class Asset(NamedTuple):
+    """What to reference, and as which of its variants."""
+
+    layer: str
+    """Identifier of the layer."""
+    prim: str
+    """Path there."""
+    variants: Variants = ()
+
+
+class _Followed(NamedTuple):
     """An asset, and what the scene says of it."""
 
     layer: Sdf.Layer
@@ -25,71 +33,45 @@ class _Asset(NamedTuple):
     above: tuple[Sdf.PrimSpec, ...] = ()
     """Stronger specs of the prim, which do not change it."""
 
-    @property
-    def place(self) -> tuple[str, str]:
-        """Layer identifier and prim path."""
-        return self.layer.realPath or self.layer.identifier, str(self.path)
 
+def asset_of(prim: Usd.Prim) -> Asset:
+    """What gives the same character when referenced.
 
-def asset_of(prim: Usd.Prim) -> tuple[str, str]:
-    """Layer identifier and prim path that give the same character when referenced.
-
-    That is the asset itself where the scene only places and describes it; the scene's own prim where the scene changes
-    the asset.
+    That is the asset itself where the scene only places and describes it and selects variants; the scene's own prim
+    where the scene changes the asset.
     """
-    return _followed(prim).place
+    found = _followed(prim)
+    selected: dict[str, str] = {}
+    for spec in found.above:
+        selected = {**dict(spec.variantSelections), **selected}
+    layer = found.layer.realPath or found.layer.identifier
+    return Asset(layer, str(found.path), tuple(sorted(selected.items())))
 
 
-def look_of(prim: Usd.Prim) -> tuple[object, ...]:
-    """What prims have in common that one of them can stand for, because they hold the same character.
+def said_over(prim: Usd.Prim) -> set[str]:
+    """Properties that describe a prim, of what a scene says over the asset it holds.
 
-    That is the asset, where the scene only places it and selects variants, with these and what else referencing the
-    prim would bring along: of attributes of its own that there are such, as every agent has its own values over them.
+    Where the scene's prim is the asset these are its bindings alone, whose materials may be outside of it.
     """
-    asset = _followed(prim, selections=False)
-    if asset.place == asset_of(prim):
-        return asset.place
-    sets = prim.GetVariantSets()
-    brought = [
-        (attribute.GetName(), str(attribute.Get()))
-        for attribute in prim.GetAuthoredAttributes()
-        if attribute.GetName().startswith(_BROUGHT)
-    ]
-    own = [
-        (name, value.type_name, value.interpolation, value.element_size, _connections(prim, name))
-        for name, value in _own_over(prim, asset).items()
-    ]
-    return (*asset.place, tuple(sorted(sets.GetAllVariantSelections().items())), tuple(brought), tuple(own))
+    names = prim.GetAuthoredPropertyNames()
+    if all(name.startswith(HARMLESS) for name in names):  # as mostly
+        return set()
+    above = _followed(prim).above
+    return {prop.name for spec in above for prop in spec.properties} if above else {*filter(is_binding, names)}
 
 
-def own_attributes_over(prim: Usd.Prim) -> OwnAttributes:
-    """Attributes that describe a prim, by name, of what a scene says over the asset it holds."""
-    if all(name.startswith(HARMLESS) for name in prim.GetAuthoredPropertyNames()):  # as mostly
-        return {}
-    return _own_over(prim, _followed(prim, selections=False))
-
-
-def _own_over(prim: Usd.Prim, asset: _Asset) -> OwnAttributes:
-    names = {attribute.name for spec in asset.above for attribute in spec.attributes}
-    return read_own(prim, names) if names else {}
-
-
-def _connections(prim: Usd.Prim, name: str) -> tuple[str, ...]:
-    return tuple(map(str, prim.GetAttribute(name).GetConnections()))
-
-
-def _followed(prim: Usd.Prim, *, selections: bool = True) -> _Asset:
-    """The asset below all that does not change it; `selections` of variants do, or do not."""
+def _followed(prim: Usd.Prim) -> _Followed:
+    """The asset below all that does not change it."""
     root = prim.GetStage().GetRootLayer()
-    asset = _Asset(root, prim.GetPath())
+    asset = _Followed(root, prim.GetPath())
     arcs = _direct_arcs(prim)
     starts = [(arc.GetIntroducingLayer(), arc.GetIntroducingPrimPath()) for arc in arcs]
     for i, arc in enumerate(arcs):
         follows = i == 0 or arc.GetIntroducingPrimPath() == asset.path
         above = _specs_above(prim, arc)
-        if not follows or starts.count(starts[i]) > 1 or any(_changes(prim, spec, selections) for spec in above):
+        if not follows or starts.count(starts[i]) > 1 or any(_changes(prim, spec) for spec in above):
             break
-        asset = _Asset(arc.GetTargetLayer(), arc.GetTargetPrimPath(), above)
+        asset = _Followed(arc.GetTargetLayer(), arc.GetTargetPrimPath(), above)
         if asset.layer != arc.GetIntroducingLayer():
             break
     return asset
@@ -154,9 +136,8 @@ def _specs_above(prim: Usd.Prim, arc: Usd.CompositionArc) -> tuple[Sdf.PrimSpec,
     return tuple(spec for spec in stronger if spec.layer != session)
 
 
-def _changes(prim: Usd.Prim, spec: Sdf.PrimSpec, selections: bool) -> bool:
-    """Whether a spec says more of a prim than a written agent does anew; `selections` of variants count."""
-    # These views are truthy even when they are empty.
-    parts = spec.nameChildren, spec.variantSets, spec.variantSelections if selections else ()
+def _changes(prim: Usd.Prim, spec: Sdf.PrimSpec) -> bool:
+    """Whether a spec says more of a prim than which variants it has, and what a written agent does anew."""
+    parts = spec.nameChildren, spec.variantSets  # views that are truthy even when they are empty
     names = [prop.name for prop in spec.properties if not prop.name.startswith(HARMLESS)]
-    return any(len(part) > 0 for part in parts) or not all(is_own(prim, name) for name in names)
+    return any(len(part) > 0 for part in parts) or not all(is_binding(name) or is_own(prim, name) for name in names)

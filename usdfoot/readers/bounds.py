@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
 
-from usdfoot.bridge.scene import SkinBound
+from usdfoot.bridge.scene import SkinBound, Variants
+from usdfoot.bridge.variants import select_variants
 from usdfoot.errors import SkeletonError
 from usdfoot.maths.types import FloatArray
 from usdfoot.readers.joints import parent_indices
@@ -15,7 +16,9 @@ from usdfoot.readers.joints import parent_indices
 __all__ = ["read_bounds"]
 
 
-def read_bounds(asset: str, asset_prim: str, *, skeleton_path: str, joints: Sequence[str]) -> tuple[SkinBound, ...]:
+def read_bounds(
+    asset: str, asset_prim: str, *, variants: Variants = (), skeleton_path: str, joints: Sequence[str]
+) -> tuple[SkinBound, ...]:
     """What bounds an agent that references a character, one entry for each Skeleton with skin.
 
     The character is composed below a SkelRoot, as written agents are. Without any skin its own Skeleton counts alone.
@@ -23,6 +26,7 @@ def read_bounds(asset: str, asset_prim: str, *, skeleton_path: str, joints: Sequ
     Args:
         asset: Layer of the character.
         asset_prim: Its prim there.
+        variants: What is selected of it.
         skeleton_path: Of its Skeleton relative to the prim, "" if it is the prim.
         joints: Of the animation the agent will have.
 
@@ -33,6 +37,7 @@ def read_bounds(asset: str, asset_prim: str, *, skeleton_path: str, joints: Sequ
     root = UsdSkel.Root.Define(stage, "/Agent")
     UsdSkel.BindingAPI.Apply(root.GetPrim())
     root.GetPrim().GetReferences().AddReference(asset, asset_prim)
+    select_variants(stage.GetRootLayer().GetPrimAtPath("/Agent"), variants)
     _complete(root.GetPrim())
     cache = UsdSkel.Cache()
     cache.Populate(root, Usd.TraverseInstanceProxies())

@@ -14,7 +14,7 @@ from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.skeleton import Pose, Skeleton, forward_kinematics
-from usdfoot.readers.assets import asset_of, look_of
+from usdfoot.readers.assets import asset_of
 from usdfoot.readers.biped import read_biped
 from usdfoot.readers.bounds import read_bounds
 from usdfoot.readers.candidates import find_skeleton
@@ -51,7 +51,7 @@ def read_character(prim: Usd.Prim, units: StageUnits, frame_codes: FloatArray) -
     skeleton = skeleton_in(raw, skeleton_to_agent)
     meshes = [mesh for mesh in Usd.PrimRange(prim, Usd.TraverseInstanceProxies()) if mesh.IsA(UsdGeom.PointBased)]
     skin = read_skin(meshes, skeleton_prim, raw)
-    asset, asset_prim = asset_of(prim)
+    asset, asset_prim, variants = asset_of(prim)
     _warn_of_size(prim, skeleton.rest_translations, asset)
     biped = read_biped(skeleton_prim, raw, skeleton, skeleton_to_agent=skeleton_to_agent, skin=skin)
     bind_pose = _bind_pose(raw, skeleton_to_agent)
@@ -60,6 +60,7 @@ def read_character(prim: Usd.Prim, units: StageUnits, frame_codes: FloatArray) -
         path=str(prim.GetPath()),
         asset=asset,
         asset_prim=asset_prim,
+        variants=variants,
         skeleton_path=_relative(skeleton_prim, prim),
         agent_rotation=_snapped(units.frames_to_stage(tilt)),
         agent_scale=scale,
@@ -68,7 +69,9 @@ def read_character(prim: Usd.Prim, units: StageUnits, frame_codes: FloatArray) -
         biped=biped,
         rest_scales=raw.scales,
         inherited_scales=raw.inherited_scales,
-        bounds=read_bounds(asset, asset_prim, skeleton_path=_relative(skeleton_prim, prim), joints=raw.joints),
+        bounds=read_bounds(
+            asset, asset_prim, variants=variants, skeleton_path=_relative(skeleton_prim, prim), joints=raw.joints
+        ),
         still_extent=_still_extent(prim, units, tilt, scale),
         bind_pose=bind_pose,
         blend_shapes=_blend_shapes(skeleton_prim),
@@ -76,9 +79,9 @@ def read_character(prim: Usd.Prim, units: StageUnits, frame_codes: FloatArray) -
 
 
 def character_key(prim: Usd.Prim, units: StageUnits) -> tuple[object, ...]:
-    """What two prims have in common if they are the same character: asset, tilt and scale."""
+    """What two prims have in common if they are the same character: asset, variants, tilt and scale."""
     tilt, scale = _upright(prim, units)
-    return (look_of(prim), tuple(np.round(_snapped(tilt), 5)), float(f"{scale:.6g}"))
+    return (asset_of(prim), tuple(np.round(_snapped(tilt), 5)), float(f"{scale:.6g}"))
 
 
 def _upright(prim: Usd.Prim, units: StageUnits) -> tuple[FloatArray, float]:

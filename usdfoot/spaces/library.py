@@ -148,12 +148,15 @@ class StepWeights:
     """Landing the weights give, (x, z) in the heading at the step's end [m], shape (N, 2)."""
 
 
-def spaces_of(library: ClipLibrary, examples: Examples, *, polar: bool = True) -> FootstepSpaces:
+def spaces_of(
+    library: ClipLibrary, examples: Examples, *, polar: bool = True, frame: str = "support"
+) -> FootstepSpaces:
     """Spaces of the examples of a library, as its skeleton and legs are; as `build_spaces`."""
     return build_spaces(
         examples,
         pelvis=library.biped.pelvis,
         polar=polar,
+        frame=frame,
         leg_length=library.biped.maximal_leg_length,
         synthetic=np.array([clip.synthetic for clip in library.clips])[examples.clip_indices],
     )
@@ -165,6 +168,7 @@ def build_spaces(
     pelvis: int = 0,
     root_merge_distance: float = 0.1,
     polar: bool = True,
+    frame: str = "support",
     scales: FeatureScales | None = None,
     leg_length: float = HUMAN_LEG,
     synthetic: BoolArray | None = None,
@@ -176,13 +180,14 @@ def build_spaces(
         pelvis: Its joint.
         root_merge_distance: Root velocities at most this far apart [m/s] share one example.
         polar: Root velocities are weighted by polar gradient bands; else by Cartesian ones.
+        frame: Where landings are measured from: support = the support ball; root = the root ([B] 4.1).
         scales: Differences between steps that count the same when neighbours are chosen.
         leg_length: Of the character, straight [m].
         synthetic: Examples that were blended from the others; they never seem nearer to a wanted step than these are,
             shape (E,).
     """
     scales = scales or FeatureScales()
-    landings = left_landings(end_landings(examples), examples.swing_sides)
+    landings = left_landings(end_landings(examples, frame=frame), examples.swing_sides)
     features = example_features(examples).as_left(examples.swing_sides)
     coordinates = step_coordinates(landings, features, scales)
     velocities = left_landings(root_velocities(examples), examples.swing_sides)
@@ -225,7 +230,7 @@ def build_spaces(
 def _groups(examples: Examples, landings: FloatArray, leg_length: float) -> Iterator[tuple[str, bool, IntArray]]:
     """Styles, flights and the examples of each; what may be either gait is in both."""
     styles, ahead = np.array(examples.styles), landings[:, 1] > BACKWARD
-    runs = ahead & has_flight(examples.durations, examples.support_liftoffs, landings, leg_length=leg_length)
+    runs = ahead & has_flight(examples.durations, examples.support_liftoffs, examples.landings, leg_length=leg_length)
     walks = ~(ahead & has_flight(examples.durations, examples.support_liftoffs, np.zeros_like(landings)))
     for style in dict.fromkeys(examples.styles):
         for gait, members in ((False, walks), (True, runs)):

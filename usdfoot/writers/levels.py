@@ -10,12 +10,27 @@ from collections.abc import Iterator, Sequence
 from pxr import Sdf, Usd, Vt
 
 from usdfoot.bridge import tokens
+from usdfoot.bridge.scene import Variants
+from usdfoot.bridge.variants import select_variants
 from usdfoot.model.levels import DetailLevels
 from usdfoot.writers.layers import LayerFormat, apply_schemas, author, author_targets, define_prim, new_layer
 
-__all__ = ["level_layer", "level_set", "select_levels"]
+__all__ = ["LEVELS", "level_layer", "level_set", "place_in_levels", "select_levels"]
 
 ValueTypes = Sdf.ValueTypeNames
+
+LEVELS = ".levels.usda"
+"""How files with levels are named after the prim in them."""
+
+
+def place_in_levels(reference: tuple[str, str]) -> str:
+    """Where below a prim with this reference the character is that is shown first; "" = it is the prim.
+
+    Args:
+        reference: Asset and prim path.
+    """
+    asset, prim = reference
+    return "/Levels/Level0" if asset == f".{prim}{LEVELS}" else ""
 
 
 def level_set(prim: Usd.Prim, levels: DetailLevels) -> str | None:
@@ -42,6 +57,7 @@ def level_layer(
     levels: DetailLevels,
     *,
     selects: str | None,
+    besides: Variants = (),
     layer_format: LayerFormat,
 ) -> Sdf.Layer:
     """The asset: ``/<name>`` with the levels below ``Levels`` and what chooses between them beside that.
@@ -53,6 +69,7 @@ def level_layer(
         references: To the character, one a level.
         levels: Variants and distances.
         selects: Variant set to select the levels in; None = each reference is to another asset.
+        besides: What else is selected of the asset.
         layer_format: Stage metadata.
     """
     layer = new_layer(layer_format, text=True)
@@ -68,7 +85,7 @@ def level_layer(
             prim.referenceList.prependedItems = [reference]
             prim.kind = "subcomponent"
             if selects is not None:
-                prim.variantSelections[selects] = variant
+                select_variants(prim, tuple({**dict(besides), selects: variant}.items()))
             author(prim, "xformOpOrder", ValueTypes.TokenArray, value=Vt.TokenArray(), uniform=True)  # agents say where
             if number:
                 author(prim, "visibility", ValueTypes.Token, value="invisible")
