@@ -9,13 +9,13 @@ from usdfoot.errors import PlanError
 from usdfoot.importers.pedestrians import import_pedestrians
 from usdfoot.maths import planar
 from usdfoot.model.ground import Ground
+from usdfoot.model.terrain import no_terrain
 from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.planning.collisions import find_collisions
 from usdfoot.planning.foot_table import feet_of
 from usdfoot.planning.lint import lint_plans
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.trajectories import TrajectoryOptions, plan_trajectories
-from usdfoot.readers.terrain import no_terrain
 
 LEVEL = Ground(terrain_of([slab((-60.0, 60.0), (-60.0, 60.0), (0.0, 0.0))]))
 
