@@ -65,6 +65,17 @@ def test_who_stands_does_not_step_and_who_stops_stands_side_by_side():
     assert abs(apart[2]) < 0.03 and abs(apart[0]) == pytest.approx(Proportions().step_width, rel=0.2)
 
 
+def test_plans_do_not_depend_on_how_many_curves_are_made_at_once(monkeypatch):
+    paths = [line((index, 0.0, 0.4 * index), (0.3 - 0.1 * index, 0.0, 1.0), name=f"/Line{index}") for index in range(5)]
+    whole = plan_trajectories(paths, LEVEL)
+    monkeypatch.setattr("usdfoot.planning.root_curves.BATCH", 1)
+    monkeypatch.setattr("usdfoot.planning.root_curves.KEPT", 1)
+    for plan, other in zip(plan_trajectories(paths, LEVEL), whole, strict=True):
+        assert plan.name == other.name and plan.sides.tolist() == other.sides.tolist()
+        assert_allclose(plan.positions, other.positions, atol=1e-9)
+        assert_allclose(plan.strike_times, other.strike_times, atol=1e-9)
+
+
 def test_levels_are_followed():
     over = line((0.0, 0.0, -2.0), (0.0, 0.0, 1.2), duration=13.0, name="/Over")
     under = line((-6.0, 0.0, 6.0), (1.2, 0.0, 0.0), duration=10.0, name="/Under")
@@ -121,7 +132,7 @@ def test_someone_who_goes_on_for_millions_of_seconds_is_named_before_any_memory_
         RootTrajectory(name=name, times=np.array([0.0, end]), positions=places)
         for name, end in (("a", 9.0), ("b", 5e6))
     ]
-    with pytest.raises(PlanError, match=r"^b: goes on from 0 to 5e\+06 s.*2 at once may each take 333333 s"):
+    with pytest.raises(PlanError, match=r"^b: goes on from 0 to 5e\+06 s.*each may take 666667 s"):
         plan_trajectories(people, Ground(no_terrain(), fallback_height=0.0))
 
 

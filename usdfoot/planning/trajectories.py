@@ -15,14 +15,14 @@ from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.planning.cadences import step_rates
 from usdfoot.planning.edges import keep_off_edges
-from usdfoot.planning.elbow_room import keep_apart
+from usdfoot.planning.elbow_room import make_room
 from usdfoot.planning.feet_apart import set_feet_apart, uncross
-from usdfoot.planning.foot_table import FootTable
+from usdfoot.planning.foot_table import FootTable, joined_tables
 from usdfoot.planning.footholds import foot_places
 from usdfoot.planning.gait import TOE_OUT, longest_time, natural_lengths, overlap_shares
 from usdfoot.planning.prints import lay_prints
 from usdfoot.planning.proportions import Proportions
-from usdfoot.planning.root_curves import SPACING, RootCurves, build_root_curves
+from usdfoot.planning.root_curves import SPACING, CurveBatches, RootCurves
 
 __all__ = ["NARROW", "TrajectoryOptions", "lay_plans", "plan_trajectories", "step_along_curves"]
 
@@ -79,11 +79,14 @@ def plan_trajectories(
     if not trajectories:
         return []
     options, body = options or TrajectoryOptions(), proportions or Proportions()
-    curves = build_root_curves(trajectories, smoothing_time=options.smoothing_time)
+    curves = CurveBatches(trajectories, smoothing_time=options.smoothing_time)
     several = options.apart and len(trajectories) > 1
-    if several:
-        curves = keep_apart(curves, distance=options.elbow_room)
-    feet = step_along_curves(curves, body)
+    room = make_room(curves, distance=options.elbow_room) if several else None
+    parts = []
+    for agents, own in curves.of(np.arange(len(trajectories))):
+        table = step_along_curves(own if room is None else room.moved(own, agents), body)
+        parts.append(replace(table, owners=agents[table.owners]))
+    feet = joined_tables(parts)
     narrowest, widest = (np.full(len(feet.owners), size) for size in (NARROW * body.step_width, body.widest_step))
     feet = uncross(feet, narrowest=narrowest, widest=widest)
     if several:
