@@ -25,9 +25,10 @@ from tests.scenes import (
 from usdfoot.bridge.tokens import Agent as Token
 from usdfoot.bridge.tokens import Plan
 from usdfoot.errors import SceneError
+from usdfoot.model.sampling import SamplingOptions
 from usdfoot.model.skeleton import forward_kinematics
 from usdfoot.model.tuning import BodyTuning
-from usdfoot.readers.scene import read_scene
+from usdfoot.readers.scene import SceneReader, read_scene
 
 TIMES = np.arange(0.0, 1.0, 1.0 / 30.0)
 EVERY_UNITS = [
@@ -74,6 +75,28 @@ def test_frames_in_which_nobody_walks_are_named():
         (message,) = messages(read_scene(stage, frames=frames), "warning")
         assert f"nobody walks in {frames[0]}:{frames[1]}" in message
         assert f"lie in {begin}:" in message
+
+
+@pytest.mark.parametrize(
+    ("rate", "every", "said"),
+    [
+        (
+            4800.0,
+            1,
+            "has 4800 time codes a second, each agent has a sample at each of them. take fewer with --every 160",
+        ),
+        (5.0, 1, "has 5 time codes a second, feet drift between samples that far apart. author 24 or more"),
+        (4800.0, 40, ""),
+        (240.0, 1, ""),
+        (12.0, 1, ""),
+    ],
+)
+def test_rates_out_of_the_ordinary_are_said(rate, every, said):
+    stage = simple_scene(units=Units(1.0, "Y", rate))
+    stage.SetFramesPerSecond(1e6)  # which counts for nothing
+    read = SceneReader(stage, sampling=SamplingOptions(every=every)).read()
+    found = messages(read, "warning")
+    assert [said in message for message in found] == ([True] if said else [])
 
 
 def test_tuning_is_read_in_the_scenes_units_and_what_is_given_goes_over_it():

@@ -29,7 +29,7 @@ from usdfoot.readers.agents import AgentSource
 from usdfoot.readers.casting import Casting
 from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.far_agents import SamplingReader
-from usdfoot.readers.frames import find_frames, frames_problems, spans_of
+from usdfoot.readers.frames import find_frames, frames_problems, rate_problems, spans_of
 from usdfoot.readers.listing import ListedScene, list_scene
 from usdfoot.readers.overrides import read_overrides
 from usdfoot.readers.stage import StagePrims
@@ -132,7 +132,7 @@ class SceneReader:
         )
         spans = spans_of(self._walks.read_all(self._chosen) if foreseen else (), self.info)
         codes = find_frames(spans, self.info, frames, most=limits.frames)
-        self._frame_problems = frames_problems(spans, codes)
+        self._frame_problems = [*rate_problems(self.info, sampling.every), *frames_problems(spans, codes)]
         self._set_frames(codes)
 
     def _set_frames(self, codes: FloatArray) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import re
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from itertools import islice
@@ -51,6 +52,8 @@ _KINDS = {
 }
 _GEOMETRY = (_MESHES, _SHAPES)
 _OURS = "Usdfoot"
+_SESSION = re.compile(r",@anon:0x[0-9a-f]+:[^@]*@")
+"""A stage's session layer beside its root, as USD names it in errors: by where it is in memory, each time elsewhere."""
 _EARLIEST = Usd.TimeCode.EarliestTime()
 
 
@@ -133,7 +136,8 @@ def has_marked(stage: Usd.Stage, *, more_than: int) -> bool:
 def composition_problems(stage: Usd.Stage) -> tuple[Problem, ...]:
     """A warning for each file or prim that the stage refers to and USD does not find, and for each broken arc."""
     where = stage.GetRootLayer().identifier
-    texts = dict.fromkeys(" ".join(str(error).split()).rstrip(".") for error in stage.GetCompositionErrors())
+    said = (_SESSION.sub("", str(error)) for error in stage.GetCompositionErrors())
+    texts = dict.fromkeys(" ".join(text.split()).rstrip(".") for text in said)
     remedy = "what it would bring is missing here; correct or remove the arc"
     return tuple(Problem(severity="warning", where=where, message=f"{where}: {text}. {remedy}") for text in texts)
 

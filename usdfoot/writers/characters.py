@@ -154,7 +154,8 @@ def _moved(path: str, copied: CharacterCopy, folder: Path, collect: bool) -> str
     path, packaged = Ar.SplitPackageRelativePathOuter(path)  # a package comes along whole
     home = copied.name.removesuffix(".usdc")
     digest = hashlib.sha256(os.path.dirname(path).encode()).hexdigest()[:8]
-    tiles = glob.glob(glob.escape(path).replace("<UDIM>", "[0-9][0-9][0-9][0-9]"))
+    found = glob.glob(glob.escape(path).replace("<UDIM>", "[0-9][0-9][0-9][0-9]"))
+    tiles = [tile for tile in found if os.path.isfile(tile)]  # a device would never end
     for tile in tiles:
         copied.files[f"{home}/{digest}/{os.path.basename(tile)}"] = Path(tile)
     moved = f"./{os.path.basename(home)}/{digest}/{os.path.basename(path)}" if tiles else path
