@@ -270,6 +270,15 @@ def test_missing_roles_are_named_with_the_way_to_author_them():
     assert 'uniform token usdfoot:biped:left:ball = "<joint>"' in str(caught.value)
 
 
+def test_of_one_leg_the_other_is_missing():
+    skeleton = rig(["Hips"], ["LeftUpLeg", "LeftLeg", "LeftFoot", "LeftToeBase"])
+    kept = ["Right" not in joint for joint in skeleton.joints]
+    joints = [joint for joint, is_kept in zip(skeleton.joints, kept, strict=True) if is_kept]
+    with pytest.raises(BipedError) as caught:
+        find_biped(make_skeleton(joints, skeleton.rest_translations[kept]), {})
+    assert caught.value.names == ("right hip", "right knee", "right ankle", "right ball")
+
+
 def test_joints_that_are_not_connected_are_said():
     names = ["Hips", "LeftUpLeg", "LeftLeg", "LeftFoot", "LeftToeBase", "RightUpLeg", "RightLeg", "RightFoot"]
     with pytest.raises(BipedError, match=r"none of its joints is below another. author joints as paths .* Hips/Left"):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose
 
 from usdfoot.analysis.feet import heels_ahead
 from usdfoot.analysis.figures import (
@@ -55,6 +56,31 @@ def test_largest_distances_and_smallest_values_agree_with_loops(seed, count):
             assert smallest[i] == own[:, 0].min()
         else:
             assert np.isnan(smallest[i])
+
+
+@pytest.mark.parametrize("cloud", ["noise", "rounded", "two places", "one place", "circle"])
+def test_largest_distances_of_long_ranges_are_those_of_all_pairs(cloud):
+    count, generator = 700, np.random.default_rng(3)
+    angles = generator.uniform(0.0, 2.0 * np.pi, count)
+    points = {
+        "noise": 1e-6 * generator.normal(size=(count, 3)),
+        "rounded": np.round(generator.normal(size=(count, 3))) * 1e-6 + [3.1, 0.0, -2.0],
+        "two places": np.array([[0.0, 1.0, 2.0], [0.0, 1.0, 2.001]])[generator.integers(0, 2, count)],
+        "one place": np.ones((count, 3)),
+        "circle": 1e-4 * np.stack([np.cos(angles), np.zeros(count), np.sin(angles)], axis=1),
+    }[cloud]
+    ranges = FrameRanges(first=np.array([0, 5, 100]), counts=np.array([600, 10, 600]))
+    gaps = np.linalg.norm(points[:, None] - points, axis=2)
+    expected = [gaps[:600, :600].max(), gaps[5:15, 5:15].max(), gaps[100:, 100:].max()]
+    assert_allclose(largest_distances(points, ranges), expected, atol=1e-15)
+
+
+def test_who_stands_for_minutes_is_measured_without_comparing_every_pair(monkeypatch):
+    points = 1e-6 * np.random.default_rng(4).normal(size=(100_000, 3))
+    monkeypatch.setattr("usdfoot.analysis.figures.BLOCK", 10**12)  # all pairs would not fit into memory
+    (largest,) = largest_distances(points, FrameRanges(first=np.array([0]), counts=np.array([len(points)])))
+    ends = points[np.argsort(np.linalg.norm(points, axis=1))[-500:]]
+    assert largest == pytest.approx(np.linalg.norm(ends[:, None] - ends, axis=2).max(), abs=1e-15)
 
 
 def test_contact_figures_of_a_known_drift():

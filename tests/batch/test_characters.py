@@ -79,3 +79,19 @@ def test_a_collected_character_out_of_a_package_brings_its_textures(stages, tmp_
     crowd = Usd.Stage.Open(str(folder / "crowd.usd"))
     found = crowd.GetAttributeAtPath("/Crowd/Agents/Agent_1/Skin.inputs:file").Get()
     assert found.resolvedPath.startswith(f"{folder}/characters/") and found.resolvedPath.endswith("[skin.png]")
+
+
+def test_devices_and_folders_are_no_textures_to_collect(stages, tmp_path):
+    """They would be copied for ever."""
+    scene = write_crowd_scene(stages, tmp_path / "scene")
+    stage = Usd.Stage.Open(str(scene))
+    cast = stage.DefinePrim("/World/Cast")
+    cast.GetReferences().AddReference(str(stages / "human.usdc"))
+    for number, path in enumerate(("/dev/zero", str(tmp_path))):
+        cast.CreateAttribute(f"inputs:file{number}", Sdf.ValueTypeNames.Asset).Set(path)
+    for number in range(AGENTS):
+        agent = stage.GetPrimAtPath(f"/World/Crowd/Agent_{number}")
+        agent.GetRelationship("usdfoot:agent:character").SetTargets(["/World/Cast"])
+    stage.Save()
+    animate(scene, tmp_path / "out", collect=True)
+    assert [path.name for path in (tmp_path / "out" / "characters").rglob("*") if path.is_file()] == ["Cast.usdc"]

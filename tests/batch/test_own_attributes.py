@@ -261,12 +261,13 @@ def point_at_a_file(prim):
     prim.CreateAttribute("userProperties:file", TYPES.Asset).Set("./a.txt")
 
 
-def bind_a_material(prim):
-    prim.CreateRelationship("material:binding").SetTargets([prim.GetPath().AppendChild("Looks")])
+def bind_a_collection(prim):
+    targets = [prim.GetPath().AppendProperty("collection:hair"), "/World/Looks/Red"]
+    prim.CreateRelationship("material:binding:collection:hair").SetTargets(targets)
 
 
 @pytest.mark.parametrize(
-    "change", [move_a_joint, bind_a_skin, color_by_vertex, hide_as_guide, take_away, point_at_a_file, bind_a_material]
+    "change", [move_a_joint, bind_a_skin, color_by_vertex, hide_as_guide, take_away, point_at_a_file, bind_a_collection]
 )
 def test_what_changes_the_character_makes_another(stages, tmp_path, change):
     def describe(agent, number):

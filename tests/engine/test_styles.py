@@ -80,6 +80,8 @@ def test_a_style_no_clip_has_is_refused_with_those_there_are(styled):
         PlanError, match=r"no clip has: 'drunk' of footstep 2\. the styles of its clips are default, pr"
     ):
         run(styled, plan)
+    with pytest.raises(PlanError, match=r"no clip has: 'drunk' of footstep 0 and 5 more\. the styles"):
+        run(styled, replace(way(6), styles=("drunk",) * 6))
 
 
 def test_there_is_one_style_a_footstep():

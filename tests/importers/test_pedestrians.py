@@ -163,6 +163,16 @@ def test_what_cannot_be_read_is_named(tmp_path, content, options, message):
         import_pedestrians(tmp_path / "latin.txt", unit="m", rate=25.0)
 
 
+def test_lines_that_say_the_same_again_are_left_out_with_a_warning(tmp_path):
+    lines = ["0 1 0 0", "0 2 5 5", "10 1 1 0", "10 2 5 6", "10 1 1 0", "20 1 2 0", "20 2 5 7", "10 1 1 0"]
+    (tmp_path / "t.txt").write_text("\n".join(lines))
+    found, (problem,) = import_pedestrians(tmp_path / "t.txt", unit="m", rate=10.0, layout="eth")
+    assert problem.severity == "warning"
+    assert "2 line(s) say again where somebody is, first line 5. they are left out" in problem.message
+    assert_allclose([trajectory.times for trajectory in found], [(0.0, 1.0, 2.0)] * 2)
+    assert_allclose(found[0].positions[:, 0], [0.0, 1.0, 2.0])
+
+
 def test_columns_that_could_be_either_are_the_usual_ones_with_a_warning(tmp_path, caplog):
     (tmp_path / "t.txt").write_text("1 1 0 0\n2 1 1 0\n3 1 2 0\n1 2 1 0\n2 2 2 0\n3 2 3 0\n")
     found, _ = import_pedestrians(tmp_path / "t.txt", unit="m", rate=1.0)

@@ -152,6 +152,17 @@ def test_plans_that_physics_cannot_make_are_told_per_step():
     assert motions[0].results.forces.force_imbalance.max() > 5.0
 
 
+@pytest.mark.parametrize("motion", ["physics", "hybrid"])
+def test_footsteps_out_of_reach_are_told_of_and_none_is_ok_whose_ball_slides(motion):
+    scene = crowd(library_of(WALKS), [way(8, length=2.3)])
+    (found,), problems = animate_all(replace(scene, agents=(replace(scene.agents[0], motion=motion),)))
+    statuses = np.array(found.results.status)
+    (problem,) = [each for each in problems if "out of reach" in each.message]
+    assert problem.severity == "warning"
+    assert f"{np.sum(statuses == 'unreachable')} footstep(s) are out of reach, first footstep" in problem.message
+    assert (found.results.slide[statuses == "ok"] < 3e-3).all()
+
+
 def test_a_biped_with_impossible_legs_becomes_a_problem():
     source = library_of(WALKS)
     biped = replace(source.biped, nominal_leg_length=2.0)

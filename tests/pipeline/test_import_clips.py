@@ -211,6 +211,10 @@ def test_the_command_line_skips_bad_files_and_never_replaces_its_input(tmp_path,
     assert main(["import", str(good), *arguments, "--scene", "shot.usda"]) == 2
     assert "--scene: is for plans and terrain" in capsys.readouterr().err
     assert main(["import", str(good), "--unit", "cm", "-o", str(good)]) == 2
+    assert main(["import", str(tmp_path), *arguments]) == 2
+    assert f"{tmp_path}: is a folder. name the files in it" in capsys.readouterr().err
+    assert main(["import", str(tmp_path / "walk.fbx"), *arguments]) == 2
+    assert "walk.fbx: .fbx is unknown. .bvh, .asf with its .amc, .gltf, .glb; .csv" in capsys.readouterr().err
     with pytest.raises(OutputError, match="would replace what it is made from"):
         (tmp_path / "scene.usda").write_text(good.read_text())
         (tmp_path / "link.bvh").symlink_to(tmp_path / "scene.usda")

@@ -104,7 +104,7 @@ def test_the_written_body_falls_freely_too(stages, written):
     begin, end = Body(stages, "dinosaur_leaps").flights()[0]
     frames = agent.frame_codes[(agent.frame_codes > 30.0 * begin + 2.0) & (agent.frame_codes < 30.0 * end - 2.0)]
     tracks = read_joint_tracks(agent, crowd.units, frames)
-    turns = quaternion.compose(tracks.turns[:, agent.biped.pelvis], quaternion.inverse(com.biped.pelvis_rotation))
+    turns = quaternion.compose(tracks.turns([agent.biped.pelvis])[:, 0], quaternion.inverse(com.biped.pelvis_rotation))
     places = tracks.positions[:, agent.biped.pelvis] - quaternion.rotate(turns, com.biped.pelvis)
     fall = 2.0 * np.polyfit(frames / 30.0, places[:, 1], 2)[0]
     assert fall == pytest.approx(-9.81, rel=0.01)

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, UsdUtils
 
 from tests.few_clips import copy_stages
-from tests.scenes import Units, add_agent, add_character, new_stage
+from tests.scenes import Units, add_agent, add_character, new_stage, simple_scene
 from usdfoot.bridge.tokens import Agent, Schema
 from usdfoot.bridge.tokens import Path as PathToken
 from usdfoot.cli.main import main
@@ -143,6 +143,42 @@ def test_start_time_is_the_stages_unless_the_path_has_one(tmp_path):
     stage.GetRootLayer().Save()
     plan = plan_scene_paths(scene, tmp_path / "plans.usda").plans["Walker"]
     assert plan.strike_times[0] == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize("agent", [True, False])
+@pytest.mark.parametrize("moves", ["points", "transform"])
+def test_a_curve_that_is_animated_is_walked_as_it_is_at_the_start_with_a_warning(tmp_path, agent, moves):
+    scene = scene_with_path(tmp_path / "scene.usda", agent=agent)
+    stage = Usd.Stage.Open(str(scene))
+    curve = UsdGeom.BasisCurves(stage.GetPrimAtPath("/World/Way"))
+    for code in (0.0, 100.0):
+        if moves == "points":
+            curve.GetPointsAttr().Set([Gf.Vec3f(*point) for point in (CURVE + (code, 0.0, 0.0)).tolist()], code)
+        else:
+            curve.MakeMatrixXform().Set(Gf.Matrix4d().SetTranslate(Gf.Vec3d(code, 0.0, 0.0)), code)
+    stage.GetRootLayer().Save()
+    report = plan_scene_paths(scene, tmp_path / "plans.usda")
+    (problem,) = report.problems
+    name = "Walker" if agent else "Way"
+    assert problem.message.startswith(f"{name}: /World/Way is animated, it is walked as it is at the stage's start")
+    assert np.abs(report.plans[name].positions[:, 0]).max() < 5.0
+
+
+def test_a_style_that_no_clip_has_is_named_when_the_path_is_planned(stages, tmp_path):
+    copy = copy_stages(stages, tmp_path, kept=("walk_100", "walk_130", "stand"))
+    scene = tmp_path / "scene.usda"
+    stage = new_stage(scene, Units(rate=30.0))
+    for name, asset in (("Motion", "clips.usdc"), ("Person", "human.usdc")):
+        stage.DefinePrim(f"/World/{name}").GetReferences().AddReference(str(copy / asset))
+    style = add_curve(stage, "/World/Way", Units()).CreateAttribute(PathToken.STYLE, Sdf.ValueTypeNames.Token, False)
+    add_agent(stage, "/World/Sneak", path="/World/Way", character="/World/Person", clips="/World/Motion/Clips")
+    said = []
+    for value in ("sneaky", "default"):
+        style.Set(value)
+        stage.GetRootLayer().Save()
+        said.append([problem.message for problem in plan_scene_paths(scene, tmp_path / "plans.usda").problems])
+    what = "/World/Way: its style is 'sneaky', which no clip of Sneak has. the styles of these are default"
+    assert said == [[what], []]
 
 
 def test_a_run_that_is_planned_first_steps_and_flies_like_the_clips_as_one_that_is_animated_at_once(stages, tmp_path):
@@ -339,6 +375,13 @@ def test_files_of_tracks_through_the_command_line(tmp_path, capsys):
     assert names == ["person_1", "person_2"]
     plan, _ = read_plan(stage.GetPrimAtPath("/Plans/person_2"), read_stage_info(stage).units)
     assert plan.positions[-1, 2] < -6.0  # north is -z
+
+
+def test_where_no_clip_has_a_usable_step_plans_are_checked_without(tmp_path, capsys):
+    scene = tmp_path / "scene.usda"
+    simple_scene(scene, seconds=0.3).Save()
+    assert main(["plan", "lint", str(scene)]) in (0, 1)
+    assert "has no clip with a usable step to check against: " in capsys.readouterr().err
 
 
 def test_lint_says_what_is_wrong_and_fixes_what_it_can(tmp_path, capsys):

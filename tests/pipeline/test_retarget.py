@@ -10,6 +10,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from tests.references import canonical_points, usdskel_positions
 from tests.scenes import JOINTS, OFFSETS, Units, add_character, add_clip, new_stage, walk_pose
+from usdfoot.analysis.examples import build_examples
 from usdfoot.bridge import tokens
 from usdfoot.cli.main import main
 from usdfoot.errors import BipedError, OutputError, SceneError
@@ -148,6 +149,14 @@ def test_crowds_are_animated_from_it(report, tmp_path):
     figures = {figure.name: figure for figure in validate(animated.crowd_file).total.figures}
     for name in ("placement worst", "slide", "yaw error", "timing faults", "lowest sole"):
         assert figures[name].passed, figures[name]
+
+
+def test_who_only_stands_still_does_on_the_other_rig(report):
+    (library,) = read_libraries(report.file).libraries
+    stand = next(clip for clip in library.clips if clip.name.endswith("/stand"))
+    assert all(times is None for events in stand.events for times in vars(events).values())
+    _, problems = build_examples(library)
+    assert not [problem for problem in problems if problem.where == stand.name]
 
 
 def test_the_command_line(few_clips, hero, tmp_path, capsys):

@@ -272,7 +272,7 @@ def test_one_walk_stops_and_stands_as_well_as_it_can():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"smoothing_time": -1.0}, "smoothing_time: is -1.0. must be 0 s or more"),
+        ({"smoothing_time": -1.0}, "smoothing_time: is -1 s. must be 0 to 3600 s"),
         ({"leave_distance": 0.0}, "leave_distance: is 0.0. must be above 0"),
         ({"hurry": 0.5}, "hurry: is 0.5. must be 1 or more"),
     ],

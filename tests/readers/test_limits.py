@@ -9,11 +9,30 @@ import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
 from tests.scenes import simple_scene
+from usdfoot.bridge.tokens import File
+from usdfoot.bridge.units import StageUnits
 from usdfoot.cli.main import main
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.model.limits import Limits
+from usdfoot.readers.overrides import read_overrides
 from usdfoot.readers.samples import regular_codes
 from usdfoot.readers.scene import SceneReader
+
+ARTISTS_PLAN = """#usda 1.0
+def "Crowd"
+{
+def "Plans"
+{
+    def PointInstancer "Hero" (prepend apiSchemas = ["UsdfootPlanAPI"])
+    {
+        int[] protoIndices = [0, 1, 0]
+        point3f[] positions = [(0.1, 0, 0), (-0.1, 0, 0.6), (0.1, 0, 1.2)]
+        uniform timecode[] usdfoot:plan:strikeTimes = [0, 12, 24]
+        uniform timecode[] usdfoot:plan:liftoffTimes = [16, 28, 40]
+    }
+}
+}
+"""
 
 
 def test_limits_name_what_there_is_too_much_of():
@@ -113,6 +132,43 @@ def test_the_command_line_sets_limits(tmp_path, capsys):
     assert main(["animate", str(scene), "-o", str(tmp_path / "out"), "-q", "--max-joints", "3"]) == 2
     assert "joints, more than 3" in capsys.readouterr().err
     assert isinstance(Usd.Stage.Open(str(scene)), Usd.Stage) and not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("way", "flag"),
+    [
+        *(("lint", flag) for flag in ("--max-footsteps", "--max-joints", "--max-prims", "--max-triangles")),
+        *(("timing", flag) for flag in ("--max-footsteps", "--max-joints", "--max-prims")),
+    ],
+)
+def test_lint_and_timing_have_the_same_limits(way, flag, tmp_path, capsys):
+    scene, output = tmp_path / "scene.usda", tmp_path / "timed.usda"
+    simple_scene().Export(str(scene))
+    arguments = ["plan", way, str(scene), *(["-o", str(output)] if way == "timing" else [])]
+    assert main([*arguments, flag, "1"]) == 2
+    assert f"{flag.removeprefix('--max-')}, more than 1. raise the limit with {flag}" in capsys.readouterr().err
+    assert not output.exists()
+    assert main([*arguments, flag, "1000000"]) in (0, 1)
+
+
+def test_who_checks_a_plan_says_how_many_footsteps_it_may_have(tmp_path, capsys):
+    scene = tmp_path / "scene.usda"
+    stage = simple_scene()
+    plan = next(prim for prim in stage.Traverse() if prim.IsA(UsdGeom.PointInstancer))
+    count = len(plan.GetAttribute("protoIndices").Get())
+    stage.Export(str(scene))
+    assert main(["plan", "lint", str(scene), "--max-footsteps", str(count - 1)]) == 2
+    assert f"has {count} footsteps, more than {count - 1}" in capsys.readouterr().err
+    assert main(["plan", "lint", str(scene), "--max-footsteps", str(count)]) in (0, 1)
+
+
+def test_plans_that_artists_made_have_the_limits_of_the_run(tmp_path):
+    (tmp_path / File.OVERRIDES).write_text(ARTISTS_PLAN)
+    units = StageUnits(meters_per_unit=1.0, up_axis="Y", time_codes_per_second=24.0)
+    with pytest.raises(SceneError, match=r"has 3 footsteps, more than 2\. raise the limit with --max-footsteps"):
+        read_overrides(tmp_path, units, most_footsteps=2).plan("Hero", lambda name: None)
+    changed = read_overrides(tmp_path, units, most_footsteps=3).plan("Hero", lambda name: None)
+    assert changed is not None and len(changed.plan) == 3
 
 
 def test_a_scene_has_nothing_fetched_from_the_network(tmp_path):

@@ -8,7 +8,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 from tests.scenes import Units, add_plan, new_stage, straight_steps
 from usdfoot.batch.hashing import content_hash
 from usdfoot.bridge.tokens import Plan as Token
-from usdfoot.errors import PlanError
+from usdfoot.errors import PlanError, SceneError
 from usdfoot.readers.plan_prints import path_orientations
 from usdfoot.readers.plan_sources import ask_plan
 from usdfoot.readers.plans import is_plan, plans_of, read_plan
@@ -48,6 +48,36 @@ def test_styles_are_read_as_authored():
     attribute = instancer.GetPrim().CreateAttribute(Token.STYLES, Sdf.ValueTypeNames.TokenArray, False)
     attribute.Set(styles)
     assert read(stage)[0].styles == styles
+
+
+def test_what_a_plan_says_may_be_primvars_as_houdini_writes_them(caplog):
+    stage = new_stage()
+    prim = add_plan(stage, "/World/Plan", Units(), yaws=YAWS).GetPrim()
+    expected, _ = read(stage)
+    prim.SetMetadata("apiSchemas", Sdf.TokenListOp())
+    for name in (Token.STRIKE_TIMES, Token.LIFTOFF_TIMES):
+        codes = np.array([code.GetValue() for code in prim.GetAttribute(name).Get()], dtype=np.float32)
+        prim.RemoveProperty(name)
+        distinct, indices = np.unique(codes, return_inverse=True)
+        primvar = UsdGeom.PrimvarsAPI(prim).CreatePrimvar(name, Sdf.ValueTypeNames.FloatArray, UsdGeom.Tokens.vertex)
+        primvar.Set(Vt.FloatArray.FromNumpy(distinct))
+        primvar.SetIndices(Vt.IntArray.FromNumpy(indices.astype(np.int32)))
+    styles = UsdGeom.PrimvarsAPI(prim).CreatePrimvar(Token.STYLES, Sdf.ValueTypeNames.StringArray, "vertex")
+    styles.Set(["", "sad", "", "", "", ""])
+    assert is_plan(prim)
+    with caplog.at_level("INFO"):
+        plan, problems = read(stage)
+    assert problems == ()
+    assert f"/World/Plan: {Token.STRIKE_TIMES} is read from the primvar of this name" in caplog.text
+    assert plan.styles == ("", "sad", "", "", "", "")
+    for ours, theirs in ((plan.strike_times, expected.strike_times), (plan.liftoff_times, expected.liftoff_times)):
+        assert_allclose(ours, theirs, atol=1e-6)
+    primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar(Token.STRIKE_TIMES)
+    prim.RemoveProperty(primvar.GetName())
+    wrong = UsdGeom.PrimvarsAPI(prim).CreatePrimvar(Token.STRIKE_TIMES, Sdf.ValueTypeNames.StringArray, "vertex")
+    wrong.Set(["a"] * 6)
+    with pytest.raises(SceneError, match="primvars:usdfoot:plan:strikeTimes is of type string\\[\\]"):
+        read(stage)
 
 
 def test_an_empty_array_of_root_weights_says_as_little_as_none():

@@ -25,9 +25,10 @@ from tests.scenes import (
 from usdfoot.bridge.tokens import Agent as Token
 from usdfoot.bridge.tokens import Plan
 from usdfoot.errors import SceneError
+from usdfoot.model.sampling import SamplingOptions
 from usdfoot.model.skeleton import forward_kinematics
 from usdfoot.model.tuning import BodyTuning
-from usdfoot.readers.scene import read_scene
+from usdfoot.readers.scene import SceneReader, read_scene
 
 TIMES = np.arange(0.0, 1.0, 1.0 / 30.0)
 EVERY_UNITS = [
@@ -74,6 +75,28 @@ def test_frames_in_which_nobody_walks_are_named():
         (message,) = messages(read_scene(stage, frames=frames), "warning")
         assert f"nobody walks in {frames[0]}:{frames[1]}" in message
         assert f"lie in {begin}:" in message
+
+
+@pytest.mark.parametrize(
+    ("rate", "every", "said"),
+    [
+        (
+            4800.0,
+            1,
+            "has 4800 time codes a second, each agent has a sample at each of them. take fewer with --every 160",
+        ),
+        (5.0, 1, "has 5 time codes a second, feet drift between samples that far apart. author 24 or more"),
+        (4800.0, 40, ""),
+        (240.0, 1, ""),
+        (12.0, 1, ""),
+    ],
+)
+def test_rates_out_of_the_ordinary_are_said(rate, every, said):
+    stage = simple_scene(units=Units(1.0, "Y", rate))
+    stage.SetFramesPerSecond(1e6)  # which counts for nothing
+    read = SceneReader(stage, sampling=SamplingOptions(every=every)).read()
+    found = messages(read, "warning")
+    assert [said in message for message in found] == ([True] if said else [])
 
 
 def test_tuning_is_read_in_the_scenes_units_and_what_is_given_goes_over_it():
@@ -203,6 +226,22 @@ def test_the_only_agent_takes_the_only_plan():
     stage = simple_scene()
     stage.GetPrimAtPath("/World/Hero").RemoveProperty(Token.PLAN)
     assert read_scene(stage).crowd.agents[0].plan.name == "/World/Plans/Walk"
+
+
+def test_clips_may_be_a_collection():
+    stage = simple_scene()
+    for name in ("limp", "other"):
+        add_clip(stage, f"/World/Clips/{name}", Units(), TIMES, *walk_pose(TIMES))
+    collection = Usd.CollectionAPI.Apply(stage.GetPrimAtPath("/World"), "walks")
+    collection.CreateIncludesRel().SetTargets(["/World/Clips"])
+    collection.CreateExcludesRel().SetTargets(["/World/Clips/limp"])
+    relationship = stage.GetPrimAtPath("/World/Hero").GetRelationship(Token.CLIPS)
+    relationship.SetTargets([collection.GetCollectionPath()])
+    (library,) = read_scene(stage).crowd.libraries
+    assert [clip.name for clip in library.clips] == ["/World/Clips/other", "/World/Clips/walk"]
+    relationship.SetTargets([Usd.CollectionAPI.GetNamedCollectionPath(stage.GetPrimAtPath("/World"), "runs")])
+    with pytest.raises(SceneError, match=r"points at what does not exist: /World\.collection:runs"):
+        read_scene(stage)
 
 
 def test_physics_needs_no_clips():

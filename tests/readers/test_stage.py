@@ -94,6 +94,7 @@ def test_what_the_stage_refers_to_in_vain_is_said(tmp_path):
     assert any("gone.usda" in message and "</World/Hero>" in message for message in messages)
     assert any("Cycle" in message and "</World/Loop>" in message for message in messages)
     assert all(message.startswith(stage.GetRootLayer().identifier) for message in messages)
+    assert not any("anon:" in message for message in messages), "same input, same words"
 
 
 def test_prims_are_collected_by_kind():

@@ -211,6 +211,18 @@ def test_instances_are_the_terrain_that_copies_are(tmp_path, is_instance):
     assert [problem.where for problem in problems] == ["/World/D/Part/Stone"]
 
 
+def test_faces_whose_points_are_not_finite_are_left_out_with_a_warning():
+    stage = new_stage()
+    points = [(x, 0.0, z) for x in (0.0, 1.0, 2.0) for z in (0.0, 1.0)] + [(np.nan, 0.0, 0.0)]
+    points[4] = (np.inf, 0.0, 0.0)
+    add_mesh(stage, "/World/Ground", points, [(0, 1, 3, 2), (2, 3, 5, 4)], Units(), terrain=True)
+    terrain, (problem,) = read(stage)
+    assert problem.severity == "warning"
+    assert problem.message.startswith("/World/Ground: 1 of its faces have points that are not finite and are left out")
+    assert np.isfinite(terrain.points).all() and terrain.points[:, 0].max() == 2.0
+    assert len(terrain.triangles) == 2 and terrain.points[terrain.triangles, 0].max() == 1.0
+
+
 @pytest.mark.parametrize(
     ("points", "faces", "message"),
     [

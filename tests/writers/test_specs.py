@@ -78,7 +78,7 @@ def spec_for(number: int, mesh: Spec) -> Spec:
     name = f"Agent_{number}"
     below = {
         **{f".{attribute}": sampled_spec(samples) for attribute, samples in samples_for(number).items()},
-        ".of": relationship_spec([f"/Crowd/Anims/{name}", f"{SCOPE}/{name}/Left"]),
+        ".of": relationship_spec([f"/Crowd/Anims/{name}", f"{SCOPE}/{name}/Left", f"{SCOPE}/{name}/Looks/Skin"]),
         **specs_of(attributes_for(number)),
         ".visibility": seen_spec("inherited", [1.5] if number else [], ["invisible"] if number else []),
         "Left": mesh,
@@ -101,7 +101,8 @@ def author_one_by_one(numbers: list[int]) -> Sdf.Layer:
             spec = Sdf.AttributeSpec(prim, attribute, kind)
             for code, value in zip(sampled.codes.tolist(), sampled.values, strict=True):
                 layer.SetTimeSample(spec.path, code, convert(value))
-        author_targets(prim, "of", [f"/Crowd/Anims/Agent_{number}", f"{prim.path}/Left"])
+        targets = [f"/Crowd/Anims/Agent_{number}", f"{prim.path}/Left", f"{prim.path}/Looks/Skin"]
+        author_targets(prim, "of", targets)
         author_attributes(prim, attributes_for(number))
         seen = Sdf.AttributeSpec(prim, "visibility", Sdf.ValueTypeNames.Token)
         seen.default = "inherited"
@@ -185,14 +186,17 @@ def test_prims_that_come_again_are_written_as_if_each_was_another(tmp_path: Path
     shared = write(tmp_path / "shared.usdc", several)
     assert shared == write(tmp_path / "apart.usdc", apart)
     _, read = read_layer(tmp_path / "shared.usdc", SCOPE)
-    assert read["D"].below["Outer"] is read["A"].below["Outer"] and read["C"] == several["C"]
+    for names in (["D", "A", "B"], ["Leaf", "C", "B"], ["B", "A", "Leaf"]):
+        some = write(tmp_path / "some.usdc", {name: apart[name] for name in names})
+        assert some == write(tmp_path / "kept.usdc", {name: read[name] for name in names})
+        assert some == write(tmp_path / "mixed.usdc", {**{name: read[name] for name in names}, "B": several["B"]})
 
 
 def test_samples_are_read_as_they_were(tmp_path: Path) -> None:
     write(tmp_path / "own.usdc", prims_for([5]))
-    own = read_layer(tmp_path / "own.usdc", SCOPE)[1]["Agent_5"].below
+    own = read_layer(tmp_path / "own.usdc", SCOPE)[1]["Agent_5"]
     for name, samples in samples_for(5).items():
-        packed = own[f".{name}"].fields["timeSamples"]
+        packed = own.layer.field(own.rows, name, "timeSamples")
         assert isinstance(packed, PackedSamples)
         np.testing.assert_array_equal(packed.codes, samples.codes)
 

@@ -146,7 +146,8 @@ def _legs(
     left, right = named[0], named[1]
     if left is None or right is None:
         shaped = legs_by_shape(skeleton.parents, positions)
-        return (shaped[0] | fixed[0], shaped[1] | fixed[1]) if shaped else (fixed[0], fixed[1])
+        legs = shaped or (left or {}, right or {})
+        return legs[0] | fixed[0], legs[1] | fixed[1]
     for leg in (left, right):
         ball = _reaching_child(skeleton, leg["ankle"], positions)
         if "ball" not in leg and ball is not None:

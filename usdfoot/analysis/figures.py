@@ -32,6 +32,10 @@ __all__ = [
 
 FRAME_TOLERANCE = 1e-6
 """Times closer than this to a frame count as on it [s]."""
+LONG = 128
+"""Ranges of more frames are compared one by one."""
+BLOCK = 1_000_000
+"""Pairs of points that are compared at once."""
 HELD_FLAT = np.radians(0.2)
 """Feet that are held flat on their footsteps differ by no more in pitch [rad]."""
 
@@ -109,21 +113,45 @@ def contact_figures(
 def largest_distances(points: FloatArray, ranges: FrameRanges) -> FloatArray:
     """Largest distance between two points of each range [m], 0 for fewer than two, shape (K,).
 
-    Every pair is compared, one lag at a time over all ranges at once.
+    Every pair is compared, one lag at a time over all short ranges at once, and of each long one those that can be
+    farthest apart.
 
     Args:
         points: Positions [m], shape (F, 3).
         ranges: Frames of each of K intervals.
     """
     largest = np.zeros(len(ranges.counts))
-    frames, intervals = ranges.flattened()
-    last = (ranges.first + ranges.counts - 1)[intervals]
-    for lag in range(1, int(ranges.counts.max(initial=0))):
+    is_long = ranges.counts > LONG
+    short = FrameRanges(first=ranges.first, counts=np.where(is_long, 0, ranges.counts))
+    frames, intervals = short.flattened()
+    last = (short.first + short.counts - 1)[intervals]
+    for lag in range(1, int(short.counts.max(initial=0))):
         kept = frames + lag <= last
         frames, intervals, last = frames[kept], intervals[kept], last[kept]
         squares = np.sum((points[frames + lag] - points[frames]) ** 2, axis=1)
         np.maximum.at(largest, intervals, squares)
+    for interval in np.flatnonzero(is_long).tolist():
+        first = ranges.first[interval]
+        largest[interval] = _largest_square(points[first : first + ranges.counts[interval]])
     return np.sqrt(largest)
+
+
+def _largest_square(points: FloatArray) -> float:
+    """Largest square of a distance between two of some points (N, 3) [m^2].
+
+    No two are farther apart than both are from the middle, so that of people who stand for minutes hardly any point is
+    compared: one which even with the outermost point comes to less than a distance that is known.
+    """
+    away = np.linalg.norm(points - 0.5 * (points.min(axis=0) + points.max(axis=0)), axis=1)
+    end, known = points[np.argmax(away)], 0.0
+    for _ in range(3):
+        squares = np.sum((points - end) ** 2, axis=1)
+        end, known = points[np.argmax(squares)], max(known, float(squares.max()))
+    points = np.unique(points[away + away.max() >= (1.0 - 1e-9) * np.sqrt(known)], axis=0)
+    for block in np.array_split(points, max(1, len(points) ** 2 // BLOCK)):
+        gaps = block[:, None] - points
+        known = max(known, float(np.sum(gaps**2, axis=-1).max(initial=0.0)))
+    return known
 
 
 def smallest_in_ranges(values: FloatArray, ranges: FrameRanges) -> FloatArray:

@@ -61,10 +61,13 @@ def detect_contacts(clip: Clip, skeleton: Skeleton, biped: Biped, *, options: Co
 
 
 def listed_contacts(world: WorldClip) -> Contacts:
-    """Contacts of the original clip: of a loop those that begin in its own cycle."""
+    """Contacts of the original clip: of a loop those that begin in its own cycle, or of who only stands the one."""
     if world.period is None:
         return world.contacts
-    left, right = (_begun_within(world.contacts[side], world.start, world.end) for side in range(2))
+    left, right = (
+        foot if foot.only_stands else _begun_within(foot, world.start, world.end)
+        for foot in (world.contacts.left, world.contacts.right)
+    )
     return Contacts(left=left, right=right)
 
 

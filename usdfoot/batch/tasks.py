@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from usdfoot import __version__
 from usdfoot.batch.hashing import content_hash, library_hash
 from usdfoot.bridge.scene import Character, Scene
@@ -121,7 +123,7 @@ def cut_chunks(
         )
         for index, part in enumerate(parts)
         if part
-        for hashed in [tuple(hashes.of(agent) for agent in part)]
+        for hashed in [hashes.of(part)]
     )
 
 
@@ -170,12 +172,16 @@ class _Hashes:
             for character, reference in zip(scene.characters, references, strict=True)
         ]
 
-    def of(self, agent: Agent | Follower) -> str:
-        """The agent's hash. Frames count only as far as they lie within its own interval: outside it has none."""
-        (start, stop), last = agent.interval, len(self._times) - 1
-        begin = self._times.searchsorted(start, side="right") - 1
-        end = self._times.searchsorted(stop)
-        frames = self._times[[max(begin, 0), min(end, last)]]
+    def of(self, agents: Sequence[Agent | Follower]) -> tuple[str, ...]:
+        """One an agent. Frames count only as far as they lie within its own interval: outside it has none."""
+        starts, stops = np.array([agent.interval for agent in agents]).T
+        last = len(self._times) - 1
+        begins = np.maximum(self._times.searchsorted(starts, side="right") - 1, 0)
+        ends = np.minimum(self._times.searchsorted(stops), last)
+        frames = zip(self._times[begins].tolist(), self._times[ends].tolist(), strict=True)
+        return tuple(self._hash_of(agent, between) for agent, between in zip(agents, frames, strict=True))
+
+    def _hash_of(self, agent: Agent | Follower, frames: tuple[float, float]) -> str:
         said = (self._frames, self._visibility, self._own_attributes)
         placed = [by_name.get(agent.name) for by_name in said]
         shared = self._common, self._libraries[agent.library], self._characters[agent.character]

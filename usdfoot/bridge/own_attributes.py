@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["NUMBER_TYPES", "TEXT_TYPES", "OwnAttribute", "OwnAttributes"]
+__all__ = ["BINDING", "NUMBER_TYPES", "TEXT_TYPES", "OwnAttribute", "OwnAttributes", "OwnBinding"]
 
 NUMBER_TYPES = {
     "bool": ("|u1", 1),
@@ -45,5 +45,21 @@ class OwnAttribute:
     """Values an element; None = not said."""
 
 
-OwnAttributes = Mapping[str, OwnAttribute]
+BINDING = "material:binding"
+"""Relationship to a material, and how those begin that are for one purpose."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class OwnBinding:
+    """A material that is bound to an agent's prim, for all below it."""
+
+    material: str
+    """Path of it: from the agent's prim, or in the written crowd if it is no part of the character."""
+    source: tuple[str, str] | None = None
+    """Layer and prim path of one that is no part of the character."""
+    strength: str = ""
+    """USD's, if it is authored: whether it goes over bindings below."""
+
+
+OwnAttributes = Mapping[str, OwnAttribute | OwnBinding]
 """By name."""

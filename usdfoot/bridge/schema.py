@@ -63,6 +63,13 @@ def declared_type(name: str) -> Sdf.ValueTypeName | None:
 
 
 @cache
+def declared_kind(name: str) -> type | None:
+    """Python's type of such values."""
+    declared = declared_type(name)
+    return None if declared is None else type(declared.defaultValue)
+
+
+@cache
 def _declared_types() -> dict[str, Sdf.ValueTypeName]:
     """Types of all attributes of schemas applied once, by name."""
     folder = schema_folder()

@@ -204,6 +204,8 @@ class Prim:
     AGENTS: Final = "/Crowd/Agents"
     PLANS: Final = "/Crowd/Plans"
     ANIMS: Final = "/Crowd/Anims"
+    MATERIALS: Final = "/Crowd/Materials"
+    """Those of the scene that agents are bound to, below it by their paths there."""
 
 
 class Overlay:
@@ -228,6 +230,8 @@ class File:
     AGENTS: Final = "agents.usdc"
     FOOTSTEPS: Final = "footsteps.usdc"
     ANIMS: Final = "anims.usda"
+    MATERIALS: Final = "crowd.materials.usda"
+    """Weakest of the layers; only where agents are bound to materials that are no part of their characters."""
     EXPANDED: Final = "crowd.expanded.usda"
     REPORT: Final = "report.json"
     PENDING: Final = ".pending"

@@ -10,7 +10,7 @@ from usdfoot.cli.quantities import count
 if TYPE_CHECKING:
     from usdfoot.model.limits import Limits
 
-__all__ = ["add_batch_flags", "add_limits", "limits_of"]
+__all__ = ["LIMITED", "add_batch_flags", "add_limits", "limits_of"]
 
 LIMITED = ("agents", "footsteps", "joints", "frames", "triangles", "prims")
 """What there may be too much of, as the options' names have it."""

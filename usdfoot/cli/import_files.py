@@ -84,10 +84,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Import; 0 = all files, 1 = some skipped."""
+    from usdfoot.pipeline.import_clips import CLIP_SUFFIXES
     from usdfoot.pipeline.import_plans import PLAN_SUFFIXES
     from usdfoot.pipeline.import_terrain import TERRAIN_SUFFIXES
 
     suffixes = {Path(file).suffix.lower() for file in arguments.files}
+    if suffixes.isdisjoint((*CLIP_SUFFIXES, *PLAN_SUFFIXES, *TERRAIN_SUFFIXES)):
+        first = Path(arguments.files[0])
+        if first.is_dir():
+            raise UsdfootError(first, "is a folder", "name the files in it")
+        remedy = f"{KINDS} can be imported; Blender, for one, turns FBX into glTF"
+        raise UsdfootError(first, f"{first.suffix or 'a name without suffix'} is unknown", remedy)
     for kind, run_kind in ((PLAN_SUFFIXES, _run_plans), (TERRAIN_SUFFIXES, _run_terrain)):
         if suffixes <= set(kind):
             return run_kind(arguments)

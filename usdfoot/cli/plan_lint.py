@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 
+from usdfoot.cli.batch_flags import LIMITED, add_limits, limits_of
 from usdfoot.cli.console import print_error, print_problems, results_console
 from usdfoot.cli.tables import fault_table
 
@@ -45,13 +46,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=True,
         help="check against the agents' clips too (default: on)",
     )
+    add_limits(parser, *LIMITED)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Lint; 0 = no errors."""
     from usdfoot.pipeline.lint import lint_scene
 
-    report = lint_scene(arguments.scene, clips=arguments.clips, fix=arguments.fix)
+    report = lint_scene(arguments.scene, clips=arguments.clips, fix=arguments.fix, most=limits_of(arguments))
     if arguments.json:
         print(json.dumps(report.to_json(), indent=1, allow_nan=False))
     else:

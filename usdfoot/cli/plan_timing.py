@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from usdfoot.cli.batch_flags import add_limits, limits_of
 from usdfoot.cli.console import shown_progress
 from usdfoot.cli.plan_arguments import add_scene_arguments, print_plans
 from usdfoot.cli.quantities import above_zero, number
@@ -55,6 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     stances = ("standing", "walking")
     parser.add_argument("--start", choices=stances, default="standing", help="stance at the start (default: standing)")
     parser.add_argument("--end", choices=stances, default="standing", help="stance at the end (default: standing)")
+    add_limits(parser, "footsteps", "joints", "prims")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -67,6 +69,7 @@ def run(arguments: argparse.Namespace) -> int:
             arguments.scene,
             arguments.output,
             plans=arguments.plans,
+            limits=limits_of(arguments),
             options=TimingOptions(
                 speed=arguments.speed,
                 flight_distance=arguments.flight_distance,

@@ -14,8 +14,8 @@ NAME = "wander"
 HELP = "agents that wander at random or to goals around obstacles"
 DESCRIPTION = (
     "Plans agents that follow nothing yet, one footstep at a time: at random, or to their usdfoot:agent:goal, on "
-    "walkable terrain and around what has UsdfootObstacleAPI, where that is at the stage's start. Agents do not see "
-    "each other; that is what usdfoot plan crowd is for."
+    "walkable terrain and around what has UsdfootObstacleAPI, where that will be as they get there. "
+    "Agents do not see each other; that is what usdfoot plan crowd is for."
 )
 EPILOG = """\
 example:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from usdfoot.errors import UsdfootError
+from usdfoot.model.limits import WINDOWS, check_range
 
 __all__ = ["FollowOptions"]
 
@@ -42,8 +43,7 @@ class FollowOptions:
     """An agent this far from its trajectory has lost it and is skipped [m]."""
 
     def __post_init__(self) -> None:
-        if not self.smoothing_time >= 0.0:
-            raise UsdfootError("smoothing_time", f"is {self.smoothing_time}", "must be 0 s or more")
+        check_range("smoothing_time", self.smoothing_time, WINDOWS, unit="s")
         for name in ("leave_distance", "leave_turn", "outward_turn", "inward_turn", "lost_distance"):
             if not getattr(self, name) > 0.0:
                 raise UsdfootError(name, f"is {getattr(self, name)}", "must be above 0")

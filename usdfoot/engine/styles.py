@@ -36,7 +36,7 @@ def contact_styles(
     styles = []
     for agent in agents:
         own = np.array([style or default for style in agent.plan.styles or [""] * len(agent.plan)], dtype=object)
-        unknown = [f"{own[step]!r} of footstep {step}" for step in np.flatnonzero(~np.isin(own, list(set(known))))]
+        unknown = [_named(style, np.flatnonzero(own == style)) for style in sorted(set(own) - set(known))]
         if unknown:
             remedy = f"the styles of its clips are {', '.join(sorted(set(known)))}"
             raise PlanError(agent.plan.name, "names styles that no clip has", remedy, unknown)
@@ -46,6 +46,12 @@ def contact_styles(
     begins = np.arange(len(contacts.agents)) == contacts.first[contacts.agents]
     footsteps = np.where(contacts.steps >= 0, contacts.steps, np.where(begins, 0, lengths - 1))
     return np.concatenate(styles)[firsts[contacts.agents] + footsteps]
+
+
+def _named(style: str, steps: IntArray) -> str:
+    """A style with the first of the footsteps (N,) that have it, and how many more there are."""
+    more = f" and {len(steps) - 1} more" if len(steps) > 1 else ""
+    return f"{style!r} of footstep {steps[0]}{more}"
 
 
 def continue_styles(

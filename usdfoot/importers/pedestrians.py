@@ -17,7 +17,7 @@ import numpy as np
 from usdfoot.errors import TrackError
 from usdfoot.importers.track_tables import TrackTable, read_track_table
 from usdfoot.importers.units import metres_in
-from usdfoot.maths.types import BoolArray, FloatArray
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.report import Problem
 from usdfoot.model.trajectory import FASTEST, RootTrajectory, find_breaks
 
@@ -57,22 +57,16 @@ def import_pedestrians(
     path = Path(file)
     table = _read_sqlite(path) if _is_sqlite(path) else read_track_table(path, layout=layout)
     scale = _scale(path, table, unit, rate)
-    order = np.lexsort((table.frames, table.people))
+    order, repeated = _in_order(path, table)
     people, frames, lines = table.people[order], table.frames[order], table.lines[order]
     times = frames / scale.rate
     same = np.diff(people) == 0
-    for row in np.flatnonzero(same & (np.diff(frames) == 0.0))[:1]:
-        raise TrackError(
-            f"{path}:{lines[row + 1]}",
-            f"person {people[row]:.15g} is in frame {frames[row]:.15g} twice, first in line {lines[row]}",
-            "keep one of the two",
-        )
     places = table.positions[order] * scale.metres * (1.0, -1.0)
     jumps, gaps = find_breaks(times, places)
     jumps &= same
     splits = np.flatnonzero(~same | jumps | gaps) + 1
     parts = np.split(np.arange(len(order)), splits)
-    found, problems = [], []
+    found, problems = [], repeated
     for jump in np.flatnonzero(jumps):
         where, person = f"{path}:{lines[jump + 1]}", people[jump]
         message = f"{where}: person {person:.15g} jumps here, faster than {FASTEST:g} m/s; the track was cut in two"
@@ -90,6 +84,30 @@ def import_pedestrians(
         found.append(RootTrajectory(name=name, times=times[part], positions=positions))
     _check_somebody_walks(path, found, places, times, jumps)
     return tuple(found), tuple(problems)
+
+
+def _in_order(path: Path, table: TrackTable) -> tuple[IntArray, list[Problem]]:
+    """Rows of the table by person and frame, each once, shape (K,), and a warning of lines that repeat others.
+
+    Raises:
+        TrackError: If a person is in two places in one frame.
+    """
+    order = np.lexsort((table.lines, table.frames, table.people))
+    people, frames, lines, places = (
+        array[order] for array in (table.people, table.frames, table.lines, table.positions)
+    )
+    again = (np.diff(people) == 0) & (np.diff(frames) == 0.0)
+    for row in np.flatnonzero(again & np.any(np.diff(places, axis=0) != 0.0, axis=1))[:1]:
+        raise TrackError(
+            f"{path}:{lines[row + 1]}",
+            f"person {people[row]:.15g} is in frame {frames[row]:.15g} twice, first in line {lines[row]}",
+            "keep one of the two",
+        )
+    if not again.any():
+        return order, []
+    first = lines[1:][again].min()
+    message = f"{path}: {again.sum()} line(s) say again where somebody is, first line {first}. they are left out"
+    return order[np.insert(~again, 0, True)], [Problem(severity="warning", where=str(path), message=message)]
 
 
 def _check_somebody_walks(

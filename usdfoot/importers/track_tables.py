@@ -131,7 +131,8 @@ def _numbers(path: Path, rows: Sequence[str]) -> _Lines:
             values.append([float(word) for word in content])
         except ValueError:
             bad = next(word for word in content if not _is_number(word))
-            raise TrackError(f"{path}:{number}", f"{bad!r} is no number", "a line is numbers only") from None
+            what, remedy = f"{bad!r} is no number", "a line is numbers only, people too"
+            raise TrackError(f"{path}:{number}", what, remedy) from None
         numbers.append(number)
         if len(values[-1]) != len(values[0]):
             what = f"has {len(values[-1])} numbers, the lines before have {len(values[0])}"

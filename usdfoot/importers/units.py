@@ -18,6 +18,9 @@ ALIASES: Mapping[str, str] = {
 }  # fmt: skip
 """Other words for them."""
 
+LEAST, MOST = 1e-9, 1e9
+"""Metres in the smallest and the largest unit that a number may stand for."""
+
 
 def metres_in(unit: str, where: object, *, error: type[UsdfootError] = UsdfootError) -> float:
     """Metres in a unit: one of `UNITS` or `ALIASES`, or a number of metres.
@@ -37,6 +40,6 @@ def metres_in(unit: str, where: object, *, error: type[UsdfootError] = UsdfootEr
         value = float(unit)
     except ValueError:
         value = math.nan
-    if not (math.isfinite(value) and value > 0.0):
+    if not LEAST <= value <= MOST:
         raise error(where, f"{unit!r} is no known unit", f"{', '.join(UNITS)} or metres a unit, like 0.02")
     return value

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -62,7 +63,11 @@ class Performer:
 
     def _shared(self) -> dict[str, Any]:
         """What agents and followers alike have, by field."""
-        return {known.name: getattr(self, known.name) for known in fields(Performer)}
+        return dict(zip(_SHARED, _values_of(self), strict=True))
+
+
+_SHARED = [known.name for known in fields(Performer)]
+_values_of = attrgetter(*_SHARED)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -28,6 +28,12 @@ class FootContacts:
     ball_first: BoolArray
     """Whether the ball came down before the heel (backward steps, forefoot runs), shape (K,)."""
 
+    @property
+    def only_stands(self) -> bool:
+        """Whether the foot stands from the clip's first sample to its last."""
+        only = len(self.strike_times) == 1
+        return only and bool(np.isneginf(self.strike_times[0]) and np.isposinf(self.liftoff_times[0]))
+
 
 @dataclass(frozen=True, kw_only=True)
 class Contacts:
@@ -42,8 +48,4 @@ class Contacts:
     @property
     def only_stand(self) -> bool:
         """Whether both feet stand from the clip's first sample to its last."""
-        return all(
-            len(foot.strike_times) == 1
-            and bool(np.isneginf(foot.strike_times[0]) and np.isposinf(foot.liftoff_times[0]))
-            for foot in (self.left, self.right)
-        )
+        return self.left.only_stands and self.right.only_stands

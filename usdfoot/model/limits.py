@@ -6,12 +6,29 @@ from dataclasses import dataclass
 
 from usdfoot.errors import SceneError, UsdfootError
 
-__all__ = ["DEFAULT_LIMITS", "FARTHEST", "LATEST", "Limits", "check_limit"]
+__all__ = [
+    "BODILY",
+    "DEFAULT_LIMITS",
+    "FARTHEST",
+    "LATEST",
+    "SPANS",
+    "WINDOWS",
+    "Limits",
+    "check_limit",
+    "check_range",
+]
 
 FARTHEST = 1e9
 """Nobody walks farther from the origin [m]; squares of what lies much farther are beyond single precision."""
 LATEST = 1e10
 """Nobody walks later than this after, or before, time 0 [s], which may be that of a computer's clock."""
+
+BODILY = (1e-3, 1e3)
+"""Bodies and what they step on are no smaller and no larger than this [m], and no slower and no faster [m/s]."""
+SPANS = (0.0, LATEST)
+"""Nothing takes longer than this [s]."""
+WINDOWS = (0.0, 3600.0)
+"""What is smoothed is so over no more than this [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,3 +72,18 @@ def check_limit(where: object, what: str, count: float, *, limit: int) -> None:
     """
     if count > limit:
         raise SceneError(where, f"has {count:.0f} {what}, more than {limit}", f"raise the limit with --max-{what}")
+
+
+def check_range(name: str, value: float, bounds: tuple[float, float], *, unit: str, or_zero: bool = False) -> None:
+    """Raises UsdfootError if an option is outside of two bounds.
+
+    Args:
+        name: Of the option.
+        value: That was given.
+        bounds: Least and most that it may be.
+        unit: Of all of them, for the message.
+        or_zero: Whether 0, which stands for no value, is right too.
+    """
+    least, most = bounds
+    if not (least <= value <= most or (or_zero and value == 0.0)):
+        raise UsdfootError(name, f"is {value:g} {unit}", f"must be {least:g} to {most:g} {unit}")

@@ -12,7 +12,7 @@ import numpy as np
 from usdfoot.engine.animate import PreparedLibraries, PreparedLibrary, animate_apart, animate_crowd, prepare_steps
 from usdfoot.engine.planting import Planting, cut_motions, plant_samples, prepare_planting
 from usdfoot.engine.poses import ClipPoses, Layout
-from usdfoot.engine.reach import steps_off_terrain
+from usdfoot.engine.reach import steps_off_terrain, unreached_steps
 from usdfoot.engine.results import (
     PLACED,
     ContactFigures,
@@ -131,7 +131,8 @@ def animate_all(
             alike.setdefault((agent.library, agent.motion == "hybrid", agent.tuning), []).append(agent)
     for own in alike.values():
         found, faults = _animate_alike(libraries, bodies, own, crowd, options.tuned(own[0].tuning))
-        motions, problems = [*motions, *found], [*problems, *faults, *steps_off_terrain(own, found)]
+        motions = [*motions, *found]
+        problems = [*problems, *faults, *unreached_steps(own, found), *steps_off_terrain(own, found)]
     by_name = {motion.name: motion for motion in motions}
     return [by_name[agent.name] for agent in agents if agent.name in by_name], problems
 
@@ -231,8 +232,9 @@ def _results(figures: ContactFigures, com: ComMotion, agents: Sequence[Agent]) -
     zeros = np.zeros(len(figures.rows))
     stretched = com.steps.overstretch[figures.rows] > STRETCH_TOLERANCE * com.biped.maximal_length
     statuses = np.full(len(zeros), "ok", dtype=object)
-    statuses[figures.placement_error > PLACED] = "ikLimited"
-    statuses[stretched & (figures.placement_error > PLACED)] = "unreachable"
+    missed = np.fmax(figures.placement_error, figures.slide) > PLACED
+    statuses[missed] = "ikLimited"
+    statuses[stretched & missed] = "unreachable"
     statuses[~figures.on_ground] = "offTerrain"
     forces = _forces(figures, com, agents)
     return [

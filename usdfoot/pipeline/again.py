@@ -106,7 +106,8 @@ def make_take(
     except BaseException:
         shutil.rmtree(folder)
         raise
-    layers = tuple(folder / name for name in SUBLAYERS if name != File.OVERRIDES)
+    names = [name for name in (*SUBLAYERS, File.MATERIALS) if name != File.OVERRIDES]
+    layers = tuple(folder / name for name in names if name != File.MATERIALS or (folder / name).is_file())
     return Take(folder=folder, layers=layers, report=report)
 
 

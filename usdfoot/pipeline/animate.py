@@ -89,8 +89,7 @@ def animate(
     earlier = find_earlier(stage, target, options=options, call=call)
     if earlier.unchanged:
         return earlier.unchanged
-    workers = executor if earlier.intact is None else None  # else little may be to be made
-    shot = _open_shot(stage, target, call, options=options, executor=workers)
+    shot = _open_shot(stage, target, call, options=options, executor=None if earlier.is_there else executor)
     records = _make_chunks(shot, executor, beside, progress, earlier=earlier)
     problems = _distinct((*shot.scene.crowd.problems, *(problem for record in records for problem in record.problems)))
     _require_agents(scene_file, records, problems)
@@ -104,6 +103,7 @@ def animate(
         shot.folder,
         chunks=[task.files for task, record in zip(shot.tasks, records, strict=True) if record.agents],
         characters=shot.characters,
+        collect=collect,
         provenance=provenance_of(shot.scene, shot.options, shot.folder, call=call),
         report=report_json(shot.scene, records, options=shot.options, problems=problems, folder=shot.folder),
         intact=earlier.intact or {},

@@ -23,6 +23,7 @@ from usdfoot.planning.world import Obstacle
 from usdfoot.readers.agents import AgentSource, list_agents_without_plans, select_agents
 from usdfoot.readers.goals import GoalAgent, read_goal_agents
 from usdfoot.readers.habits import HabitsReader
+from usdfoot.readers.moving_obstacles import MovingObstacles
 from usdfoot.readers.obstacles import read_obstacles
 from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
@@ -40,6 +41,9 @@ class GoalScene:
     info: StageInfo
     agents: tuple[GoalAgent, ...]
     obstacles: tuple[Obstacle, ...]
+    """All of them at the stage's start."""
+    moving: MovingObstacles
+    """Those that are animated, at any time."""
     terrain: Terrain
     problems: tuple[Problem, ...]
 
@@ -77,7 +81,14 @@ def read_goal_scene(
         what = "has no agent with a goal" if with_goals else "has no agent without a plan"
         raise SceneError(info.identifier, what, "apply UsdfootAgentAPI and point usdfoot:agent:goal at a prim")
     return GoalScene(
-        stage=stage, prims=prims, info=info, agents=found, obstacles=obstacles, terrain=terrain, problems=problems
+        stage=stage,
+        prims=prims,
+        info=info,
+        agents=found,
+        obstacles=obstacles,
+        moving=MovingObstacles(prims, info.units),
+        terrain=terrain,
+        problems=problems,
     )
 
 
@@ -119,7 +130,14 @@ def save_goal_plans(
         for agent in walkers
     ]
     bodies = [agent.seeker.body for agent in walkers]
-    doubts = find_doubts(planned, found.terrain, bodies=bodies, obstacles=found.obstacles, alone=alone)
+    doubts = find_doubts(
+        planned,
+        found.terrain,
+        bodies=bodies,
+        obstacles=found.moving.others(found.obstacles),
+        moving=found.moving.at if found.moving else None,
+        alone=alone,
+    )
     file = save_plans(planned, output, found.info, made_by=made_by)
     return PlanReport(file=file, plans={part.name: part.plan for part in planned}, problems=(*everything, *doubts))
 

@@ -183,7 +183,7 @@ def _shown(agent: WrittenAgent, crowd: WrittenCrowd, *, with_com: bool) -> Shown
     offset = quaternion.rotate(quaternion.inverse(turns[biped.pelvis]), biped.com)
     feet = places[list(biped.balls)] - places[list(biped.ankles)]
     tracks = read_joint_tracks(agent, crowd.units, agent.frame_codes[: None if with_com else 1])
-    turned = quaternion.rotate(tracks.turns[:, biped.pelvis], offset)
+    turned = quaternion.rotate(tracks.turns([biped.pelvis])[:, 0], offset)
     return ShownAgent(
         name=agent.name,
         plan=agent.plan,

@@ -13,11 +13,12 @@ import numpy as np
 from usdfoot.analysis.examples import build_examples
 from usdfoot.bridge.names import unique_name
 from usdfoot.bridge.scene import Scene, StageInfo
-from usdfoot.errors import PlanError, SceneError, UsdfootError
+from usdfoot.errors import ClipError, PlanError, SceneError, UsdfootError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.agent import Agent
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.ground import Ground
+from usdfoot.model.limits import DEFAULT_LIMITS, Limits
 from usdfoot.model.plan import FootstepPlan, PlanDraft
 from usdfoot.model.report import Problem
 from usdfoot.pipeline.plan import save_plans
@@ -26,10 +27,11 @@ from usdfoot.planning.hurry import lint_hurry
 from usdfoot.planning.lint import lint_clips, lint_plans
 from usdfoot.planning.mend import mend_plans, mend_times
 from usdfoot.planning.proportions import Proportions, proportions_of
+from usdfoot.readers.moving_obstacles import MovingObstacles
 from usdfoot.readers.obstacles import read_obstacles
 from usdfoot.readers.plans import is_plan, read_draft
 from usdfoot.readers.scene import read_scene
-from usdfoot.readers.skeleton import StartTransforms
+from usdfoot.readers.skeleton import StartTransforms, check_skeletons
 from usdfoot.readers.stage import StagePrims, collect_prims, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
 from usdfoot.spaces.library import FootstepSpaces, build_spaces
@@ -90,6 +92,7 @@ def lint_scene(
     limits: LintLimits | None = None,
     clips: bool = True,
     fix: str | os.PathLike[str] | None = None,
+    most: Limits = DEFAULT_LIMITS,
 ) -> LintReport:
     """Check a scene's plans, and its paths', against terrain, obstacles, bodies, clips and each other.
 
@@ -98,16 +101,18 @@ def lint_scene(
         limits: What is still right.
         clips: Also check what the agents' clips reach.
         fix: Layer to write with what can be mended: times, heights, crossing and colliding feet.
+        most: How much of the scene is read before it is refused.
 
     Raises:
-        SceneError: If the scene cannot be opened or has no plan.
+        SceneError: If the scene cannot be opened, is too large or has no plan.
         OutputError: If the layer cannot be written.
     """
     stage = open_stage(scene)
-    info, prims = read_stage_info(stage), collect_prims(stage)
-    terrain, terrain_problems = read_terrain(stage, prims, info.units)
-    found, malformed, drafts = _read_plans(prims, info, mend=fix is not None)
-    crowd, problems = _read_crowd(scene)
+    info, prims = read_stage_info(stage), collect_prims(stage, most=most.prims)
+    check_skeletons(prims.skeletons, most)
+    terrain, terrain_problems = read_terrain(stage, prims, info.units, limits=most)
+    found, malformed, drafts = _read_plans(prims, info, mend=fix is not None, most=most.footsteps)
+    crowd, problems = _read_crowd(scene, most)
     walkers = _Walkers(
         agents={agent.plan.name: agent for agent in crowd.crowd.agents} if crowd else {},
         libraries=crowd.crowd.libraries if crowd else (),
@@ -133,7 +138,15 @@ def lint_scene(
         plans = mended
         file = _save(changed - set(before), edits, plans, walkers, info, fix) if changed else None
     obstacles, obstacle_problems = read_obstacles(stage, prims, info.units)
-    found_faults = lint_plans(list(plans.values()), ground, bodies=bodies, obstacles=obstacles, limits=limits)
+    moving = MovingObstacles(prims, info.units)
+    found_faults = lint_plans(
+        list(plans.values()),
+        ground,
+        bodies=bodies,
+        obstacles=moving.others(obstacles),
+        moving=moving.at if moving else None,
+        limits=limits,
+    )
     faults = [*malformed, *found_faults]
     if clips:
         more, clip_problems = _lint_clips(plans, walkers, limits)
@@ -143,7 +156,7 @@ def lint_scene(
 
 
 def _read_plans(
-    prims: StagePrims, info: StageInfo, *, mend: bool
+    prims: StagePrims, info: StageInfo, *, mend: bool, most: int
 ) -> tuple[dict[str, FootstepPlan], list[Fault], dict[str, PlanDraft]]:
     """Plans by prim path, what is wrong with those that are none, and what those were whose times were mended."""
     plans: dict[str, FootstepPlan] = {}
@@ -154,7 +167,7 @@ def _read_plans(
             continue
         name = str(prim.GetPath())
         try:
-            draft, _ = read_draft(prim, info.units)
+            draft, _ = read_draft(prim, info.units, most=most)
             try:
                 plans[name] = draft.checked()
             except PlanError as error:
@@ -176,10 +189,10 @@ def _mended(draft: PlanDraft, error: PlanError) -> FootstepPlan:
         raise error from None
 
 
-def _read_crowd(scene: str | os.PathLike[str]) -> tuple[Scene | None, list[Problem]]:
+def _read_crowd(scene: str | os.PathLike[str], most: Limits) -> tuple[Scene | None, list[Problem]]:
     """Agents with their characters and clips; None if the scene has none that can be used."""
     try:
-        return read_scene(scene), []
+        return read_scene(scene, limits=most), []
     except UsdfootError as error:
         message = f"checked for a person, without clips: {error}"
         return None, [Problem(severity="warning", where=error.where, message=message)]
@@ -208,7 +221,10 @@ def _lint_clips(
 
 def _prepare(library: ClipLibrary) -> tuple[FootstepSpaces, FloatArray, str]:
     """Footstep spaces of a library, how long its steps take, and the style of plans that name none."""
-    examples, _ = build_examples(library)
+    examples, faults = build_examples(library)
+    if not len(examples):
+        reasons = [fault.message for fault in faults]
+        raise ClipError(library.skeleton.name, "has no clip with a usable step to check against", names=reasons)
     spaces = build_spaces(examples, leg_length=library.biped.maximal_leg_length)
     return spaces, np.asarray(examples.durations, dtype=float), examples.default_style
 

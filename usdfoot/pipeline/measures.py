@@ -24,7 +24,7 @@ from usdfoot.maths import quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import EDGE_HEIGHT
 from usdfoot.model.ground import Ground
-from usdfoot.readers.written import JointTracks, WrittenAgent, read_joint_tracks
+from usdfoot.readers.written import JointTracks, WrittenAgent, read_joint_positions, read_joint_tracks
 
 __all__ = ["AgentMeasures", "measure_agent", "measure_placement", "planted_times"]
 
@@ -93,9 +93,8 @@ def measure_agent(agent: WrittenAgent, units: StageUnits, ground: Ground | None)
         ground: What the crowd walks on; None leaves penetration and clearance unmeasured.
     """
     codes = agent.frame_codes
-    between = (codes[:-1, None] + np.diff(codes)[:, None] * np.array(SUBFRAMES)).ravel()
-    fine = read_joint_tracks(agent, units, np.sort(np.concatenate([codes, between])))
-    whole = _frames(fine, len(SUBFRAMES) + 1)
+    whole = read_joint_tracks(agent, units, codes)
+    fine = _with_subframes(agent, whole, codes)
     ground = None if ground is None else ground.falling_back(float(agent.plan.positions[:, 1].min()))
     heels = _heels(agent, whole, ground)
     columns = _steps(agent, whole, fine, heels, ground)
@@ -145,8 +144,8 @@ def measure_placement(agent: WrittenAgent, units: StageUnits, codes: FloatArray)
 
 def _smoothness(agent: WrittenAgent, tracks: JointTracks, rate: float) -> dict[str, Any]:
     """Figures of `AgentMeasures` that are measured on the agent's own samples, as between them lie straight lines."""
-    turning = tracks.rotations.copy()
-    turning[:, agent.biped.pelvis] = tracks.turns[:, agent.biped.pelvis]
+    turning = tracks.rotations()
+    turning[:, [agent.biped.pelvis]] = tracks.turns([agent.biped.pelvis])
     own = np.flatnonzero(agent.sampled)
     gaps = np.diff(own)[:, None]  # (S - 1, 1), in frames
     speeds = angular_speeds(turning[own][:, list(agent.biped.knees)], rate) / gaps
@@ -169,14 +168,13 @@ def _seam_jump(agent: WrittenAgent, tracks: JointTracks, jumps: FloatArray) -> f
     return float(jumps[frames].max()) if frames.size else np.nan
 
 
-def _frames(tracks: JointTracks, every: int) -> JointTracks:
-    """Every n-th sample of tracks."""
-    return JointTracks(
-        times=tracks.times[::every],
-        positions=tracks.positions[::every],
-        turns=tracks.turns[::every],
-        rotations=tracks.rotations[::every],
-    )
+def _with_subframes(agent: WrittenAgent, whole: JointTracks, codes: FloatArray) -> FloatArray:
+    """Balls of both feet at the whole frames and the subframes between them [m], in order, (F', 2, 3)."""
+    balls = list(agent.biped.balls)
+    between = (codes[:-1, None] + np.diff(codes)[:, None] * np.array(SUBFRAMES)).ravel()
+    inner = read_joint_positions(agent, whole.units, between, joints=balls).reshape(-1, len(SUBFRAMES), 2, 3)
+    first = whole.positions[:, None, balls]
+    return np.concatenate([np.concatenate([first[:-1], inner], axis=1).reshape(-1, 2, 3), first[-1]])
 
 
 def planted_times(agent: WrittenAgent) -> FloatArray:
@@ -191,7 +189,7 @@ def _heels(agent: WrittenAgent, tracks: JointTracks, ground: Ground | None) -> F
     ankles = list(agent.biped.ankles)
     stances = [_stances(agent, tracks, side, ground) for side in (0, 1)]
     offsets = sole_offsets(agent.skeleton, agent.biped, stances)
-    return tracks.positions[:, ankles] + quaternion.rotate(tracks.turns[:, ankles], offsets)
+    return tracks.positions[:, ankles] + quaternion.rotate(tracks.turns(ankles), offsets)
 
 
 def _stances(agent: WrittenAgent, tracks: JointTracks, side: int, ground: Ground | None) -> FloatArray:
@@ -207,7 +205,7 @@ def _stances(agent: WrittenAgent, tracks: JointTracks, side: int, ground: Ground
     ankle, ball = agent.biped.ankles[side], agent.biped.balls[side]
     feet = tracks.positions[:, ball] - tracks.positions[:, ankle]
     lowest = frames[np.arange(len(frames)), np.argmax(feet[frames, 1], axis=1)]
-    turns = tracks.turns[lowest, ankle]
+    turns = tracks.turns([ankle])[lowest, 0]
     if ground is None:
         return turns
     up = _ground_under_feet(agent.plan.positions[own], feet[lowest], ground)
@@ -236,7 +234,7 @@ def _ground_under_feet(balls: FloatArray, feet: FloatArray, ground: Ground) -> F
 
 
 def _steps(
-    agent: WrittenAgent, whole: JointTracks, fine: JointTracks, heels: FloatArray, ground: Ground | None
+    agent: WrittenAgent, whole: JointTracks, fine: FloatArray, heels: FloatArray, ground: Ground | None
 ) -> dict[str, Any]:
     """Columns of `AgentMeasures` that belong to contacts."""
     plan, flats = agent.plan, planted_times(agent)
@@ -258,7 +256,7 @@ def _steps(
         columns["yaw_error"][own] = figures.yaw_error
         every = len(SUBFRAMES) + 1
         inner = FrameRanges(first=planted.first * every, counts=np.maximum((planted.counts - 1) * every + 1, 0))
-        columns["subframe_slide"][own] = largest_distances(fine.positions[:, agent.biped.balls[side]], inner)
+        columns["subframe_slide"][own] = largest_distances(fine[:, side], inner)
         columns["heel_slide"][own] = largest_distances(heels[:, side], frames_between(whole.times, strikes, flat))
         columns["timing_faults"][own] = timing_faults(
             whole.times[:end], balls[:end], strike_times=strikes, flat_times=flat, liftoff_times=liftoffs

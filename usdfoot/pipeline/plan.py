@@ -106,7 +106,8 @@ def plan_scene_paths(
         raise _no_paths(info, problems)
     planned = _flying_like_clips(planned, sources, terrain, Casting.to_look(stage, prims, info.units))
     walked = [walker for walker in walkers if walker.name in _names(planned)]
-    problems += [doubt for walker in walked if (doubt := walker.doubt())]
+    problems += [doubt for walker in walked for doubt in walker.doubts()]
+    problems += [doubt for walker in walked if (doubt := walker.style_doubt())]
     problems += _detours(planned, walked)
     problems += find_doubts(planned, terrain, bodies=[walker.proportions for walker in walked], obstacles=obstacles)
     progress("write", 0, 0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from usdfoot.model.ground import Ground
@@ -26,6 +26,7 @@ def find_doubts(
     *,
     bodies: Sequence[Proportions],
     obstacles: Sequence[Obstacle] = (),
+    moving: Callable[[float], Sequence[Obstacle]] | None = None,
     alone: bool = False,
 ) -> list[Problem]:
     """A warning for each plan that cannot be walked as it is, with its first fault.
@@ -34,7 +35,8 @@ def find_doubts(
         planned: Plans of everyone who walks at the same time and place.
         terrain: Below them.
         bodies: Who walks each plan.
-        obstacles: That nobody walks through.
+        obstacles: That nobody walks through, and stay where they are.
+        moving: Others at a time [s]; None = there are none.
         alone: Each was planned as if nobody else was there: one warning for all who step on each other.
     """
     if not planned:
@@ -42,7 +44,7 @@ def find_doubts(
     lowest = min(float(part.plan.positions[:, 1].min()) for part in planned)
     plans = {part.name: replace(part.plan, name=part.name) for part in planned}
     ground = Ground(terrain, fallback_height=lowest)
-    faults = lint_plans(list(plans.values()), ground, bodies=bodies, obstacles=obstacles)
+    faults = lint_plans(list(plans.values()), ground, bodies=bodies, obstacles=obstacles, moving=moving)
     errors = [fault for fault in faults if fault.severity == ERROR]
     doubts = _meetings(errors, len(plans)) if alone else []
     errors = [fault for fault in errors if not (alone and fault.kind == COLLISION)]

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
 from usdfoot.errors import PlanError
+from usdfoot.maths.types import FloatArray
 from usdfoot.model.ground import Ground
-from usdfoot.pipeline.goal_scene import agent_problem, on_ground, read_goal_scene, save_goal_plans
+from usdfoot.model.limits import BODILY, DEFAULT_LIMITS, FARTHEST, check_range
+from usdfoot.pipeline.goal_scene import GoalScene, agent_problem, on_ground, read_goal_scene, save_goal_plans
 from usdfoot.pipeline.goal_speeds import slow_to_clips
 from usdfoot.pipeline.plan import PlanReport
 from usdfoot.pipeline.stone_crossings import StoneOptions, cross_stones
@@ -26,7 +28,11 @@ Progress = Callable[[str, int, int], None]
 
 @dataclass(frozen=True, kw_only=True)
 class GoalOptions:
-    """What the planners take for granted of agents that do not say."""
+    """What the planners take for granted of agents that do not say.
+
+    Raises:
+        UsdfootError: If a value is out of its range.
+    """
 
     agents: str = "*"
     """Glob on agents' names or paths."""
@@ -34,6 +40,10 @@ class GoalOptions:
     """Of agents without usdfoot:agent:speed [m/s]; such wander, and cross stones, as fast as their steps are."""
     radius: float = 0.25
     """Of their bodies seen from above [m]."""
+
+    def __post_init__(self) -> None:
+        check_range("speed", self.speed, BODILY, unit="m/s")
+        check_range("radius", self.radius, BODILY, unit="m")
 
 
 def plan_scene_crowd(
@@ -58,14 +68,14 @@ def plan_scene_crowd(
         PlanError: If JuPedSim is not installed.
         OutputError: If the layer cannot be written.
     """
-    options = options or GoalOptions()
+    options, how = options or GoalOptions(), CrowdOptions(duration=duration)
     progress("read", 0, 0)
     found = read_goal_scene(scene, agents=options.agents, speed=options.speed, radius=options.radius, with_goals=True)
     progress("plan", 0, 0)
     agents, slowed = slow_to_clips(found.stage, found.prims, found.info.units, agents=found.agents)
     seekers = tuple(agent.seeker for agent in agents)
     task = Scenario(seekers=seekers, obstacles=found.obstacles, bounds=None)
-    plans, problems = plan_crowd(task, found.terrain, options=CrowdOptions(duration=duration))
+    plans, problems = plan_crowd(task, found.terrain, options=how)
     made = {plan.name: plan for plan in plans}
     progress("write", 0, 0)
     return save_goal_plans(
@@ -101,8 +111,12 @@ def plan_scene_wander(
     Raises:
         SceneError: If the scene cannot be opened or nobody can be planned.
         OutputError: If the layer cannot be written.
+        UsdfootError: If there are fewer than two steps, more footsteps than a plan may have, or the bounds are too far.
     """
     options = options or GoalOptions()
+    check_range("steps", steps, (2, DEFAULT_LIMITS.footsteps), unit="footsteps")
+    for value in bounds or ():
+        check_range("bounds", value, (-FARTHEST, FARTHEST), unit="m")
     progress("read", 0, 0)
     found = read_goal_scene(scene, agents=options.agents, speed=options.speed, radius=options.radius, with_goals=False)
     outline = None if bounds is None else np.array(bounds)[[[0, 1], [0, 3], [2, 3], [2, 1]]]
@@ -113,15 +127,17 @@ def plan_scene_wander(
         progress("plan", index, len(found.agents))
         seeker = agent.seeker
         ground = terrain.falling_back(float(seeker.start[1]))
+        world_at = _world_of(found, outline, ground)
         try:
             made[seeker.name] = plan_wander(
-                World(bounds=outline, obstacles=found.obstacles, ground=ground),
+                world_at(0.0),
                 on_ground(ground, seeker.start),
                 float(seeker.yaw or 0.0),
                 generator=generator,
                 goals=list(seeker.goals),
                 steps=steps,
                 options=WanderOptions(body=seeker.body, speed=agent.authored_speed, radius=options.radius),
+                later=world_at if found.moving else None,
                 name=seeker.name,
             )
         except PlanError as error:
@@ -158,11 +174,21 @@ def plan_scene_stones(
         SceneError: If the scene cannot be opened, the glob names nothing, or nobody gets to a goal; it says how far.
         OutputError: If the layer cannot be written.
     """
-    options = options or GoalOptions()
+    options, ways = options or GoalOptions(), StoneOptions(on=on, spacing=spacing, reach=reach, leaps=leaps)
     progress("read", 0, 0)
     found = read_goal_scene(scene, agents=options.agents, speed=options.speed, radius=options.radius, with_goals=True)
-    ways = StoneOptions(on=on, spacing=spacing, reach=reach, leaps=leaps)
     made, problems = cross_stones(found, ways, progress=progress)
     progress("write", 0, 0)
     made_by = {"planner": "stones", "reach": reach, "leaps": leaps, "spacing": spacing, "options": asdict(options)}
     return save_goal_plans(found, made, output, problems=problems, made_by=made_by, alone=True)
+
+
+def _world_of(found: GoalScene, outline: FloatArray | None, ground: Ground) -> Callable[[float], World]:
+    """What one wanders in a time after the stage's start [s]."""
+    still = World(bounds=outline, obstacles=found.moving.others(found.obstacles), ground=ground)
+
+    def at(time: float) -> World:
+        moving = found.moving.at(found.info.start_time + time) if found.moving else ()
+        return replace(still, obstacles=(*still.obstacles, *moving))
+
+    return at

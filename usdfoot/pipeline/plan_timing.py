@@ -9,6 +9,7 @@ from fnmatch import fnmatchcase
 
 from usdfoot.batch.analysed import build_once
 from usdfoot.errors import PlanError, SceneError
+from usdfoot.model.limits import DEFAULT_LIMITS, Limits
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.pipeline.plan import PlanReport
@@ -19,6 +20,7 @@ from usdfoot.readers.agents import list_agents
 from usdfoot.readers.casting import Casting
 from usdfoot.readers.habits import HabitsReader
 from usdfoot.readers.plans import is_plan, read_prints
+from usdfoot.readers.skeleton import check_skeletons
 from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
 from usdfoot.readers.walkers import only_proportions
 from usdfoot.writers.plan_times import write_plan_times
@@ -32,6 +34,7 @@ def time_scene_plans(
     *,
     plans: str = "*",
     options: TimingOptions | None = None,
+    limits: Limits = DEFAULT_LIMITS,
     progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
 ) -> PlanReport:
     """Time the footprints of a scene as who walks them would, whatever times they have, and write a layer with that.
@@ -41,15 +44,17 @@ def time_scene_plans(
         output: Layer to write: it sublayers the scene and adds the times over its plans, to be read in its place.
         plans: Glob on the names or prim paths of PointInstancers with UsdfootPlanAPI, or that an agent walks.
         options: How.
+        limits: How much of the scene is read before it is refused.
         progress: Told what begins: "read", "plan", "write".
 
     Raises:
-        SceneError: If the scene cannot be opened, or none of its plans matches or can be timed.
+        SceneError: If the scene cannot be opened, is too large, or none of its plans matches or can be timed.
         OutputError: If the layer cannot be written.
     """
     progress("read", 0, 0)
     stage = open_stage(scene)
-    info, prims = read_stage_info(stage), collect_prims(stage)
+    info, prims = read_stage_info(stage), collect_prims(stage, most=limits.prims)
+    check_skeletons(prims.skeletons, limits)
     options = options or TimingOptions()
     if options.start_time is None:
         options = replace(options, start_time=info.start_time)
@@ -71,7 +76,7 @@ def time_scene_plans(
     for prim in chosen:
         path = str(prim.GetPath())
         try:
-            prints, warnings = read_prints(prim, info.units)
+            prints, warnings = read_prints(prim, info.units, most=limits.footsteps)
             walker = walkers.get(prim.GetPath())
             body = habits.body_of(casting, walker) if walker else nobody
             timed[path] = plan_times(prints, body, options)

@@ -14,8 +14,9 @@ from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import SceneError
 from usdfoot.importers.pedestrians import import_pedestrians
 from usdfoot.model.ground import Ground
+from usdfoot.model.limits import check_range
 from usdfoot.model.report import Problem
-from usdfoot.model.terrain import Terrain
+from usdfoot.model.terrain import Terrain, no_terrain
 from usdfoot.pipeline.plan import PlanReport, save_plans
 from usdfoot.pipeline.plan_doubts import find_doubts
 from usdfoot.planning.proportions import Proportions
@@ -25,7 +26,7 @@ from usdfoot.readers.agents import list_agents, select_agents
 from usdfoot.readers.movers import Mover, read_movers
 from usdfoot.readers.obstacles import read_obstacles
 from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
-from usdfoot.readers.terrain import no_terrain, read_terrain
+from usdfoot.readers.terrain import read_terrain
 from usdfoot.readers.walkers import only_proportions
 from usdfoot.writers.plans import PlannedAgent
 
@@ -34,10 +35,17 @@ __all__ = ["TrackFormat", "plan_scene_trajectories", "plan_track_file"]
 FILE_RATE = 24.0
 """Time codes a second of plans for no scene."""
 
+RATES = (1e-3, 1e6)
+"""Nobody is tracked less or more often than this [Hz]."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class TrackFormat:
-    """What the numbers of a file of tracks mean, where it does not say so itself."""
+    """What the numbers of a file of tracks mean, where it does not say so itself.
+
+    Raises:
+        UsdfootError: If the rate is out of all bounds.
+    """
 
     unit: str = ""
     """m, cm, mm, ft, in, or metres a unit."""
@@ -45,6 +53,9 @@ class TrackFormat:
     """Frames a second."""
     layout: str = "auto"
     """Order of the columns: auto, or one of `importers.track_tables.LAYOUTS`."""
+
+    def __post_init__(self) -> None:
+        check_range("rate", self.rate, RATES, unit="Hz", or_zero=True)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,6 +11,7 @@ from usdfoot.errors import UsdfootError
 from usdfoot.maths import planar
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.ground import Ground
+from usdfoot.model.limits import BODILY, check_range
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.pipeline.goal_scene import GoalScene, agent_problem, on_ground
@@ -28,7 +29,11 @@ __all__ = ["StoneOptions", "cross_stones"]
 
 @dataclass(frozen=True, kw_only=True)
 class StoneOptions:
-    """Where feet may stand, and how far they step."""
+    """Where feet may stand, and how far they step.
+
+    Raises:
+        UsdfootError: If the spacing is none.
+    """
 
     on: str | None = None
     """Glob on prim paths of the stones: terrain meshes, Points, PointInstancers; None = all walkable terrain."""
@@ -38,6 +43,9 @@ class StoneOptions:
     """clips = where the agent's clips land, its legs' where it has none; biped = its legs' always."""
     leaps: bool = False
     """Whether clips with flights count."""
+
+    def __post_init__(self) -> None:
+        check_range("spacing", self.spacing, BODILY, unit="m")
 
 
 def cross_stones(

@@ -39,6 +39,11 @@ class EarlierCrowd:
     records: Mapping[str, ChunkRecord] = field(default_factory=dict)
     """What its report says of its chunks, by the file of their animations."""
 
+    @property
+    def is_there(self) -> bool:
+        """Whether there is one, so that little may be to be made."""
+        return self.intact is not None
+
 
 def find_earlier(scene: Any, folder: Path, *, options: MotionOptions, call: CallRecord) -> EarlierCrowd:
     """The crowd of a folder, and whether it is what would be made.

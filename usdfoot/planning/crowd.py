@@ -12,6 +12,7 @@ import numpy as np
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.ground import Ground
+from usdfoot.model.limits import LATEST, check_range
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
@@ -44,10 +45,17 @@ ELBOW_ROOM = 0.45
 
 @dataclass(frozen=True, kw_only=True)
 class CrowdOptions:
-    """How a crowd is planned."""
+    """How a crowd is planned.
+
+    Raises:
+        UsdfootError: If a value is out of its range.
+    """
 
     duration: float = 600.0
     """Simulated at most [s]; it ends earlier when all have arrived or nobody gets on."""
+
+    def __post_init__(self) -> None:
+        check_range("duration", self.duration, (1.0, LATEST), unit="s")
 
 
 def plan_crowd(

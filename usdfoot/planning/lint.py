@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -31,6 +31,7 @@ def lint_plans(
     *,
     bodies: Sequence[Proportions],
     obstacles: Sequence[Obstacle] = (),
+    moving: Callable[[float], Sequence[Obstacle]] | None = None,
     limits: LintLimits | None = None,
 ) -> list[Fault]:
     """Faults of plans, in order of plan and footstep.
@@ -39,11 +40,12 @@ def lint_plans(
         plans: Of everyone who walks at the same time and place.
         ground: Terrain below them.
         bodies: Who walks each plan.
-        obstacles: That nobody walks through.
+        obstacles: That nobody walks through, and stay where they are.
+        moving: Others at a time [s]; None = there are none.
         limits: What is still right.
     """
     limits = limits or LintLimits()
-    alone = lint_alone(plans, ground, bodies=bodies, obstacles=obstacles, limits=limits)
+    alone = lint_alone(plans, ground, bodies=bodies, obstacles=obstacles, moving=moving, limits=limits)
     names = [plan.name for plan in plans]
     order = {name: i for i, name in enumerate(names)}
     found = [*alone, *_collisions(names, plans, bodies, limits)]
@@ -56,6 +58,7 @@ def lint_alone(
     *,
     bodies: Sequence[Proportions],
     obstacles: Sequence[Obstacle] = (),
+    moving: Callable[[float], Sequence[Obstacle]] | None = None,
     limits: LintLimits | None = None,
     names: Sequence[str] = (),
 ) -> list[Fault]:
@@ -65,7 +68,8 @@ def lint_alone(
         plans: To check.
         ground: Terrain below them.
         bodies: Who walks each plan.
-        obstacles: That nobody walks through.
+        obstacles: That nobody walks through, and stay where they are.
+        moving: Others at a time [s]; None = there are none.
         limits: What is still right.
         names: To call the plans by; none = their own.
     """
@@ -82,7 +86,7 @@ def lint_alone(
         *find_ground_faults(names, feet, normals, ground=ground, limits=limits),
         *find_low_ceilings(names, feet, legs, ground=ground, limits=limits),
         *find_walls(names, feet, legs, ground=ground, limits=limits),
-        *find_bump_faults(names, feet, obstacles, limits=limits),
+        *find_bump_faults(names, feet, obstacles, limits=limits, moving=moving),
     ]
 
 

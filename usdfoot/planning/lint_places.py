@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import product
 
 import numpy as np
@@ -117,18 +117,23 @@ def find_walls(
 
 
 def find_bump_faults(
-    names: Sequence[str], feet: FootTable, obstacles: Sequence[Obstacle], *, limits: LintLimits
+    names: Sequence[str],
+    feet: FootTable,
+    obstacles: Sequence[Obstacle],
+    *,
+    limits: LintLimits,
+    moving: Callable[[float], Sequence[Obstacle]] | None = None,
 ) -> list[Fault]:
-    """Footsteps in obstacles, and steps through them."""
-    soles, bodies = find_bumps(feet, obstacles)
+    """Footsteps in obstacles, and steps through them; in those that move as `find_bumps` has it."""
+    soles, bodies = find_bumps(feet, obstacles, moving=moving)
     found = []
     for bumps, least, what in (
         (soles, limits.bump, "is {:.2f} m in the obstacle "),
         (bodies, 0.0, "leads the body {:.2f} m into the obstacle "),
     ):
-        for row, index, depth in zip(bumps.rows, bumps.obstacles, bumps.depths, strict=True):
+        for row, name, depth in zip(bumps.rows, bumps.obstacles, bumps.depths, strict=True):
             if depth > least:
                 rows, values = np.array([row]), np.array([depth])
-                message = what + obstacles[index].name
+                message = what + name
                 found += faults_at(names, feet, rows, kind="obstacle", values=values, message=message)
     return found

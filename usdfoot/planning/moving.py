@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from usdfoot.planning.world import Obstacle, World
 
-__all__ = ["measure_velocities", "moved_on"]
+__all__ = ["measure_velocities", "moved_on", "with_velocity"]
 
 FASTEST = 10.0
 """What seems to go faster than that has been put elsewhere [m/s]."""
@@ -33,6 +34,20 @@ def measure_velocities(world: World, before: World, *, seconds: float) -> World:
         for obstacle in world.obstacles
     )
     return replace(world, obstacles=obstacles)
+
+
+def with_velocity(obstacles: Sequence[Obstacle], later: Sequence[Obstacle], *, seconds: float) -> list[Obstacle]:
+    """Obstacles that are one body with the velocity at which it gets to where it is so much later.
+
+    Args:
+        obstacles: As they are now.
+        later: The same then.
+        seconds: How much later [s].
+    """
+    then, now = (np.concatenate([one.outline for one in parts]).mean(axis=0) for parts in (later, obstacles))
+    x, z = (then - now) / seconds
+    velocity = (float(x), float(z)) if np.hypot(x, z) <= FASTEST else None
+    return [replace(obstacle, velocity=velocity) for obstacle in obstacles]
 
 
 def moved_on(world: World, *, seconds: float) -> World:

@@ -12,7 +12,7 @@ from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.biped import LEFT
 from usdfoot.model.ground import Ground
-from usdfoot.model.limits import DEFAULT_LIMITS
+from usdfoot.model.limits import DEFAULT_LIMITS, SPANS, check_range
 from usdfoot.model.path import WalkingPath
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.planning.bypass import go_round
@@ -42,7 +42,11 @@ BARRING = ("unreachable", "steep", "offTerrain", "obstructed", "obstacle")
 
 @dataclass(frozen=True, kw_only=True)
 class PathOptions:
-    """How plans along paths begin and end."""
+    """How plans along paths begin and end.
+
+    Raises:
+        UsdfootError: If a value is out of its range.
+    """
 
     starts_standing: bool = True
     """Both feet stand side by side at the start; else the walk begins in mid gait."""
@@ -55,6 +59,9 @@ class PathOptions:
     around: bool | None = None
     """Go round obstacles and ground that is too steep, too low or not walkable: None = where there is a better way,
     True = or there is no plan, False = the path is kept to as it is drawn."""
+
+    def __post_init__(self) -> None:
+        check_range("stand_time", self.stand_time, SPANS, unit="s")
 
 
 def plan_path(

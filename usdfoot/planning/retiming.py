@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 from usdfoot.analysis.timing import STAND_TIME, time_footsteps
 from usdfoot.errors import PlanError
+from usdfoot.model.limits import BODILY, LATEST, SPANS, check_range
 from usdfoot.model.plan import FootstepPlan, PlanDraft
 from usdfoot.planning.proportions import Proportions
 
@@ -14,7 +15,11 @@ __all__ = ["TimingOptions", "plan_times"]
 
 @dataclass(frozen=True, kw_only=True)
 class TimingOptions:
-    """How prints are timed."""
+    """How prints are timed.
+
+    Raises:
+        UsdfootError: If a value is out of its range.
+    """
 
     speed: float = 0.0
     """Mean of all steps [m/s]; 0 = as the length of each step asks for."""
@@ -28,6 +33,12 @@ class TimingOptions:
     """Both last feet stand to the end."""
     stand_time: float = STAND_TIME
     """How long who starts standing does so before the first step [s]."""
+
+    def __post_init__(self) -> None:
+        check_range("speed", self.speed, BODILY, unit="m/s", or_zero=True)
+        check_range("flight_distance", self.flight_distance, BODILY, unit="m", or_zero=True)
+        check_range("start_time", self.start_time or 0.0, (-LATEST, LATEST), unit="s")
+        check_range("stand_time", self.stand_time, SPANS, unit="s")
 
 
 def plan_times(prints: PlanDraft, body: Proportions, options: TimingOptions | None = None) -> FootstepPlan:

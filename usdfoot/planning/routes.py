@@ -78,8 +78,8 @@ def find_route(
         raise PlanError(_place("goal", goal), *_obstruction(world, goal, radius))
     lowest, highest = _extent(world, np.stack([start, goal])[:, [0, 2]])
     cell = 0.5 * radius
-    counts = np.ceil((highest - lowest) / cell).astype(int) + 1
-    if counts.prod() > MOST_CELLS:
+    counts = np.ceil((highest - lowest) / cell) + 1.0
+    if not counts.prod() <= MOST_CELLS:
         size = highest - lowest
         raise PlanError("area", f"is {size[0]:.0f} m by {size[1]:.0f} m, too large for a route", "give narrower bounds")
     corner = goal[[0, 2]] - np.rint((goal[[0, 2]] - lowest) / cell) * cell  # the goal is the centre of a cell

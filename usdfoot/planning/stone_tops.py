@@ -47,12 +47,12 @@ def stones_on(terrain: Terrain, *, body: Proportions, spacing: float = 0.12) -> 
     for index in np.flatnonzero(terrain.walkable):
         corners = terrain.points[terrain.triangles[terrain.mesh_indices == index]].reshape(-1, 3)
         lowest, highest = corners.min(axis=0), corners.max(axis=0)
-        half = np.floor(0.5 * (highest - lowest)[[0, 2]] / spacing).astype(int)
-        if np.prod(2 * half + 1) > MOST_PLACES:
+        half = np.floor(0.5 * (highest - lowest)[[0, 2]] / spacing)
+        if not np.prod(2 * half + 1) <= MOST_PLACES:
             size = (highest - lowest)[[0, 2]]
             what = f"is {size[0]:.1f} m by {size[1]:.1f} m, too large to look for footholds every {spacing:g} m"
             raise PlanError(terrain.meshes[index], what, "name the stones, or give a wider spacing")
-        x, z = np.meshgrid(*(np.arange(-count, count + 1) * spacing for count in half), indexing="ij")
+        x, z = np.meshgrid(*(np.arange(-count, count + 1) * spacing for count in half.astype(int)), indexing="ij")
         points = 0.5 * (lowest + highest)[[0, 2]] + np.stack([x.ravel(), z.ravel()], axis=1)
         own = Ground(_only(terrain, int(index)))
         tops = own.heights(points, np.full(len(points), highest[1]))

@@ -12,6 +12,7 @@ from usdfoot.analysis.timing import TimingRule, time_steps
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.ground import Ground
+from usdfoot.model.limits import WINDOWS, check_range
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.planning.edges import keep_off_edges
@@ -50,7 +51,11 @@ STAND = 0.3
 
 @dataclass(frozen=True, kw_only=True)
 class TrajectoryOptions:
-    """How trajectories become footsteps."""
+    """How trajectories become footsteps.
+
+    Raises:
+        UsdfootError: If a value is out of its range.
+    """
 
     smoothing_time: float = 0.3
     """Standard deviation of the filter on positions [s]: takes out jitter and the sway of tracked heads."""
@@ -58,6 +63,9 @@ class TrajectoryOptions:
     """Keep people, and their feet, out of each other."""
     elbow_room: float = 0.5
     """Least distance between the roots of two people, if `apart` [m]."""
+
+    def __post_init__(self) -> None:
+        check_range("smoothing_time", self.smoothing_time, WINDOWS, unit="s")
 
 
 def plan_trajectories(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 
@@ -177,16 +177,20 @@ def plan_wander(
     steps: int = 40,
     options: WanderOptions | None = None,
     start_time: float = 0.0,
+    later: Callable[[float], World] | None = None,
     name: str = "wander",
 ) -> FootstepPlan:
     """The plan of `steps` footsteps of `wander`, or of those it takes to the last goal if that is fewer.
 
+    It is told `later`, the world at a time [s], as each foot is down.
+
     Raises:
         PlanError: As `wander`; if there are fewer than two steps.
     """
-    way = wander(world, start, yaw, generator=generator, goals=goals, options=options, start_time=start_time)
-    footsteps = list(islice(way, steps))
     options = options or WanderOptions()
+    way = wander(world, start, yaw, generator=generator, goals=goals, options=options, start_time=start_time)
+    told = way if later is None else _told(way, later, start_time + options.stand_time)
+    footsteps = list(islice(told, steps))
     ends_standing = len(footsteps) < steps
     return join_footsteps(
         footsteps,
@@ -195,6 +199,19 @@ def plan_wander(
         ends_standing=ends_standing,
         stand_time=options.stand_time,
     )
+
+
+def _told(
+    way: Generator[Footstep, World | News | None, None], later: Callable[[float], World], departure: float
+) -> Iterator[Footstep]:
+    """Footsteps of one that is told the world as it is when it takes each, the first at its `departure` [s]."""
+    try:
+        footstep = next(way)
+        while True:
+            yield footstep
+            footstep = way.send(later(max(footstep.strike_time, departure)))
+    except StopIteration:
+        return
 
 
 def join_footsteps(

@@ -19,6 +19,7 @@ from usdfoot.readers.plans import is_plan
 from usdfoot.readers.stage import StagePrims, authored, authored_values, targets
 
 __all__ = [
+    "OPTIONS",
     "AgentOptions",
     "AgentSource",
     "list_agents",
@@ -33,7 +34,8 @@ IK_REACH = 0.3
 _WALKED = (Token.PLAN, Token.PATH, Token.TRAJECTORY)
 """Relationships of which one says where an agent goes."""
 _RELATIONSHIPS = (*_WALKED, Token.CHARACTER, Token.CLIPS)
-_OPTIONS = (Token.MOTION, Token.ROOT_WEIGHT, Token.REPLACE_DISTANCE, Token.IK_REACH)
+OPTIONS = (Token.MOTION, Token.ROOT_WEIGHT, Token.REPLACE_DISTANCE, Token.IK_REACH)
+"""Attributes of `AgentOptions`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,9 +51,11 @@ class AgentSource:
     character: Usd.Prim | None
     """Prim that holds the character; None = the agent prim, or the only character of the stage."""
     clips: tuple[Sdf.Path, ...]
-    """Scopes of clips; empty = every clip that fits."""
+    """Scopes and collections of clips; empty = every clip that fits."""
     is_authored: bool
     """Whether the prim has UsdfootAgentAPI."""
+    properties: tuple[str, ...]
+    """Names of what is authored on the prim."""
     path: Usd.Prim | None = None
     """The curve that an agent without a plan follows."""
     trajectory: Usd.Prim | None = None
@@ -85,18 +89,27 @@ def list_agents(stage: Usd.Stage, prims: StagePrims) -> tuple[tuple[AgentSource,
     if not marked:
         names = _unique_names([plan.GetName() for plan in plans])
         return tuple(
-            AgentSource(name=name, prim=plan, plan=plan, character=None, clips=(), is_authored=False)
+            AgentSource(
+                name=name,
+                prim=plan,
+                plan=plan,
+                character=None,
+                clips=(),
+                is_authored=False,
+                properties=tuple(plan.GetAuthoredPropertyNames()),
+            )
             for name, plan in zip(names, plans, strict=True)
         ), ()
-    pointed = [_pointed(prim) for prim in marked]
+    properties = [tuple(prim.GetAuthoredPropertyNames()) for prim in marked]
+    pointed = [_pointed(prim, own) for prim, own in zip(marked, properties, strict=True)]
     claimed = {path for found in pointed for path in found.get(Token.PLAN, ())}
     unclaimed = [plan for plan in plans if plan.GetPath() not in claimed]
     default = unclaimed[0] if len(unclaimed) == 1 and sum(map(_is_idle, pointed)) == 1 else None
     sources, problems = [], []
     names = _unique_names([prim.GetName() for prim in marked])
-    for name, prim, found in zip(names, marked, pointed, strict=True):
+    for name, prim, own, found in zip(names, marked, properties, pointed, strict=True):
         try:
-            sources.append(_source(stage, prim, name, found, default))
+            sources.append(_source(stage, prim, name, own, found, default))
         except (PlanError, SceneError) as error:
             problems.append(Problem(severity="error", where=str(prim.GetPath()), message=str(error)))
         problems += _unused_targets(prim, found)
@@ -112,12 +125,13 @@ def list_agents_without_plans(
     marked = prims.with_apis.get(Schema.AGENT, ())
     sources, problems = [], []
     for name, prim in zip(_unique_names([prim.GetName() for prim in marked]), marked, strict=True):
-        found = _pointed(prim)
+        own = tuple(prim.GetAuthoredPropertyNames())
+        found = _pointed(prim, own)
         has_goal = bool(targets(prim, Token.GOAL))
         if not has_goal and (with_goals or not _is_idle(found)):
             continue
         try:
-            sources.append(_source(stage, prim, name, found, prim))
+            sources.append(_source(stage, prim, name, own, found, prim))
         except (PlanError, SceneError) as error:
             problems.append(Problem(severity="error", where=str(prim.GetPath()), message=str(error)))
     return tuple(sources), tuple(problems)
@@ -148,7 +162,8 @@ def select_agents(sources: Sequence[AgentSource], patterns: str | Sequence[str])
 def said_of(source: AgentSource, names: Collection[str]) -> dict[str, Any]:
     """Values authored for attributes of an agent, by name, those of the artists' overrides over the scene's."""
     overriding = authored_values(source.override, names) if source.override else {}
-    return {**authored_values(source.prim, names), **overriding}
+    found = {name: authored(source.prim, name) for name in source.properties if name in names}
+    return {**{name: value for name, value in found.items() if value is not None}, **overriding}
 
 
 def read_agent_options(source: AgentSource, units: StageUnits) -> AgentOptions:
@@ -157,7 +172,7 @@ def read_agent_options(source: AgentSource, units: StageUnits) -> AgentOptions:
     Raises:
         SceneError: If a value is outside its range.
     """
-    said = said_of(source, _OPTIONS)
+    said = said_of(source, OPTIONS)
     motion = str(said.get(Token.MOTION) or Motion.CLIPS)
     if motion not in Motion.ALL:
         raise SceneError(source.prim.GetPath(), f"{Token.MOTION} is {motion}", f"author one of {', '.join(Motion.ALL)}")
@@ -169,28 +184,35 @@ def read_agent_options(source: AgentSource, units: StageUnits) -> AgentOptions:
     )
 
 
-def _pointed(prim: Usd.Prim) -> dict[str, list[Sdf.Path]]:
+def _pointed(prim: Usd.Prim, properties: Sequence[str]) -> dict[str, list[Sdf.Path]]:
     """What an agent's relationships point at, by name; without those that point at nothing."""
-    found = {name: targets(prim, name) for name in prim.GetAuthoredPropertyNames() if name in _RELATIONSHIPS}
+    found = {name: targets(prim, name) for name in properties if name in _RELATIONSHIPS}
     return {name: paths for name, paths in found.items() if paths}
 
 
 def _source(
-    stage: Usd.Stage, prim: Usd.Prim, name: str, pointed: Mapping[str, list[Sdf.Path]], default_plan: Usd.Prim | None
+    stage: Usd.Stage,
+    prim: Usd.Prim,
+    name: str,
+    properties: tuple[str, ...],
+    pointed: Mapping[str, list[Sdf.Path]],
+    default_plan: Usd.Prim | None,
 ) -> AgentSource:
     """Raises PlanError or SceneError if a relationship is missing or points nowhere."""
     plan = _target(stage, prim, Token.PLAN, pointed)
     path = _target(stage, prim, Token.PATH, pointed) if plan is None else None
     trajectory = _target(stage, prim, Token.TRAJECTORY, pointed) if plan is None and path is None else None
-    number = authored(prim, Token.ID)
+    number = authored(prim, Token.ID) if Token.ID in properties else None
+    _existing(stage, prim, Token.CLIPS, pointed)
     return AgentSource(
         name=name,
         prim=prim,
         plan=plan or path or trajectory or _default_plan(prim, default_plan),
         path=path,
         character=_target(stage, prim, Token.CHARACTER, pointed),
-        clips=tuple(_existing(stage, prim, Token.CLIPS, pointed)),
+        clips=tuple(pointed.get(Token.CLIPS, ())),
         is_authored=True,
+        properties=properties,
         trajectory=trajectory,
         number=None if number is None else int(number),
     )
@@ -227,22 +249,26 @@ def _default_plan(prim: Usd.Prim, default: Usd.Prim | None) -> Usd.Prim:
 
 def _target(stage: Usd.Stage, prim: Usd.Prim, name: str, pointed: Mapping[str, list[Sdf.Path]]) -> Usd.Prim | None:
     existing = _existing(stage, prim, name, pointed)
-    return stage.GetPrimAtPath(existing[0]) if existing else None
+    return existing[0] if existing else None
 
 
-def _existing(stage: Usd.Stage, prim: Usd.Prim, name: str, pointed: Mapping[str, list[Sdf.Path]]) -> list[Sdf.Path]:
+def _existing(stage: Usd.Stage, prim: Usd.Prim, name: str, pointed: Mapping[str, list[Sdf.Path]]) -> list[Usd.Prim]:
     """Targets of a relationship, all of which must exist and be active, as what is below them must."""
-    found = pointed.get(name)
-    if found is None:
-        return []
-    prims = [stage.GetPrimAtPath(path) for path in found]
+    found = pointed.get(name, [])
+    prims = [_holder(stage, path) if name == Token.CLIPS else stage.GetPrimAtPath(path) for path in found]
+    if all(target and target.IsActive() for target in prims):
+        return prims
     absent = [path for path, target in zip(found, prims, strict=True) if not target]
     if absent:
         raise SceneError(prim.GetPath(), f"{name} points at what does not exist", "correct the target", absent)
     muted = [path for path, target in zip(found, prims, strict=True) if not target.IsActive()]
-    if muted:
-        raise SceneError(prim.GetPath(), f"{name} points at what is inactive", "activate it, or mute the agent", muted)
-    return found
+    raise SceneError(prim.GetPath(), f"{name} points at what is inactive", "activate it, or mute the agent", muted)
+
+
+def _holder(stage: Usd.Stage, path: Sdf.Path) -> Usd.Prim:
+    """The prim at a path, or that has the collection there; invalid where there is neither."""
+    collection = Usd.CollectionAPI.GetCollection(stage, path) if path.IsPropertyPath() else None
+    return collection.GetPrim() if collection else stage.GetPrimAtPath(path)
 
 
 def _number(prim: Usd.Prim, said: Mapping[str, Any], name: str, default: float, *, upper: float = math.inf) -> float:

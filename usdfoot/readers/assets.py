@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 from pxr import Kind, Sdf, Usd, UsdGeom, UsdSkel
 
-from usdfoot.bridge.own_attributes import OwnAttributes
 from usdfoot.bridge.scene import Variants
-from usdfoot.readers.own_attributes import HARMLESS, is_own, read_own
+from usdfoot.readers.bindings import is_binding
+from usdfoot.readers.own_attributes import HARMLESS, is_own
 
-__all__ = ["Asset", "asset_of", "character_prim_of", "own_attributes_over"]
+__all__ = ["Asset", "asset_of", "character_prim_of", "said_over"]
 
 
 class Asset(NamedTuple):
@@ -48,12 +48,16 @@ def asset_of(prim: Usd.Prim) -> Asset:
     return Asset(layer, str(found.path), tuple(sorted(selected.items())))
 
 
-def own_attributes_over(prim: Usd.Prim) -> OwnAttributes:
-    """Attributes that describe a prim, by name, of what a scene says over the asset it holds."""
-    if all(name.startswith(HARMLESS) for name in prim.GetAuthoredPropertyNames()):  # as mostly
-        return {}
-    names = {attribute.name for spec in _followed(prim).above for attribute in spec.attributes}
-    return read_own(prim, names) if names else {}
+def said_over(prim: Usd.Prim) -> set[str]:
+    """Properties that describe a prim, of what a scene says over the asset it holds.
+
+    Where the scene's prim is the asset these are its bindings alone, whose materials may be outside of it.
+    """
+    names = prim.GetAuthoredPropertyNames()
+    if all(name.startswith(HARMLESS) for name in names):  # as mostly
+        return set()
+    above = _followed(prim).above
+    return {prop.name for spec in above for prop in spec.properties} if above else {*filter(is_binding, names)}
 
 
 def _followed(prim: Usd.Prim) -> _Followed:
@@ -136,4 +140,4 @@ def _changes(prim: Usd.Prim, spec: Sdf.PrimSpec) -> bool:
     """Whether a spec says more of a prim than which variants it has, and what a written agent does anew."""
     parts = spec.nameChildren, spec.variantSets  # views that are truthy even when they are empty
     names = [prop.name for prop in spec.properties if not prop.name.startswith(HARMLESS)]
-    return any(len(part) > 0 for part in parts) or not all(is_own(prim, name) for name in names)
+    return any(len(part) > 0 for part in parts) or not all(is_binding(name) or is_own(prim, name) for name in names)

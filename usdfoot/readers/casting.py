@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 import numpy as np
-from pxr import Sdf, Usd, UsdSkel
+from pxr import Sdf, Usd, UsdShade, UsdSkel
 
 from usdfoot.analysis.hip_spacing import space_hips
-from usdfoot.bridge.own_attributes import OwnAttributes
+from usdfoot.bridge.own_attributes import OwnAttribute, OwnAttributes, OwnBinding
 from usdfoot.bridge.scene import Character
 from usdfoot.bridge.tokens import Motion, Plan
 from usdfoot.bridge.units import StageUnits
@@ -24,19 +24,22 @@ from usdfoot.model.report import Problem
 from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.model.tuning import BodyTuning
 from usdfoot.planning.proportions import Proportions, proportions_of
-from usdfoot.readers.agents import AgentSource, read_agent_options
-from usdfoot.readers.assets import own_attributes_over
+from usdfoot.readers.agents import OPTIONS, AgentSource, read_agent_options
+from usdfoot.readers.assets import said_over
+from usdfoot.readers.bindings import BindingReader
 from usdfoot.readers.candidates import find_skeleton, only_character
 from usdfoot.readers.characters import character_key, read_character
 from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.clips import missing_leg_joints, read_clip
 from usdfoot.readers.own_attributes import read_own
-from usdfoot.readers.stage import StagePrims, authored
-from usdfoot.readers.tuning import read_tuning
+from usdfoot.readers.stage import StagePrims, authored_or_primvar
+from usdfoot.readers.tuning import TUNINGS, read_tuning
 
 __all__ = ["Casting", "skipped"]
 
 
+_SAYS_MORE = frozenset((*OPTIONS, *TUNINGS))
+"""Properties of agents that are not alike."""
 _Found = TypeVar("_Found", int, Usd.Prim)
 
 
@@ -62,8 +65,10 @@ class Casting:
     _only: Usd.Prim | UsdfootError | None = None
     _unfit: dict[str, str] = field(default_factory=dict)
     _tuning_of: dict[str, BodyTuning] = field(default_factory=dict)
+    _performer_of: dict[tuple[Sdf.Path, tuple[Sdf.Path, ...]], Performer] = field(default_factory=dict)
     _key_of: dict[tuple[Sdf.Path, float], tuple[object, ...]] = field(default_factory=dict)
     _own_of: dict[Sdf.Path, OwnAttributes] = field(default_factory=dict)
+    _bindings: BindingReader = field(default_factory=BindingReader)
     _character_of: dict[object, int | UsdfootError] = field(default_factory=dict)
     _library_of: dict[object, int | UsdfootError] = field(default_factory=dict)
 
@@ -82,9 +87,9 @@ class Casting:
         performer = self._performer(source)
         if performer is None:
             return None
-        if plan.root_weights.any() or authored(source.plan, Plan.ROOT_WEIGHTS):  # artists add some
-            performer = replace(performer, root_weight=0.0)
-        elif (plan.root_weights != performer.root_weight).any():
+        if performer.root_weight and (plan.root_weights.any() or authored_or_primvar(source.plan, Plan.ROOT_WEIGHTS)):
+            performer = replace(performer, root_weight=0.0)  # artists add some to the plan's own
+        elif performer.root_weight:
             plan = replace(plan, root_weights=np.full(len(plan), performer.root_weight))
         return performer.walking(plan, root_trajectory=root_trajectory)
 
@@ -94,18 +99,27 @@ class Casting:
         return None if performer is None else performer.following(trajectory)
 
     def _performer(self, source: AgentSource) -> Performer | None:
+        likeness = _likeness(source)
+        known = self._performer_of.get(likeness) if likeness else None
+        if known:
+            return Performer(**{**vars(known), "name": source.name, "source": str(source.prim.GetPath())})
         try:
-            options = read_agent_options(source, self.units)
-            motion = self.motion or options.motion
-            character, prim = self._character(source)
-            library = self._library(source, character, prim, required=motion != Motion.PHYSICS)
+            performer = self._read_performer(source)
         except UsdfootError as error:
             self.problems.append(skipped(source, error))
             return None
+        if likeness:
+            self._performer_of[likeness] = performer
+        return performer
+
+    def _read_performer(self, source: AgentSource) -> Performer:
+        options = read_agent_options(source, self.units)
+        motion = self.motion or options.motion
+        character, prim = self._character(source)
         return Performer(
             name=source.name,
             source=str(source.prim.GetPath()),
-            library=library,
+            library=self._library(source, character, prim, required=motion != Motion.PHYSICS),
             character=character,
             ik_reach=options.ik_reach,
             root_weight=options.root_weight,
@@ -123,18 +137,27 @@ class Casting:
         return self.characters[self._character(source)[0]]
 
     def own_attributes_of(self, source: AgentSource) -> OwnAttributes:
-        """Attributes that describe an agent, by name: its character's, and its prim's over these.
+        """Attributes that describe an agent, and materials bound to it, by name: its character's, and its prim's.
+
+        The latter are stronger, except over a character that is below the prim and has its own, as USD has it.
 
         Raises:
             UsdfootError: If it has no character that can be used.
         """
-        prim = self._character(source)[1]
-        if prim.GetPath() not in self._own_of:
-            self._own_of[prim.GetPath()] = own_attributes_over(prim)
-        own = self._own_of[prim.GetPath()]
+        prim = source.character or self._character(source)[1]
+        path = prim.GetPath()
+        own = self._own_of.get(path)
+        if own is None:
+            own = self._own_of[path] = self._own(prim, said_over(prim), prim)
         if not source.is_authored or source.prim == prim:
             return own
-        return {**own, **read_own(source.prim, source.prim.GetAuthoredPropertyNames())}
+        agents = self._own(source.prim, source.properties, prim)
+        if not path.HasPrefix(source.prim.GetPath()):
+            return {**own, **agents}
+        return {**agents, **{name: said for name, said in own.items() if not _is_strong(agents.get(name))}}
+
+    def _own(self, prim: Usd.Prim, names: Collection[str], character: Usd.Prim) -> OwnAttributes:
+        return {**read_own(prim, names), **self._bindings.read(prim, names, character=character)}
 
     def body_of(self, source: AgentSource) -> Proportions:
         """Proportions of an agent's character; a person's if it has none that can be used."""
@@ -271,6 +294,21 @@ def _or_raise(result: _Found | UsdfootError) -> _Found:
     if isinstance(result, UsdfootError):
         raise result
     return result
+
+
+def _likeness(source: AgentSource) -> tuple[Sdf.Path, tuple[Sdf.Path, ...]] | None:
+    """What an agent has in common with all who say no more of themselves than whom they look like; None = it says more.
+
+    These differ in name and way.
+    """
+    if source.character is None or source.override or not _SAYS_MORE.isdisjoint(source.properties):
+        return None
+    return source.character.GetPath(), source.clips
+
+
+def _is_strong(said: OwnAttribute | OwnBinding | None) -> bool:
+    """Whether it goes over what is said below."""
+    return isinstance(said, OwnBinding) and said.strength == UsdShade.Tokens.strongerThanDescendants
 
 
 def _holds_skeleton(prim: Usd.Prim) -> bool:

@@ -36,16 +36,20 @@ class ClipFinder:
                 self._bound.setdefault(source, prim)
 
     def animations_below(self, scopes: Sequence[Sdf.Path]) -> list[Usd.Prim]:
-        """Animations at or below the scopes, in stage order; all of the stage's if there are no scopes."""
+        """Animations at or below the scopes in stage order, or in collections; without any, all of the stage's."""
         if not scopes:
             return list(self._animations)
-        found: dict[Sdf.Path, Usd.Prim] = {}
-        for scope in scopes:
-            prim = self._stage.GetPrimAtPath(scope)
-            for below in Usd.PrimRange(prim, Usd.TraverseInstanceProxies()) if prim else ():
-                if below.IsA(UsdSkel.Animation):
-                    found.setdefault(below.GetPath(), below)
-        return list(found.values())
+        prims = (prim for scope in scopes for prim in self._prims_of(scope))
+        return list({prim.GetPath(): prim for prim in prims if prim.IsA(UsdSkel.Animation)}.values())
+
+    def _prims_of(self, scope: Sdf.Path) -> Iterable[Usd.Prim]:
+        """Prims at or below a path, or in the collection there."""
+        everything = Usd.TraverseInstanceProxies()
+        if scope.IsPropertyPath():
+            query = Usd.CollectionAPI.GetCollection(self._stage, scope).ComputeMembershipQuery()
+            return Usd.CollectionAPI.ComputeIncludedObjects(query, self._stage, everything)
+        prim = self._stage.GetPrimAtPath(scope)
+        return Usd.PrimRange(prim, everything) if prim else ()
 
     def source_of(self, animation: Usd.Prim, character: Usd.Prim) -> ClipSource:
         """The animation with the skeleton it was made on.

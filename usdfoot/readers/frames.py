@@ -14,9 +14,12 @@ from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.model.trajectory import RootTrajectory
 
-__all__ = ["find_frames", "frames_problems", "spans_of"]
+__all__ = ["find_frames", "frames_problems", "rate_problems", "spans_of"]
 
 _ROUNDING = 1e-6
+_FEWEST, _MOST = 10.0, 240.0
+"""Samples a second: fewer than any film has, more than any camera takes."""
+_ORDINARY = 30.0
 
 
 def spans_of(walks: Iterable[FootstepPlan | RootTrajectory], info: StageInfo) -> FloatArray:
@@ -47,3 +50,24 @@ def frames_problems(spans: FloatArray, codes: FloatArray) -> list[Problem]:
         f"{spans.min():g}:{spans.max():g}"
     )
     return [Problem(severity="warning", where="frames", message=message)]
+
+
+def rate_problems(info: StageInfo, every: int) -> list[Problem]:
+    """A warning where samples are so many that files burst, or so few that planted feet drift between them.
+
+    There is one at each time code: framesPerSecond is only how fast viewers play.
+
+    Args:
+        info: Of the stage.
+        every: Of how many frames one is taken of those who are far.
+    """
+    rate = info.units.time_codes_per_second
+    if rate > _MOST * every:
+        remedy = f"take fewer with --every {rate / _ORDINARY:.0f}, or author a lower rate with times that fit it"
+        what = "each agent has a sample at each of them"
+    elif rate < _FEWEST:
+        remedy, what = "author 24 or more, with times that fit it", "feet drift between samples that far apart"
+    else:
+        return []
+    message = f"{info.identifier}: has {rate:g} time codes a second, {what}. {remedy}"
+    return [Problem(severity="warning", where=info.identifier, message=message)]

@@ -56,6 +56,14 @@ class HabitsReader:
         except UsdfootError:
             return PEOPLE
 
+    def styles(self, casting: Casting, source: AgentSource) -> tuple[str, ...]:
+        """Styles of the clips that move an agent; none where no clips do, or none that can be used."""
+        try:
+            library = self._library_of(casting, source)
+            return () if library is None else tuple(sorted({str(each) for each in self._examples_of(library).styles}))
+        except UsdfootError:
+            return ()
+
     def body_of(self, casting: Casting, source: AgentSource) -> Proportions:
         """Proportions of an agent's character with its habits; a person's if it has none that can be used."""
         return replace(casting.body_of(source), habits=self.read(casting, source))

@@ -20,7 +20,7 @@ from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.stage import StagePrims, authored, start_code
 from usdfoot.readers.triangles import cut_polygons
 
-__all__ = ["read_obstacles"]
+__all__ = ["obstacle_prims", "obstacles_of", "read_obstacles"]
 
 CONVEX = 0.98
 """A mesh whose upward faces cover this much of its hull is as good as convex seen from above."""
@@ -39,19 +39,30 @@ def read_obstacles(
     """
     obstacles: list[Obstacle] = []
     problems = []
-    for prim in _boundables(prims):
+    for prim in obstacle_prims(prims):
         try:
-            margin = _margin(prim) * units.meters_per_unit
-            points, faces = _shape(stage, prim, units)
-            heights = float(points[:, 1].min()), float(points[:, 1].max())
-            for outline in _outlines(prim, points[:, [0, 2]], faces):
-                obstacles.append(Obstacle(name=str(prim.GetPath()), outline=outline, margin=margin, heights=heights))
+            obstacles += obstacles_of(prim, units, start_code(stage))
         except UsdfootError as error:
             problems.append(Problem(severity="error", where=error.where, message=str(error)))
     return tuple(obstacles), tuple(problems)
 
 
-def _boundables(prims: StagePrims) -> list[Usd.Prim]:
+def obstacles_of(prim: Usd.Prim, units: StageUnits, code: Usd.TimeCode) -> list[Obstacle]:
+    """What a Boundable is in the way with at a time code.
+
+    Raises:
+        SceneError: If it has no shape, or one that is not finite.
+    """
+    margin = _margin(prim) * units.meters_per_unit
+    points, faces = _shape(prim, units, code)
+    heights = float(points[:, 1].min()), float(points[:, 1].max())
+    return [
+        Obstacle(name=str(prim.GetPath()), outline=outline, margin=margin, heights=heights)
+        for outline in _outlines(prim, points[:, [0, 2]], faces)
+    ]
+
+
+def obstacle_prims(prims: StagePrims) -> list[Usd.Prim]:
     """Every Boundable at or below an obstacle prim, once."""
     found = {}
     for prim in prims.with_apis.get(Schema.OBSTACLE, ()):
@@ -73,7 +84,7 @@ def _margin(prim: Usd.Prim) -> float:
     return 0.0
 
 
-def _shape(stage: Usd.Stage, prim: Usd.Prim, units: StageUnits) -> tuple[FloatArray, IntArray]:
+def _shape(prim: Usd.Prim, units: StageUnits, code: Usd.TimeCode) -> tuple[FloatArray, IntArray]:
     """Points (P, 3) of a Boundable [m] and the triangles (T, 3) of a mesh, none of anything else.
 
     Raises:
@@ -81,27 +92,26 @@ def _shape(stage: Usd.Stage, prim: Usd.Prim, units: StageUnits) -> tuple[FloatAr
     """
     faces = np.zeros((0, 3), dtype=int)
     if prim.IsA(UsdGeom.Mesh):
-        points, faces = _mesh(stage, UsdGeom.Mesh(prim))
+        points, faces = _mesh(UsdGeom.Mesh(prim), code)
     else:
-        extent = UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(prim), start_code(stage))
+        extent = UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(prim), code)
         if not extent:
             raise SceneError(prim.GetPath(), "is an obstacle without an extent", "author its extent, or make it a Mesh")
         lowest, highest = (np.array(corner, dtype=float) for corner in extent)
         solid = _round_points(prim) if prim.GetTypeName() in ROUND_GPRIMS else _corners()
         points = 0.5 * (lowest + highest) + 0.5 * solid * (highest - lowest)
-    matrix = matrices_of(prim, np.array([start_code(stage).GetValue()]))[0]
+    matrix = matrices_of(prim, np.array([code.GetValue()]))[0]
     world = units.points_to_canonical(points @ matrix[:3, :3] + matrix[3, :3])
     if not np.isfinite(world).all():
         raise SceneError(prim.GetPath(), "is an obstacle whose points are not finite", "repair it")
     return world, faces
 
 
-def _mesh(stage: Usd.Stage, mesh: UsdGeom.Mesh) -> tuple[FloatArray, IntArray]:
+def _mesh(mesh: UsdGeom.Mesh, code: Usd.TimeCode) -> tuple[FloatArray, IntArray]:
     """Points of a mesh in its own space, and its triangles."""
-    time = start_code(stage)
-    points = np.array(mesh.GetPointsAttr().Get(time) or (), dtype=float).reshape(-1, 3)
-    counts = np.array(mesh.GetFaceVertexCountsAttr().Get(time) or (), dtype=int)
-    indices = np.array(mesh.GetFaceVertexIndicesAttr().Get(time) or (), dtype=int)
+    points = np.array(mesh.GetPointsAttr().Get(code) or (), dtype=float).reshape(-1, 3)
+    counts = np.array(mesh.GetFaceVertexCountsAttr().Get(code) or (), dtype=int)
+    indices = np.array(mesh.GetFaceVertexIndicesAttr().Get(code) or (), dtype=int)
     strays = counts.min(initial=0) < 0 or indices.min(initial=0) < 0 or indices.max(initial=-1) >= len(points)
     if strays or not len(points) or counts.sum() != len(indices):
         raise SceneError(mesh.GetPath(), "is an obstacle whose faces do not match its points", "repair the mesh")

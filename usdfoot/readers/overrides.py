@@ -13,6 +13,7 @@ from usdfoot.bridge.tokens import Agent, File, Plan, Prim
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import PlanError, SceneError
 from usdfoot.maths.types import FloatArray
+from usdfoot.model.limits import DEFAULT_LIMITS
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.readers.agents import AgentSource
@@ -47,6 +48,8 @@ class Overrides:
     """The crowd's layer of executed plans; None = there is none yet."""
     units: StageUnits
     """Of the scene, which are the crowd's."""
+    most_footsteps: int = DEFAULT_LIMITS.footsteps
+    """How many a plan may have."""
 
     @property
     def layer(self) -> Sdf.Layer | None:
@@ -91,6 +94,7 @@ class Overrides:
 
         Raises:
             PlanError: If what they made of it is no plan, or no plan is where they point.
+            SceneError: If it has too many footsteps.
         """
         if self.stage is None:
             return None
@@ -109,7 +113,7 @@ class Overrides:
         if not prim or not prim.IsDefined():
             where = f"{layer.GetDisplayName()} {Prim.AGENTS}/{name}"
             raise PlanError(where, f"{Agent.PLAN} points at no plan", "point it at a PointInstancer", [path])
-        plan, problems = read_plan(prim, self.units)
+        plan, problems = read_plan(prim, self.units, most=self.most_footsteps)
         frame = matrices_of(prim, np.array([start_code(stage).GetValue()]))[0] if path == own else np.eye(4)
         return OverriddenPlan(plan=plan, problems=problems, frame=frame)
 
@@ -120,23 +124,26 @@ class Overrides:
         stage = Usd.Stage.Open(str(self.footsteps))
         stage.Reload()
         prim = stage.GetPrimAtPath(f"{Prim.PLANS}/{name}")
-        plan = read_plan(prim, self.units)[0] if prim else None
+        plan = read_plan(prim, self.units, most=self.most_footsteps)[0] if prim else None
         return replace(plan, orientations=plan.orientations + 0.0) if plan else None  # no -0.0: one hash, once rounded
 
 
-def read_overrides(folder: Path | None, units: StageUnits) -> Overrides:
+def read_overrides(
+    folder: Path | None, units: StageUnits, *, most_footsteps: int = DEFAULT_LIMITS.footsteps
+) -> Overrides:
     """What artists changed in a crowd, as it is on disk now.
 
     Args:
         folder: Of the crowd; None or without overrides.usda = nothing was changed.
         units: Of the scene.
+        most_footsteps: How many a plan may have.
 
     Raises:
         SceneError: If overrides.usda cannot be read.
     """
     path = folder / File.OVERRIDES if folder else None
     if path is None or not path.is_file():
-        return Overrides(stage=None, footsteps=None, units=units)
+        return Overrides(stage=None, footsteps=None, units=units, most_footsteps=most_footsteps)
     try:
         layer = Sdf.Layer.FindOrOpen(str(path))
         layer.Reload()
@@ -144,7 +151,8 @@ def read_overrides(folder: Path | None, units: StageUnits) -> Overrides:
     except Tf.ErrorException as error:
         raise SceneError(path, "cannot be read", "correct it, or move it away") from error
     footsteps = path.with_name(File.FOOTSTEPS)
-    return Overrides(stage=stage, footsteps=footsteps if footsteps.is_file() else None, units=units)
+    executed = footsteps if footsteps.is_file() else None
+    return Overrides(stage=stage, footsteps=executed, units=units, most_footsteps=most_footsteps)
 
 
 def _unread(prim: Usd.Prim) -> list[Problem]:

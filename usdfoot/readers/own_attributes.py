@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
-from usdfoot.bridge.own_attributes import NUMBER_TYPES, TEXT_TYPES, OwnAttribute, OwnAttributes
+from usdfoot.bridge.own_attributes import NUMBER_TYPES, TEXT_TYPES, OwnAttribute
 
 __all__ = ["HARMLESS", "is_own", "read_own"]
 
@@ -32,7 +32,7 @@ def is_own(prim: Usd.Prim, name: str) -> bool:
     return bool(attribute) and _describes(attribute) and (_is_silent(attribute) or _read(attribute) is not None)
 
 
-def read_own(prim: Usd.Prim, names: Iterable[str]) -> OwnAttributes:
+def read_own(prim: Usd.Prim, names: Iterable[str]) -> dict[str, OwnAttribute]:
     """Those of the properties that are the prim's own, without connections, in the order of their names."""
     attributes = {name: prim.GetAttribute(name) for name in sorted(names) if not name.startswith(HARMLESS)}
     found = {name: _read(attribute) for name, attribute in attributes.items() if attribute and _describes(attribute)}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 from pxr import Usd, UsdGeom
@@ -15,23 +16,31 @@ from usdfoot.maths.types import FloatArray
 from usdfoot.model.limits import DEFAULT_LIMITS, check_limit
 from usdfoot.model.report import Problem
 from usdfoot.readers.skeleton import StartTransforms
-from usdfoot.readers.stage import authored_values, targets
+from usdfoot.readers.stage import authored, authored_or_primvar, targets
 from usdfoot.readers.transform_codes import changes_place, changes_value
 
 __all__ = ["PRINTS", "TIMES", "PlanSource", "ask_plan"]
 
+_POSITIONS, _HIDDEN = str(UsdGeom.Tokens.positions), str(UsdGeom.Tokens.invisibleIds)
+_INACTIVE, _PROTOTYPES = str(UsdGeom.Tokens.inactiveIds), str(UsdGeom.Tokens.prototypes)
 PRINTS = (
     str(UsdGeom.Tokens.protoIndices),
-    str(UsdGeom.Tokens.positions),
+    _POSITIONS,
     str(UsdGeom.Tokens.orientations),
     str(UsdGeom.Tokens.orientationsf),
-    str(UsdGeom.Tokens.invisibleIds),
+    _HIDDEN,
     Token.ROOT_WEIGHTS,
     Token.STYLES,
 )
 """Attributes of a plan's prints."""
 TIMES = (Token.STRIKE_TIMES, Token.LIFTOFF_TIMES)
 """Attributes that say when these are walked on."""
+_ALL = frozenset((*PRINTS, *TIMES))
+_EACH = (*PRINTS[:2], *TIMES)
+"""Attributes that have an entry a footstep."""
+
+_PRIMVARS = {f"primvars:{name}": name for name in (*TIMES, Token.ROOT_WEIGHTS, Token.STYLES)}
+"""Attributes of plans by the names they have as primvars."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,7 +62,7 @@ class PlanSource:
 def ask_plan(
     prim: Usd.Prim,
     transforms: StartTransforms | None = None,
-    names: Collection[str] = (*PRINTS, *TIMES),
+    names: Collection[str] = _ALL,
     *,
     most: int = DEFAULT_LIMITS.footsteps,
 ) -> PlanSource:
@@ -72,22 +81,33 @@ def ask_plan(
     if not prim.IsA(UsdGeom.PointInstancer):
         kind = prim.GetTypeName() or "an untyped prim"
         raise PlanError(prim.GetPath(), f"is {kind}", "a footstep plan is a PointInstancer with UsdfootPlanAPI")
-    said, transforms = authored_values(prim, names), transforms or StartTransforms(prim.GetStage())
+    said, transforms = _said(prim, names), transforms or StartTransforms(prim.GetStage())
     path = str(prim.GetPath())
-    check_limit(path, "footsteps", max(len(said.get(name) or ()) for name in (*PRINTS[:2], *TIMES)), limit=most)
+    counts = [len(said[name]) for name in _EACH if name in said]
+    check_limit(path, "footsteps", max(counts, default=0), limit=most)
     return PlanSource(
         path=path,
         said=said,
         matrix=transforms.matrix_of(prim),
-        ignored=_ignored(prim, path, said.get(UsdGeom.Tokens.invisibleIds), transforms),
+        ignored=_ignored(prim, path, said.get(_HIDDEN), transforms),
         has_root=bool(targets(prim, Token.ROOT_TRAJECTORY)),
     )
+
+
+def _said(prim: Usd.Prim, names: Collection[str]) -> dict[str, Any]:
+    """Values authored for attributes, by name; those of plans may be primvars, as Houdini writes them."""
+    given = prim.GetAuthoredPropertyNames()
+    said = {name: authored(prim, name) for name in given if name in names}
+    for name in (_PRIMVARS[primvar] for primvar in given if primvar in _PRIMVARS):
+        if name in names and said.get(name) is None:
+            said[name] = authored_or_primvar(prim, name)
+    return {name: value for name, value in said.items() if value is not None}
 
 
 def _ignored(prim: Usd.Prim, path: str, hidden: Any, transforms: StartTransforms) -> tuple[Problem, ...]:
     """Warnings of what viewers show otherwise: feet go by index, hidden prints stay and are counted, and none moves."""
     found = []
-    edits = prim.GetMetadata(UsdGeom.Tokens.inactiveIds)
+    edits = prim.GetMetadata(_INACTIVE)
     for state, count in (
         ("inactive", len(edits.ApplyOperations([])) if edits else 0),
         ("invisible", len(hidden) if hidden else 0),
@@ -96,12 +116,18 @@ def _ignored(prim: Usd.Prim, path: str, hidden: Any, transforms: StartTransforms
             found.append(
                 f"{count} of its prints are {state}, but stay footsteps. delete their entries from every array"
             )
-    prints = [path.name for path in targets(prim, UsdGeom.Tokens.prototypes)[:2]]
-    if len(prints) == 2 and side_of(prints[0]) == 1 and side_of(prints[1]) == 0:
+    prints = tuple(path.name for path in targets(prim, _PROTOTYPES)[:2])
+    if _are_swapped(prints):
         named = ", ".join(prints)
         found.append(f"its prototypes are {named}, but index 0 is a left foot. list the left print first")
-    if changes_value(prim.GetAttribute(UsdGeom.Tokens.positions)):
+    if changes_value(prim.GetAttribute(_POSITIONS)):
         found.append("its positions are animated, the first sample is read. author one value, not time samples")
     if transforms.is_moving(prim) and changes_place(prim):
         found.append("its transform is animated, its prints are read at the stage's start. remove the animation")
     return tuple(Problem(severity="warning", where=path, message=f"{path}: {text}") for text in found)
+
+
+@lru_cache(maxsize=1024)
+def _are_swapped(prints: tuple[str, ...]) -> bool:
+    """Whether names say that the first print is a right foot's and the second a left one's."""
+    return len(prints) == 2 and side_of(prints[0]) == 1 and side_of(prints[1]) == 0

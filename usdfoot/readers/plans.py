@@ -15,7 +15,9 @@ from usdfoot.bridge.tokens import Schema
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.limits import DEFAULT_LIMITS
 from usdfoot.model.plan import FootstepPlan, PlanDraft
+from usdfoot.model.plan_checks import checked_plans
 from usdfoot.model.report import Problem
 from usdfoot.readers.plan_prints import path_orientations, place_prints, turn_prints
 from usdfoot.readers.plan_sources import PRINTS, TIMES, PlanSource, ask_plan
@@ -25,6 +27,9 @@ from usdfoot.readers.stage import is_authored
 __all__ = ["is_plan", "plans_of", "read_draft", "read_plan", "read_prints"]
 
 _UNTIMED = "author one entry a footstep, or let usdfoot plan timing find the times"
+_SIDES, _POSITIONS = PRINTS[:2]
+_ORIENTATIONS = ("orientationsf", "orientations")
+"""Attributes of which the first counts that says something."""
 SAME_TIME = 1e-4
 """Two first strikes or two last liftoffs nearer than this are at one time: a stand [s]."""
 
@@ -40,56 +45,73 @@ def is_plan(prim: Usd.Prim) -> bool:
     """Whether a prim is a footstep plan: it has UsdfootPlanAPI, or is a PointInstancer with a plan's times."""
     if has_api(prim, Schema.PLAN):
         return True
-    has_times = any(is_authored(prim, name) for name in TIMES)
-    return prim.IsA(UsdGeom.PointInstancer) and has_times
+    return prim.IsA(UsdGeom.PointInstancer) and any(
+        is_authored(prim, f"{prefix}{name}") for prefix in ("", "primvars:") for name in TIMES
+    )
 
 
-def read_plan(prim: Usd.Prim, units: StageUnits) -> Planned:
+def read_plan(prim: Usd.Prim, units: StageUnits, *, most: int = DEFAULT_LIMITS.footsteps) -> Planned:
     """The plan in the canonical world, and warnings about it.
 
     Args:
         prim: PointInstancer, with or without UsdfootPlanAPI.
         units: Of the stage.
+        most: How many footsteps it may have.
 
     Raises:
         PlanError: If the prim is no PointInstancer, lacks an array, or the plan is inconsistent.
+        SceneError: If it has too many footsteps.
     """
-    return _or_raise(plans_of([ask_plan(prim)], units)[0])
+    return _or_raise(plans_of([ask_plan(prim, most=most)], units)[0])
 
 
 def plans_of(sources: Sequence[PlanSource], units: StageUnits) -> list[Planned | PlanError]:
     """As `read_plan` of many plans, each as if it was the only one, from what has been asked."""
-    found: list[Planned | PlanError] = []
-    for drafted in _drafts_of(sources, units, is_timed=True):
-        try:
-            draft, problems = _or_raise(drafted)
-            found.append((draft.checked(), problems))
-        except PlanError as error:
-            found.append(error)
-    return found
+    drafts = _drafts_of(sources, units, is_timed=True)
+    plans = iter(checked_plans([found[0] for found in drafts if not isinstance(found, PlanError)]))
+    return [found if isinstance(found, PlanError) else _planned(next(plans), found[1]) for found in drafts]
 
 
-def read_draft(prim: Usd.Prim, units: StageUnits, transforms: StartTransforms | None = None) -> Drafted:
+def _planned(plan: FootstepPlan | PlanError, problems: tuple[Problem, ...]) -> Planned | PlanError:
+    return plan if isinstance(plan, PlanError) else (plan, problems)
+
+
+def read_draft(
+    prim: Usd.Prim,
+    units: StageUnits,
+    transforms: StartTransforms | None = None,
+    *,
+    most: int = DEFAULT_LIMITS.footsteps,
+) -> Drafted:
     """As `read_plan`, but whether the arrays are a plan is not checked.
 
     Args:
         prim: As of `read_plan`.
         units: Of the stage.
         transforms: Of the stage, for whoever reads many plans.
+        most: How many footsteps it may have.
 
     Raises:
         PlanError: If the prim is no PointInstancer or lacks an array.
+        SceneError: If it has too many footsteps.
     """
-    return _or_raise(_drafts_of([ask_plan(prim, transforms)], units, is_timed=True)[0])
+    return _or_raise(_drafts_of([ask_plan(prim, transforms, most=most)], units, is_timed=True)[0])
 
 
-def read_prints(prim: Usd.Prim, units: StageUnits, transforms: StartTransforms | None = None) -> Drafted:
+def read_prints(
+    prim: Usd.Prim,
+    units: StageUnits,
+    transforms: StartTransforms | None = None,
+    *,
+    most: int = DEFAULT_LIMITS.footsteps,
+) -> Drafted:
     """As `read_draft`, but without times, which are all zero.
 
     Raises:
         PlanError: If the prim is no PointInstancer or lacks an array of prints.
+        SceneError: If it has too many footsteps.
     """
-    return _or_raise(_drafts_of([ask_plan(prim, transforms, PRINTS)], units, is_timed=False)[0])
+    return _or_raise(_drafts_of([ask_plan(prim, transforms, PRINTS, most=most)], units, is_timed=False)[0])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,9 +131,9 @@ class _Authored:
     @staticmethod
     def of(source: PlanSource, units: StageUnits, *, is_timed: bool) -> _Authored:
         """Raises PlanError if an array is missing."""
-        sides = _array(source, UsdGeom.Tokens.protoIndices, (), int)
-        local = _array(source, UsdGeom.Tokens.positions, (3,), float)
-        turns = next((found for name in ("orientationsf", "orientations") if (found := source.said.get(name))), None)
+        sides = _array(source, _SIDES, (), int)
+        local = _array(source, _POSITIONS, (3,), float)
+        turns = [found for name in _ORIENTATIONS if (found := source.said.get(name)) is not None and len(found)]
         times = None
         if is_timed:
             strikes, liftoffs = (units.codes_to_times(_array(source, name, (), float, _UNTIMED)) for name in TIMES)
@@ -120,7 +142,7 @@ class _Authored:
             source=source,
             sides=sides,
             local=local,
-            orientations=None if turns is None else np.array(turns, dtype=float),
+            orientations=np.array(turns[0], dtype=float) if turns else None,
             times=times,
         )
 
@@ -171,7 +193,7 @@ def _draft(plan: _Authored, positions: FloatArray, orientations: FloatArray | No
         orientations=orientations,
         strike_times=strikes,
         liftoff_times=liftoffs,
-        root_weights=np.array(weights, dtype=float) if weights else untimed,
+        root_weights=untimed if weights is None or not len(weights) else np.array(weights, dtype=float),
         styles=tuple(str(style) for style in said.get(Token.STYLES) or ()),
     )
     return draft, problems

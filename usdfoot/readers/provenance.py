@@ -23,7 +23,7 @@ def read_provenance(folder: Path, *, sublayers: Sequence[str]) -> Mapping[str, A
 
     Args:
         folder: Of the crowd.
-        sublayers: Files that crowd.usd consists of, strongest first.
+        sublayers: Files that crowd.usd consists of, strongest first, beside its materials.
     """
     path = folder / File.CROWD
     if not path.is_file() or not (folder / File.OVERRIDES).is_file():
@@ -32,7 +32,8 @@ def read_provenance(folder: Path, *, sublayers: Sequence[str]) -> Mapping[str, A
         layer = Sdf.Layer.OpenAsAnonymous(str(path))
     except Tf.ErrorException:
         return None
-    is_whole = not layer.rootPrims and list(layer.subLayerPaths) == [f"./{name}" for name in sublayers]
+    paths = [path for path in layer.subLayerPaths if path != f"./{File.MATERIALS}"]
+    is_whole = not layer.rootPrims and paths == [f"./{name}" for name in sublayers]
     return dict(layer.customLayerData.get(PROVENANCE, {})) if is_whole else None
 
 

@@ -29,7 +29,7 @@ from usdfoot.readers.agents import AgentSource
 from usdfoot.readers.casting import Casting
 from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.far_agents import SamplingReader
-from usdfoot.readers.frames import find_frames, frames_problems, spans_of
+from usdfoot.readers.frames import find_frames, frames_problems, rate_problems, spans_of
 from usdfoot.readers.listing import ListedScene, list_scene
 from usdfoot.readers.overrides import read_overrides
 from usdfoot.readers.stage import StagePrims
@@ -55,6 +55,7 @@ def read_scene(
     frames: tuple[int, int] | None = None,
     motion: str | None = None,
     tuning: BodyTuning = UNTUNED,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> Scene:
     """Everything usdfoot needs of a stage, in canonical space; the stage is not changed.
 
@@ -66,11 +67,12 @@ def read_scene(
         frames: First and last time code of the output; None = from the first strike to the last liftoff of all agents.
         motion: Of all agents; None = what each says. Agents that physics moves need no clips.
         tuning: Of all agents, over what each says.
+        limits: How much of a scene is read.
 
     Raises:
-        SceneError: If the stage cannot be opened or no agent at all can be used.
+        SceneError: If the stage cannot be opened, is too large, or no agent at all can be used.
     """
-    read = SceneReader(scene, agents=agents, frames=frames, motion=motion, tuning=tuning).read()
+    read = SceneReader(scene, agents=agents, frames=frames, motion=motion, tuning=tuning, limits=limits).read()
     for problem in read.crowd.problems:
         _logger.log(logging.ERROR if problem.severity == "error" else logging.WARNING, "%s", problem.message)
     return read
@@ -115,11 +117,11 @@ class SceneReader:
         stage, prims, self.info = listed.stage, listed.prims, listed.info
         self._listed = listed
         self._motion, self._tuning, self._sampling_options, self._limits = motion, tuning, sampling, limits
-        self._overrides = read_overrides(crowd, self.info.units)
+        self._overrides = read_overrides(crowd, self.info.units, most_footsteps=limits.footsteps)
         self.names = tuple(source.name for source in listed.chosen)
         self._chosen = self._overrides.over(listed.chosen)
         self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units, limits=limits)
-        self._doubts: dict[str, Problem] = {}
+        self._doubts: dict[str, tuple[Problem, ...]] = {}
         self._walks = WalkReader(
             stage,
             self.info.units,
@@ -130,7 +132,7 @@ class SceneReader:
         )
         spans = spans_of(self._walks.read_all(self._chosen) if foreseen else (), self.info)
         codes = find_frames(spans, self.info, frames, most=limits.frames)
-        self._frame_problems = frames_problems(spans, codes)
+        self._frame_problems = [*rate_problems(self.info, sampling.every), *frames_problems(spans, codes)]
         self._set_frames(codes)
 
     def _set_frames(self, codes: FloatArray) -> None:
@@ -193,7 +195,7 @@ class SceneReader:
             *casting.problems,
             *casting.unfit_clips(),
             *self._terrain_problems,
-            *(self._doubts[agent.name] for agent in cast if agent.flights_open and agent.name in self._doubts),
+            *(doubt for agent in cast if agent.flights_open for doubt in self._doubts.get(agent.name, ())),
         )
         if self._listed.chosen and not self._chosen:
             muted = f"{File.OVERRIDES} makes all of them inactive"
@@ -258,7 +260,7 @@ class SceneReader:
         habits = HabitsReader(motion=motion, build=build)
         walkers, errors = read_walkers(stage, prims, self.info.units, sources=self._chosen, habits=habits)
         obstacles = read_obstacles(stage, prims, self.info.units)[0] if walkers else ()
-        self._doubts = {walker.name: doubt for walker in walkers if (doubt := walker.doubt())}
+        self._doubts = {walker.name: walker.doubts() for walker in walkers}
         return {**plan_walkers(walkers, self._terrain, obstacles=obstacles), **errors}
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import re
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from itertools import islice
@@ -13,7 +14,7 @@ import numpy as np
 from pxr import Sdf, Tf, Usd, UsdGeom, UsdSkel
 
 from usdfoot.bridge.scene import StageInfo
-from usdfoot.bridge.schema import applied_apis, declared_type
+from usdfoot.bridge.schema import applied_apis, declared_kind, declared_type
 from usdfoot.bridge.tokens import File
 from usdfoot.bridge.units import StageUnits
 from usdfoot.bridge.usd_errors import usd_reason
@@ -24,6 +25,7 @@ from usdfoot.model.report import Problem
 __all__ = [
     "StagePrims",
     "authored",
+    "authored_or_primvar",
     "authored_values",
     "collect_prims",
     "composition_problems",
@@ -50,6 +52,9 @@ _KINDS = {
 }
 _GEOMETRY = (_MESHES, _SHAPES)
 _OURS = "Usdfoot"
+_SESSION = re.compile(r",@anon:0x[0-9a-f]+:[^@]*@")
+"""A stage's session layer beside its root, as USD names it in errors: by where it is in memory, each time elsewhere."""
+_EARLIEST = Usd.TimeCode.EarliestTime()
 
 
 def open_stage(scene: str | os.PathLike[str] | Usd.Stage) -> Usd.Stage:
@@ -131,7 +136,8 @@ def has_marked(stage: Usd.Stage, *, more_than: int) -> bool:
 def composition_problems(stage: Usd.Stage) -> tuple[Problem, ...]:
     """A warning for each file or prim that the stage refers to and USD does not find, and for each broken arc."""
     where = stage.GetRootLayer().identifier
-    texts = dict.fromkeys(" ".join(str(error).split()).rstrip(".") for error in stage.GetCompositionErrors())
+    said = (_SESSION.sub("", str(error)) for error in stage.GetCompositionErrors())
+    texts = dict.fromkeys(" ".join(text.split()).rstrip(".") for text in said)
     remedy = "what it would bring is missing here; correct or remove the arc"
     return tuple(Problem(severity="warning", where=where, message=f"{where}: {text}. {remedy}") for text in texts)
 
@@ -147,14 +153,38 @@ def authored(prim: Usd.Prim, name: str) -> Any:
     Raises:
         SceneError: If the attribute is of a type that cannot stand for the schema's, as text cannot for a number.
     """
-    attribute = prim.GetAttribute(name)
-    if not attribute or not attribute.HasAuthoredValue():
+    attribute = Usd.AttributeQuery(prim, name)  # resolves it once
+    if not attribute.HasAuthoredValue():  # as one that is not there
         return None
-    value, expected = attribute.Get(Usd.TimeCode.EarliestTime()), declared_type(name)
-    if expected is not None and type(value) is not type(expected.defaultValue):
-        found = attribute.GetPropertyStack()[0].typeName  # that of the attribute is the schema's
-        if _form(expected) != _form(found):
-            raise SceneError(prim.GetPath(), f"{name} is of type {found}", f"author it as {expected}")
+    value = attribute.Get(_EARLIEST)
+    return value if declared_kind(name) in (None, type(value)) else _of_type(name, prim.GetAttribute(name), value)
+
+
+def authored_or_primvar(prim: Usd.Prim, name: str) -> Any:
+    """As `authored`; failing that the value of the primvar of this name, which some programs write instead.
+
+    Raises:
+        SceneError: As `authored`.
+    """
+    value = authored(prim, name)
+    primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar(name) if value is None else None
+    if not primvar or not primvar.HasAuthoredValue():
+        return value
+    _logger.info("%s: %s is read from the primvar of this name", prim.GetPath(), name)
+    return _of_type(name, primvar.GetAttr(), primvar.ComputeFlattened(Usd.TimeCode.EarliestTime()))
+
+
+def _of_type(name: str, attribute: Usd.Attribute, value: Any) -> Any:
+    """The value of an attribute, which stands for the schema's `name`.
+
+    Raises:
+        SceneError: If the attribute is of a type that cannot stand for it.
+    """
+    if declared_kind(name) not in (None, type(value)):
+        found, expected = attribute.GetPropertyStack()[0].typeName, declared_type(name)
+        if expected and _form(expected) != _form(found):  # the attribute's own type is the schema's
+            where = attribute.GetPrim().GetPath()
+            raise SceneError(where, f"{attribute.GetName()} is of type {found}", f"author it as {expected}")
     return value
 
 

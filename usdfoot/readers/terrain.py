@@ -4,51 +4,31 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from dataclasses import dataclass
 
-import numpy as np
 from pxr import Usd, UsdGeom, UsdSkel
 
 from usdfoot.bridge.schema import has_api
 from usdfoot.bridge.tokens import Schema
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import TerrainError
-from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits, check_limit
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
 from usdfoot.readers.instanced_meshes import PlacedMesh, is_scattered, meshes_in_place, placed_meshes
+from usdfoot.readers.mesh_triangles import read_triangles
 from usdfoot.readers.plans import is_plan
 from usdfoot.readers.skeleton import StartTransforms
 from usdfoot.readers.skins import inherited_target
-from usdfoot.readers.stage import StagePrims, start_code
+from usdfoot.readers.stage import StagePrims
 from usdfoot.readers.transform_codes import changes_place, changes_value
-from usdfoot.readers.triangles import cut_polygons
 
-__all__ = ["no_terrain", "read_terrain"]
+__all__ = ["read_terrain"]
 
 _logger = logging.getLogger(__name__)
 
 _NAMES = ("ground", "terrain")
 _SOLIDS = ("Cube", "Plane")
 """Types of shapes that are read as meshes where they have UsdfootTerrainAPI."""
-_THINNEST = 1e-12
-"""Triangles of a smaller area [m2] are dropped."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class _MeshTriangles:
-    """Triangles of one mesh in K places, each a mesh of its own."""
-
-    paths: tuple[str, ...]
-    """In each place."""
-    points: FloatArray
-    """World positions [m], shape (K, P, 3)."""
-    triangles: IntArray
-    """Indices into all K * P points, shape (T, 3)."""
-    places: IntArray
-    """Of each triangle, shape (T,)."""
-    walkable: bool
 
 
 def read_terrain(
@@ -72,7 +52,7 @@ def read_terrain(
     scattered = [prim for prim in outermost if _is_marked(prim)]
     if not marked and chosen:
         _logger.info("no UsdfootTerrainAPI, terrain by name: %s", ", ".join(str(mesh.GetPath()) for mesh in chosen))
-    parts, transforms = [], StartTransforms(stage)
+    transforms = StartTransforms(stage)
     problems = [*_without_meshes(marked, [*meshes, *solids, *scattered]), *_moving([*chosen, *scattered], transforms)]
     if not marked and not chosen:
         problems += _shapes_named(prims.shapes)
@@ -83,104 +63,8 @@ def read_terrain(
         except TerrainError as error:
             problems.append(Problem(severity="error", where=str(instancer.GetPath()), message=str(error)))
     _check_size(placed, limits)
-    for mesh in placed:
-        try:
-            parts.append(_read_mesh(stage, mesh, units))
-        except TerrainError as error:
-            problems.append(Problem(severity="error", where=str(mesh.prim.GetPath()), message=str(error)))
-    return _joined(parts), tuple(problems)
-
-
-def no_terrain() -> Terrain:
-    """Terrain without meshes."""
-    return _joined([])
-
-
-def _joined(parts: Sequence[_MeshTriangles]) -> Terrain:
-    counts = [len(part.points) for part in parts]
-    points = [part.points.reshape(-1, 3) for part in parts]
-    starts, firsts = np.cumsum([0, *map(len, points)]), np.cumsum([0, *counts])
-    triangles = [part.triangles + start for part, start in zip(parts, starts[:-1], strict=True)]
-    meshes = [part.places + first for part, first in zip(parts, firsts[:-1], strict=True)]
-    return Terrain(
-        meshes=tuple(path for part in parts for path in part.paths),
-        points=np.concatenate([np.zeros((0, 3)), *points]),
-        triangles=np.concatenate([np.zeros((0, 3), dtype=int), *triangles]),
-        mesh_indices=np.concatenate([np.zeros(0, dtype=int), *meshes]),
-        walkable=np.repeat(np.array([part.walkable for part in parts], dtype=bool), counts),
-    )
-
-
-def _read_mesh(stage: Usd.Stage, placed: PlacedMesh, units: StageUnits) -> _MeshTriangles:
-    """Its triangles in each place where they have area. Raises TerrainError if nowhere, inconsistent or not finite."""
-    prim = placed.prim
-    where = prim.GetPath()
-    points, counts, indices, holes = _polygons(stage, prim)
-    remedy = "give the mesh points and faces, or remove UsdfootTerrainAPI from it"
-    if not len(points) or not len(counts):
-        raise TerrainError(where, f"is an empty mesh ({len(points)} points, {len(counts)} faces)", remedy)
-    strays = counts.min() < 0 or indices.min(initial=0) < 0 or indices.max(initial=0) >= len(points)
-    if strays or counts.sum() != len(indices):
-        raise TerrainError(where, "has faces that do not match its points", "repair faceVertexCounts and -Indices")
-    if not (np.isfinite(points).all() and np.isfinite(placed.matrices).all()):
-        raise TerrainError(where, "has points that are not finite", "repair the mesh")
-    triangles = cut_polygons(points, counts, indices, holes=holes)
-    linear, shifts = placed.matrices[:, :3, :3], placed.matrices[:, 3:, :3]
-    world = units.points_to_canonical(points @ linear + shifts)  # (K, P, 3)
-    turned = (np.linalg.det(linear) < 0.0) != _is_flipped(UsdGeom.Gprim(prim))
-    has_area = _areas(world, triangles) > _THINNEST  # (K, T)
-    shown = np.any(has_area, axis=1)  # instances are often hidden by a scale of zero
-    if not shown.any():
-        raise TerrainError(where, "has only faces without area", remedy)
-    faces = np.where(turned[shown, None, None], triangles[:, [0, 2, 1]], triangles)
-    faces += len(points) * np.arange(len(faces))[:, None, None]
-    return _MeshTriangles(
-        paths=tuple(path for path, is_shown in zip(placed.paths, shown.tolist(), strict=True) if is_shown),
-        points=world[shown],
-        triangles=faces[has_area[shown]],
-        places=np.nonzero(has_area[shown])[0],
-        walkable=placed.walkable,
-    )
-
-
-def _polygons(stage: Usd.Stage, prim: Usd.Prim) -> tuple[FloatArray, IntArray, IntArray, IntArray]:
-    """Points (P, 3) in the prim's space, corners of each face, points of the corners, and the faces that are holes."""
-    if prim.IsA(UsdGeom.Mesh):
-        mesh = UsdGeom.Mesh(prim)
-        points = np.array(_value(mesh.GetPointsAttr(), stage), dtype=float).reshape(-1, 3)
-        attributes = mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr(), mesh.GetHoleIndicesAttr()
-        counts, indices, holes = (np.array(_value(attribute, stage), dtype=int) for attribute in attributes)
-        return points, counts, indices, holes
-    corners = _corners(stage, prim)
-    return corners.reshape(-1, 3), np.full(len(corners), 4), np.arange(corners.size // 3), np.zeros(0, dtype=int)
-
-
-def _corners(stage: Usd.Stage, prim: Usd.Prim) -> FloatArray:
-    """Corners of the faces of a cube or plane, counterclockwise from outside, shape (faces, 4, 3)."""
-    axes = np.eye(3)
-    if prim.IsA(UsdGeom.Cube):
-        half = np.full(3, 0.5 * float(UsdGeom.Cube(prim).GetSizeAttr().Get(start_code(stage))))
-        normals = np.concatenate([axes, -axes])
-    else:
-        plane = UsdGeom.Plane(prim)
-        normal = "XYZ".index(str(plane.GetAxisAttr().Get()))
-        width, length = (float(a.Get(start_code(stage))) for a in (plane.GetWidthAttr(), plane.GetLengthAttr()))
-        half = 0.5 * np.array([(0.0, length, width), (width, 0.0, length), (width, length, 0.0)][normal])
-        normals = axes[[normal]]
-    across = np.roll(normals, 1, axis=1)
-    along = np.cross(normals, across)
-    corners = [normals - across - along, normals + across - along, normals + across + along, normals - across + along]
-    return np.stack(corners, axis=1) * half
-
-
-def _is_flipped(mesh: UsdGeom.Gprim) -> bool:
-    return mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded
-
-
-def _areas(points: FloatArray, triangles: IntArray) -> FloatArray:
-    """Areas of triangles (T, 3) of points in K places (K, P, 3), shape (K, T)."""
-    a, b, c = (points[:, triangles[:, corner]] for corner in range(3))
-    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=-1)
+    terrain, found = read_triangles(stage, placed, units)
+    return terrain, (*problems, *found)
 
 
 def _is_marked(prim: Usd.Prim) -> bool:
@@ -253,11 +137,6 @@ def _moving(prims: Sequence[Usd.Prim], transforms: StartTransforms) -> list[Prob
 
 def _is_skinned(prim: Usd.Prim) -> bool:
     return inherited_target(prim, "skel:skeleton") is not None
-
-
-def _value(attribute: Usd.Attribute, stage: Usd.Stage) -> object:
-    value = attribute.Get(start_code(stage))
-    return () if value is None else value
 
 
 def _check_size(meshes: Sequence[PlacedMesh], limits: Limits) -> None:

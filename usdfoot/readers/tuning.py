@@ -8,7 +8,7 @@ from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.model.tuning import BodyTuning
 from usdfoot.readers.agents import AgentSource, said_of
 
-__all__ = ["UNTUNED", "read_tuning"]
+__all__ = ["TUNINGS", "UNTUNED", "read_tuning"]
 
 UNTUNED = BodyTuning()
 """Of whom nothing is said."""
@@ -24,6 +24,8 @@ _TOKENS = {
     "gravity": Token.GRAVITY,
     "comfort": Token.COMFORT,
 }
+TUNINGS = frozenset(_TOKENS.values())
+"""Attributes that tune a body."""
 _COM_AXES = ("com_left", "com_up", "com_ahead")
 
 
@@ -33,7 +35,7 @@ def read_tuning(source: AgentSource, units: StageUnits) -> BodyTuning:
     Raises:
         SceneError: If a value is out of its range.
     """
-    said = said_of(source, _TOKENS.values())
+    said = said_of(source, TUNINGS)
     if not said:
         return UNTUNED
     values = {name: said.get(token) for name, token in _TOKENS.items() if name not in _COM_AXES}

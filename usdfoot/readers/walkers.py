@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from pxr import Sdf, Usd
+from pxr import Sdf, Usd, UsdGeom
 
 from usdfoot.bridge.names import unique_name
 from usdfoot.bridge.units import StageUnits
@@ -28,6 +28,7 @@ from usdfoot.readers.characters import read_character
 from usdfoot.readers.habits import HabitsReader
 from usdfoot.readers.paths import find_paths, read_paths
 from usdfoot.readers.stage import StagePrims
+from usdfoot.readers.transform_codes import changes_place, changes_value
 
 __all__ = ["Walker", "only_proportions", "plan_walkers", "read_walkers"]
 
@@ -47,18 +48,38 @@ class Walker:
     asked_speed: float = 0.0
     """What the path asks for where that would hurry the clips too much [m/s]; 0 = the path's own speed is as asked."""
 
-    def doubt(self) -> Problem | None:
-        """A warning where the walker is slower than asked for."""
-        if not self.asked_speed:
-            return None
+    is_animated: bool = False
+    """Whether the curve is, of which only the start is walked."""
+    known_styles: tuple[str, ...] = ()
+    """Of the clips that move the walker; empty = none do."""
+
+    def doubts(self) -> tuple[Problem, ...]:
+        """Warnings where the walker is slower than asked for, and of a curve that is animated."""
+        found = []
         path = self.path
-        asked, taken = path.step_length / self.asked_speed, path.step_length / path.speed
-        message = (
-            f"{self.name}: is to go {self.asked_speed:.2f} m/s by steps of {path.step_length:.2f} m in {asked:.2f} s; "
-            f"its clips cannot be hurried so much, they take {taken:.2f} s, for {path.speed:.2f} m/s. lower "
-            "usdfoot:path:speed, lengthen usdfoot:path:stepLength, leave one of them out or add clips of quicker steps"
-        )
-        return Problem(severity="warning", where=self.name, message=message)
+        if self.asked_speed:
+            asked, taken = path.step_length / self.asked_speed, path.step_length / path.speed
+            found.append(
+                f"{self.name}: is to go {self.asked_speed:.2f} m/s by steps of {path.step_length:.2f} m in {asked:.2f} "
+                f"s; its clips cannot be hurried so much, they take {taken:.2f} s, for {path.speed:.2f} m/s. lower "
+                "usdfoot:path:speed, lengthen usdfoot:path:stepLength, leave one of them out or add clips of quicker "
+                "steps"
+            )
+        if self.is_animated:
+            found.append(
+                f"{self.name}: {path.name} is animated, it is walked as it is at the stage's start. remove its time "
+                "samples, or let usdfoot:agent:trajectory point at a prim that moves along"
+            )
+        return tuple(Problem(severity="warning", where=self.name, message=message) for message in found)
+
+    def style_doubt(self) -> Problem | None:
+        """A warning where the path's style is of no clip: animating it would fail."""
+        style = self.path.style
+        if not style or not self.known_styles or style in self.known_styles:
+            return None
+        known = ", ".join(self.known_styles)
+        what = f"its style is {style!r}, which no clip of {self.name} has. the styles of these are {known}"
+        return Problem(severity="warning", where=self.path.name, message=f"{self.path.name}: {what}")
 
 
 def read_walkers(
@@ -90,6 +111,7 @@ def read_walkers(
     finder = habits or HabitsReader()
     turns: Counter[Sdf.Path] = Counter()
     curves: dict[Sdf.Path, tuple[WalkingPath | PlanError, ...] | UsdfootError] = {}
+    moving: dict[Sdf.Path, bool] = {}
     for source in sources:
         if source.path is None:
             continue
@@ -111,6 +133,8 @@ def read_walkers(
                     path=slowed,
                     proportions=body,
                     asked_speed=0.0 if slowed is path else path.speed,
+                    is_animated=_is_animated(source.path, moving),
+                    known_styles=finder.styles(casting, source) if path.style else (),
                 )
             )
         except UsdfootError as error:
@@ -131,7 +155,8 @@ def read_walkers(
                     errors[path.where] = path
                     continue
                 name = unique_name(prim.GetName(), names)
-                walkers.append(Walker(name=name, agent="", path=path, proportions=body))
+                moves = _is_animated(prim, moving)
+                walkers.append(Walker(name=name, agent="", path=path, proportions=body, is_animated=moves))
     return tuple(walkers), errors
 
 
@@ -189,3 +214,11 @@ def _curves(
     if isinstance(found, UsdfootError):
         raise found
     return found
+
+
+def _is_animated(prim: Usd.Prim, known: dict[Sdf.Path, bool]) -> bool:
+    """Whether a curve is, looked for once."""
+    path = prim.GetPath()
+    if path not in known:
+        known[path] = changes_place(prim) or changes_value(UsdGeom.Curves(prim).GetPointsAttr())
+    return known[path]

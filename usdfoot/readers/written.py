@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -36,6 +36,7 @@ __all__ = [
     "agent_names",
     "read_agent",
     "read_agent_prim",
+    "read_joint_positions",
     "read_joint_tracks",
     "read_written_crowd",
 ]
@@ -102,10 +103,22 @@ class JointTracks:
     """[s], shape (F,)."""
     positions: FloatArray
     """In the world [m], shape (F, J, 3)."""
-    turns: FloatArray
-    """Rotations in the world, xyzw, shape (F, J, 4)."""
-    rotations: FloatArray
-    """Joint-local rotations, xyzw, shape (F, J, 4)."""
+    local: FloatArray
+    """Joint-local matrices (row vectors), shape (F, J, 4, 4)."""
+    world: FloatArray
+    """Matrices to the stage's world (row vectors), in its units, shape (F, J, 4, 4)."""
+    units: StageUnits
+    """Of the stage."""
+
+    def turns(self, joints: Sequence[int]) -> FloatArray:
+        """Rotations of some joints (K,) in the world, xyzw, shape (F, K, 4)."""
+        _, turns, _ = split_matrices(self.world[:, list(joints)].reshape(-1, 4, 4))
+        return self.units.frames_to_canonical(turns.reshape(len(self.times), -1, 4))
+
+    def rotations(self) -> FloatArray:
+        """Joint-local rotations, xyzw, continuous, shape (F, J, 4)."""
+        _, rotations, _ = split_matrices(self.local.reshape(-1, 4, 4))
+        return quaternion.continuous(rotations.reshape(*self.local.shape[:2], 4))
 
 
 def read_written_crowd(path: str | os.PathLike[str] | Usd.Stage) -> WrittenCrowd:
@@ -207,27 +220,45 @@ def read_joint_tracks(agent: WrittenAgent, units: StageUnits, codes: FloatArray)
     """
     if not len(codes):
         raise SceneError(agent.animation, "has no samples", "animate the crowd again")
-    local, skel, above = [], [], []
-    xforms = UsdGeom.XformCache()
-    for code in codes.tolist():
-        time = Usd.TimeCode(code)
-        xforms.SetTime(time)
-        local.append(np.array(agent.query.ComputeJointLocalTransforms(time)))
-        skel.append(np.array(agent.query.ComputeJointSkelTransforms(time)))
-        above.append(np.array(xforms.GetLocalToWorldTransform(agent.skeleton_prim)))
-    world = np.stack(skel) @ np.stack(above)[:, None]  # row vectors, (F, J, 4, 4)
-    nowhere = np.flatnonzero(~np.isfinite(world).all(axis=(1, 2, 3)))
-    if nowhere.size:
-        raise SceneError(agent.animation, f"moves joints to nowhere at {codes[nowhere[0]]:g}", "author finite values")
-    shape = world.shape[:2]
-    _, turns, _ = split_matrices(world.reshape(-1, 4, 4))
-    _, rotations, _ = split_matrices(np.stack(local).reshape(-1, 4, 4))
+    local = np.empty((len(codes), len(agent.skeleton.joints), 4, 4))
+    for frame, code in enumerate(codes.tolist()):
+        local[frame] = agent.query.ComputeJointLocalTransforms(Usd.TimeCode(code))
+    world = _world_matrices(agent, codes, slice(None))
     return JointTracks(
         times=units.codes_to_times(codes),
         positions=units.points_to_canonical(world[..., 3, :3]),
-        turns=units.frames_to_canonical(turns.reshape(*shape, 4)),
-        rotations=quaternion.continuous(rotations.reshape(*shape, 4)),
+        local=local,
+        world=world,
+        units=units,
     )
+
+
+def read_joint_positions(
+    agent: WrittenAgent, units: StageUnits, codes: FloatArray, *, joints: Sequence[int]
+) -> FloatArray:
+    """Where some joints (K,) are at time codes (F,), whole or not, as in `read_joint_tracks` [m], shape (F, K, 3).
+
+    Raises:
+        SceneError: If a joint is nowhere: not finite.
+    """
+    return units.points_to_canonical(_world_matrices(agent, codes, list(joints))[..., 3, :3])
+
+
+def _world_matrices(agent: WrittenAgent, codes: FloatArray, joints: slice | list[int]) -> FloatArray:
+    """Matrices (row vectors) of K joints to the stage's world at time codes (F,), shape (F, K, 4, 4)."""
+    skel: FloatArray = np.empty((len(codes), len(np.arange(len(agent.skeleton.joints))[joints]), 4, 4))
+    above = np.empty((len(codes), 1, 4, 4))
+    xforms = UsdGeom.XformCache()
+    for frame, code in enumerate(codes.tolist()):
+        time = Usd.TimeCode(code)
+        xforms.SetTime(time)
+        skel[frame] = np.asarray(agent.query.ComputeJointSkelTransforms(time))[joints]
+        above[frame] = xforms.GetLocalToWorldTransform(agent.skeleton_prim)
+    world = skel @ above
+    nowhere = np.flatnonzero(~np.isfinite(world).all(axis=(1, 2, 3)))
+    if nowhere.size:
+        raise SceneError(agent.animation, f"moves joints to nowhere at {codes[nowhere[0]]:g}", "author finite values")
+    return world
 
 
 def _read_biped(agent: Usd.Prim, prim: Usd.Prim, raw: RawSkeleton, skeleton: Skeleton, to_agent: Similarity) -> Biped:

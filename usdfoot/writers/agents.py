@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from usdfoot.bridge import tokens
+from usdfoot.bridge.own_attributes import BINDING
 from usdfoot.bridge.scene import Character, Visibility
 from usdfoot.bridge.units import StageUnits
 from usdfoot.writers.attributes import Attribute, prim_spec, relationship_spec, sampled_spec, seen_spec, specs_of
@@ -35,7 +36,7 @@ def agent_spec(
         reference: Asset and prim path by which it refers to its character.
         units: Of the written stage.
         visibility: When it is to be seen.
-        own: Attributes that describe it, as visibility does, on the instance itself, which shares its prototype with
+        own: What describes it, as visibility does, on the instance itself, which shares its prototype with
             others whatever it says.
     """
     motion, codes, turn = agent.motion, agent.codes, f"xformOp:rotate{units.up_axis}"
@@ -56,10 +57,11 @@ def agent_spec(
         samples = {code: seen for code, seen in visibility if code is not None}
         below[".visibility"] = seen_spec(visibility[0][1], list(samples), list(samples.values()))
     below |= own or {}
+    binding = ["MaterialBindingAPI"] if any(name.startswith(f".{BINDING}") for name in below) else []
     return prim_spec(
         "SkelRoot",
         below,
-        schemas=["SkelBindingAPI", tokens.Schema.AGENT],
+        schemas=["SkelBindingAPI", *binding, tokens.Schema.AGENT],
         fields={"instanceable": switch(True), "references": Reference(*reference)},
     )
 

@@ -12,6 +12,7 @@ from pxr import Gf, Sdf, Vt
 from usdfoot.bridge.tokens import Prim
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths.types import FloatArray
+from usdfoot.writers.crate.kept import KeptPrim
 from usdfoot.writers.crate.specs import (
     ARRAY,
     INLINED,
@@ -154,7 +155,9 @@ def prim_spec(
     )
 
 
-def layer_spec(layer_format: LayerFormat, scope: str, prims: Mapping[str, Spec], *, data: Mapping[str, Any]) -> Spec:
+def layer_spec(
+    layer_format: LayerFormat, scope: str, prims: Mapping[str, Spec | KeptPrim], *, data: Mapping[str, Any]
+) -> Spec:
     """Spec of a layer, as `new_layer` begins it.
 
     Args:
@@ -164,7 +167,7 @@ def layer_spec(layer_format: LayerFormat, scope: str, prims: Mapping[str, Spec],
         data: Custom layer data, strings and dictionaries of strings.
     """
     units = layer_format.units
-    below = dict(prims)
+    below: dict[str, Any] = dict(prims)
     for path in reversed(Sdf.Path(scope).GetPrefixes()):
         kind = MODEL_KINDS.get(str(path))
         kinds = {"kind": token(kind)} if kind else {}

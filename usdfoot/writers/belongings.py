@@ -18,7 +18,7 @@ from usdfoot.writers.characters import FOLDER
 __all__ = ["check_foreign", "tidy"]
 
 _CHUNK_FILE = re.compile(r"(agents|footsteps|anims)\.\d{4}\.usdc")
-_REPLACED = (File.CROWD, File.REPORT, File.AGENTS, File.FOOTSTEPS, File.ANIMS, File.EXPANDED)
+_REPLACED = (File.CROWD, File.REPORT, File.AGENTS, File.FOOTSTEPS, File.ANIMS, File.EXPANDED, File.MATERIALS)
 _UNFINISHED = re.compile(r"\.\d+(-[0-9a-f]{16})?\.(?P<name>.+)")
 """Temporary names, as `writers/staging.py` gives them, and as it once did."""
 
@@ -39,13 +39,16 @@ def check_foreign(folder: Path) -> None:
         raise OutputError(folder, what, "name another folder, or move them", [path.name for path in there])
 
 
-def tidy(folder: Path, chunks: Sequence[ChunkFiles]) -> None:
+def tidy(folder: Path, chunks: Sequence[ChunkFiles], *, has_materials: bool = False) -> None:
     """Remove chunks that a larger crowd left behind, and what runs that were killed did not finish.
 
     Args:
         folder: Of the crowd, a real path.
         chunks: Files of the chunks that are to stay.
+        has_materials: Whether the crowd has a layer of materials.
     """
+    if not has_materials:
+        (folder / File.MATERIALS).unlink(missing_ok=True)
     shutil.rmtree(folder / File.PENDING, ignore_errors=True)
     names, parts = {folder / name for chunk in chunks for name in chunk}, folder / File.CHUNKS
     for path in [*folder.iterdir(), *_files_below(parts)]:

@@ -16,7 +16,7 @@ from usdfoot.bridge.variants import select_variants
 from usdfoot.writers.layers import LayerFormat, new_layer
 from usdfoot.writers.paths import relative_asset
 
-__all__ = ["FOLDER", "CharacterCopy", "copy_character", "is_bound", "must_be_copied", "open_asset"]
+__all__ = ["FOLDER", "CharacterCopy", "copy_character", "copy_material", "is_bound", "must_be_copied", "open_asset"]
 
 FOLDER = "characters"
 """Folder of copies within the crowd's."""
@@ -77,24 +77,50 @@ def copy_character(
         layer_format: Stage metadata of the copy.
         collect: Copy its textures too, instead of pointing at them.
     """
-    flat = stage.Flatten(addSourceFileComment=False)
     layer = new_layer(layer_format)
-    layer.defaultPrim = name
-    for key in ("metersPerUnit", "upAxis", "timeCodesPerSecond", "framesPerSecond"):
-        if flat.pseudoRoot.HasInfo(key):
-            layer.pseudoRoot.SetInfo(key, flat.pseudoRoot.GetInfo(key))
     target = Sdf.Path(f"/{name}")
     if not character.skeleton_path:
         root = Sdf.CreatePrimInLayer(layer, target)
         root.specifier, root.typeName = Sdf.SpecifierDef, "SkelRoot"
         target = target.AppendChild("Skeleton")
-    Sdf.CopySpec(flat, Sdf.Path(character.asset_prim), layer, target)
+    _copy_prim(stage, character.asset_prim, layer, target)
+    _release(layer.GetPrimAtPath(target))
+    return _with_files(f"{FOLDER}/{name}.usdc", layer, folder=folder, collect=collect)
+
+
+def copy_material(source: tuple[str, str], name: str, *, folder: Path, layer_format: LayerFormat) -> CharacterCopy:
+    """A material flattened into a layer of its own, with its textures.
+
+    Args:
+        source: Layer and prim path.
+        name: Of the copy's file and root prim.
+        folder: Real path of the crowd's folder.
+        layer_format: Stage metadata of the copy.
+    """
+    file, path = source
+    stage = Usd.Stage.OpenMasked(Sdf.Layer.FindOrOpen(file), Usd.StagePopulationMask([path]))
+    layer = new_layer(layer_format)
+    _copy_prim(stage, path, layer, Sdf.Path(f"/{name}"))
+    return _with_files(f"{FOLDER}/materials/{name}.usdc", layer, folder=folder, collect=True)
+
+
+def _copy_prim(stage: Usd.Stage, path: str, layer: Sdf.Layer, target: Sdf.Path) -> None:
+    """Copy a prim, flattened, and have it be the layer's default."""
+    flat = stage.Flatten(addSourceFileComment=False)
+    layer.defaultPrim = target.GetPrefixes()[0].name
+    for key in ("metersPerUnit", "upAxis", "timeCodesPerSecond", "framesPerSecond"):
+        if flat.pseudoRoot.HasInfo(key):
+            layer.pseudoRoot.SetInfo(key, flat.pseudoRoot.GetInfo(key))
+    Sdf.CopySpec(flat, Sdf.Path(path), layer, target)
     for prim in flat.rootPrims:
         if prim.name.startswith("Flattened_Prototype"):
             Sdf.CopySpec(flat, prim.path, layer, prim.path)
-    _release(layer.GetPrimAtPath(target))
-    copied = CharacterCopy(name=f"{FOLDER}/{name}.usdc", layer=layer)
-    UsdUtils.ModifyAssetPaths(layer, lambda path: _moved(path, copied, folder, name, collect))
+
+
+def _with_files(name: str, layer: Sdf.Layer, *, folder: Path, collect: bool) -> CharacterCopy:
+    """A layer with asset paths as they must stand in a file of that name in the folder."""
+    copied = CharacterCopy(name=name, layer=layer)
+    UsdUtils.ModifyAssetPaths(layer, lambda path: _moved(path, copied, folder, collect))
     return copied
 
 
@@ -119,16 +145,18 @@ def _release(prim: Sdf.PrimSpec) -> None:
         del owner.properties[spec.name]
 
 
-def _moved(path: str, copied: CharacterCopy, folder: Path, name: str, collect: bool) -> str:
+def _moved(path: str, copied: CharacterCopy, folder: Path, collect: bool) -> str:
     """Asset path as it must stand in the copy; files to be collected are noted."""
     if not path or not os.path.isabs(path):
         return path
     if not collect:
-        return relative_asset(path, folder / FOLDER)
+        return relative_asset(path, folder / os.path.dirname(copied.name))
     path, packaged = Ar.SplitPackageRelativePathOuter(path)  # a package comes along whole
+    home = copied.name.removesuffix(".usdc")
     digest = hashlib.sha256(os.path.dirname(path).encode()).hexdigest()[:8]
-    tiles = glob.glob(glob.escape(path).replace("<UDIM>", "[0-9][0-9][0-9][0-9]"))
+    found = glob.glob(glob.escape(path).replace("<UDIM>", "[0-9][0-9][0-9][0-9]"))
+    tiles = [tile for tile in found if os.path.isfile(tile)]  # a device would never end
     for tile in tiles:
-        copied.files[f"{FOLDER}/{name}/{digest}/{os.path.basename(tile)}"] = Path(tile)
-    moved = f"./{name}/{digest}/{os.path.basename(path)}" if tiles else path
+        copied.files[f"{home}/{digest}/{os.path.basename(tile)}"] = Path(tile)
+    moved = f"./{os.path.basename(home)}/{digest}/{os.path.basename(path)}" if tiles else path
     return Ar.JoinPackageRelativePath(moved, packaged) if packaged else moved

@@ -18,10 +18,12 @@ from usdfoot.model.motion import Motion
 from usdfoot.writers.agents import agent_spec
 from usdfoot.writers.animations import animation_spec
 from usdfoot.writers.attributes import layer_spec
+from usdfoot.writers.crate.kept import KeptPrim
 from usdfoot.writers.crate.reading import read_layer
 from usdfoot.writers.crate.specs import PackedSamples, Spec
 from usdfoot.writers.footsteps import executed_plan, print_models
 from usdfoot.writers.layers import LayerFormat
+from usdfoot.writers.levels import place_in_levels
 from usdfoot.writers.moving import follow_transforms
 from usdfoot.writers.own_attributes import own_specs
 from usdfoot.writers.poses import PosedAgent, RestingCharacter, pose_agents, rest_character
@@ -34,9 +36,9 @@ __all__ = ["ChunkPrims", "read_chunk", "write_chunk"]
 class ChunkPrims:
     """The prims of a chunk's agents by name, as they are written."""
 
-    agents: Mapping[str, Spec]
-    footsteps: Mapping[str, Spec]
-    anims: Mapping[str, Spec]
+    agents: Mapping[str, KeptPrim]
+    footsteps: Mapping[str, KeptPrim]
+    anims: Mapping[str, KeptPrim]
 
 
 def read_chunk(folder: Path, files: ChunkFiles) -> tuple[ChunkPrims, ChunkNotes]:
@@ -97,7 +99,7 @@ def write_chunk(
     anims = _in_order(order, _anims(scene, posed), base.anims if base else {})
     layer_format = _format(scene, [_codes(spec) for spec in anims.values()])
 
-    def layer(scope: str, prims: Mapping[str, Spec], said: dict[str, Any]) -> Spec:
+    def layer(scope: str, prims: Mapping[str, Spec | KeptPrim], said: dict[str, Any]) -> Spec:
         return layer_spec(layer_format, scope, prims, data={PROVENANCE: said})
 
     agents = _in_order(order, _agents(scene, posed, references), base.agents if base else {})
@@ -118,13 +120,18 @@ def _pose(scene: Scene, motions: Sequence[Motion], cast: Sequence[RestingCharact
     return {agent.motion.name: agent for agent in pose_agents(held, scene.stage.units)}
 
 
-def _in_order(names: Sequence[str], made: Mapping[str, Spec], kept: Mapping[str, Spec]) -> dict[str, Spec]:
+def _in_order(
+    names: Sequence[str], made: Mapping[str, Spec], kept: Mapping[str, KeptPrim]
+) -> dict[str, Spec | KeptPrim]:
     return {name: made[name] if name in made else kept[name] for name in names}
 
 
-def _codes(animation: Spec) -> FloatArray:
+def _codes(animation: Spec | KeptPrim) -> FloatArray:
     """Time codes of an animation."""
-    samples = animation.below[".rotations"].fields["timeSamples"]
+    if isinstance(animation, KeptPrim):
+        samples = animation.layer.field(animation.rows, "rotations", "timeSamples")
+    else:
+        samples = animation.below[".rotations"].fields["timeSamples"]
     return samples.codes if isinstance(samples, PackedSamples) else np.zeros(1)
 
 
@@ -145,7 +152,9 @@ def _agents(scene: Scene, posed: Mapping[str, PosedAgent], references: Sequence[
             reference=reference,
             units=scene.stage.units,
             visibility=scene.visibility.get(name, ()),
-            own=own_specs(scene.own_attributes.get(name, {})),
+            own=own_specs(
+                scene.own_attributes.get(name, {}), character=f"{Prim.AGENTS}/{name}{place_in_levels(reference)}"
+            ),
         )
         for (name, agent), reference in zip(posed.items(), references, strict=True)
     }

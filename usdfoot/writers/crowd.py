@@ -14,6 +14,7 @@ from usdfoot.bridge.tokens import ChunkFiles, File, Prim, chunk_files, chunk_fol
 from usdfoot.errors import OutputError
 from usdfoot.writers.belongings import check_foreign, tidy
 from usdfoot.writers.layers import LayerFormat
+from usdfoot.writers.materials import material_layers
 from usdfoot.writers.placing import PlacedCharacter
 from usdfoot.writers.root import expanded_layer, root_layer, scope_layer, stacked_layer
 from usdfoot.writers.staging import staged_files
@@ -28,6 +29,7 @@ def write_crowd(
     *,
     chunks: Sequence[ChunkFiles],
     characters: Sequence[PlacedCharacter],
+    collect: bool = False,
     provenance: Mapping[str, Any],
     report: Mapping[str, Any],
     intact: Mapping[str, str],
@@ -40,6 +42,7 @@ def write_crowd(
         folder: Where to. Files of an earlier run are replaced, `overrides.usda` is kept.
         chunks: Files of the chunks.
         characters: Copied if they must be.
+        collect: Copy the materials that agents are bound to.
         provenance: For `customLayerData["usdfoot"]` of crowd.usd.
         intact: SHA-256 of files that are there and were not written anew, by name.
         report: For report.json; content hashes of the written files are added as "files".
@@ -53,12 +56,13 @@ def write_crowd(
     target = Path(os.path.realpath(folder))
     check_output(scene, target)
     layer_format = crowd_format(scene)
+    materials = material_layers(scene, target, layer_format=layer_format, collect=collect)
     with staged_files(target) as files:
         for chunk in chunks:
             place = chunk_folder(target, chunk)
             for name in chunk:
                 files.adopt(name, place / name, content_hash=intact.get(name) if place == target else None)
-        for copied in (copied for character in characters for copied in character.copies):
+        for copied in (*(copied for character in characters for copied in character.copies), *materials):
             files.add_layer(copied.name, copied.layer)
             for name, path in copied.files.items():
                 files.add_file(name, path)
@@ -73,8 +77,8 @@ def write_crowd(
         files.add_text(File.REPORT, _readable({**report, "files": files.content_hashes()}) + "\n")
         if not (target / File.OVERRIDES).exists():
             files.add_layer(File.OVERRIDES, stacked_layer(layer_format, (), text=True))
-        files.add_layer(File.CROWD, root_layer(layer_format, provenance))
-    tidy(target, chunks)
+        files.add_layer(File.CROWD, root_layer(layer_format, provenance, has_materials=bool(materials)))
+    tidy(target, chunks, has_materials=bool(materials))
     return target / File.CROWD, target / File.REPORT
 
 
@@ -109,7 +113,8 @@ def crowd_format(scene: Scene) -> LayerFormat:
 
 def check_output(scene: Scene, folder: Path) -> None:
     """Raise an OutputError if a file to be written is a layer of the scene, or is there and not usdfoot's."""
-    outputs = {folder / name for name in (File.CROWD, File.OVERRIDES, File.ANIMS, File.EXPANDED)}
+    names = File.CROWD, File.OVERRIDES, File.ANIMS, File.EXPANDED, File.MATERIALS
+    outputs = {folder / name for name in names}
     outputs |= {folder / name for name in chunk_files(0, 1)}
     layers = {Path(os.path.realpath(layer)) for layer in scene.stage.layers}
     over = sorted(str(path) for path in outputs & layers)

@@ -64,9 +64,14 @@ def write_clip_events(
 
 
 def author_events(prim: Sdf.PrimSpec, contacts: Contacts, units: StageUnits) -> None:
-    """Strike, flat and liftoff times of both feet as UsdfootClipAPI attributes, those within the clip."""
+    """Strike, flat and liftoff times of both feet as UsdfootClipAPI attributes, those within the clip.
+
+    Of a foot that stands from the first sample to the last there are none: empty, they would say that it never does.
+    """
     for side in (0, 1):
         foot = contacts[side]
+        if foot.only_stands:
+            continue
         begun = np.isfinite(foot.strike_times)
         author_times(prim, tokens.Clip.STRIKE_TIMES[side], _finite(foot.strike_times), units=units)
         author_times(prim, tokens.Clip.FLAT_TIMES[side], _finite(foot.flat_times[begun]), units=units)

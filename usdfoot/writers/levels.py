@@ -15,9 +15,22 @@ from usdfoot.bridge.variants import select_variants
 from usdfoot.model.levels import DetailLevels
 from usdfoot.writers.layers import LayerFormat, apply_schemas, author, author_targets, define_prim, new_layer
 
-__all__ = ["level_layer", "level_set", "select_levels"]
+__all__ = ["LEVELS", "level_layer", "level_set", "place_in_levels", "select_levels"]
 
 ValueTypes = Sdf.ValueTypeNames
+
+LEVELS = ".levels.usda"
+"""How files with levels are named after the prim in them."""
+
+
+def place_in_levels(reference: tuple[str, str]) -> str:
+    """Where below a prim with this reference the character is that is shown first; "" = it is the prim.
+
+    Args:
+        reference: Asset and prim path.
+    """
+    asset, prim = reference
+    return "/Levels/Level0" if asset == f".{prim}{LEVELS}" else ""
 
 
 def level_set(prim: Usd.Prim, levels: DetailLevels) -> str | None:

@@ -1,4 +1,4 @@
-"""Own attributes of agents, as specs of their prims, which share their prototypes whatever these say."""
+"""Own attributes and bindings of agents, as specs of their prims, which share their prototypes whatever these say."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from usdfoot.bridge.own_attributes import OwnAttribute, OwnAttributes
-from usdfoot.writers.attributes import UNIFORM
+from usdfoot.bridge.own_attributes import OwnAttribute, OwnAttributes, OwnBinding
+from usdfoot.writers.attributes import UNIFORM, relationship_spec
 from usdfoot.writers.crate.specs import (
     ARRAY,
     INLINED,
@@ -32,9 +32,24 @@ _SMALL = Type.BOOL, Type.INT, Type.FLOAT
 """Types whose values are no place in the file."""
 
 
-def own_specs(own: OwnAttributes) -> dict[str, Spec]:
-    """Specs of attributes, as they are below their prim."""
-    return {f".{name}": Spec(SpecKind.ATTRIBUTE, _fields(attribute), {}) for name, attribute in own.items()}
+def own_specs(own: OwnAttributes, *, character: str) -> dict[str, Spec]:
+    """Specs of attributes and bindings, as they are below their prim.
+
+    Args:
+        own: What there is.
+        character: Path of the written character.
+    """
+    return {
+        f".{name}": _binding(said, character)
+        if isinstance(said, OwnBinding)
+        else Spec(SpecKind.ATTRIBUTE, _fields(said), {})
+        for name, said in own.items()
+    }
+
+
+def _binding(own: OwnBinding, character: str) -> Spec:
+    spec = relationship_spec([own.material if own.source else f"{character}/{own.material}"])
+    return spec._replace(fields={**spec.fields, "bindMaterialAs": token(own.strength)}) if own.strength else spec
 
 
 def _fields(own: OwnAttribute) -> dict[str, Value]:

@@ -16,7 +16,7 @@ from usdfoot.errors import SceneError
 from usdfoot.model.levels import DetailLevels
 from usdfoot.writers.characters import FOLDER, CharacterCopy, copy_character, is_bound, must_be_copied, open_asset
 from usdfoot.writers.layers import LayerFormat, define_prim, new_layer
-from usdfoot.writers.levels import level_layer, level_set, select_levels
+from usdfoot.writers.levels import LEVELS, level_layer, level_set, select_levels
 from usdfoot.writers.paths import relative_asset
 
 __all__ = ["PlacedCharacter", "place_characters"]
@@ -129,7 +129,7 @@ class _Placing:
             besides=character.variants,
             layer_format=self.layer_format,
         )
-        whole = CharacterCopy(name=f"{name}.levels.usda", layer=layer)
+        whole = CharacterCopy(name=f"{name}{LEVELS}", layer=layer)
         return PlacedCharacter(reference=Sdf.Reference(f"./{whole.name}", f"/{name}"), copies=(*copies, whole))
 
 

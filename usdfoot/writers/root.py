@@ -13,12 +13,12 @@ from usdfoot.writers.layers import LayerFormat, define_prim, new_layer
 __all__ = ["SUBLAYERS", "expanded_layer", "root_layer", "scope_layer", "stacked_layer"]
 
 SUBLAYERS = (File.OVERRIDES, File.AGENTS, File.FOOTSTEPS, File.ANIMS)
-"""Layers of crowd.usd, strongest first."""
+"""Layers of crowd.usd, strongest first; materials may come after them."""
 
 
-def root_layer(layer_format: LayerFormat, provenance: Mapping[str, Any]) -> Sdf.Layer:
+def root_layer(layer_format: LayerFormat, provenance: Mapping[str, Any], *, has_materials: bool = False) -> Sdf.Layer:
     """crowd.usd: metadata and sublayers, nothing else."""
-    layer = stacked_layer(layer_format, SUBLAYERS, text=True)
+    layer = stacked_layer(layer_format, (*SUBLAYERS, *[File.MATERIALS] * has_materials), text=True)
     layer.customLayerData = {PROVENANCE: dict(provenance)}
     return layer
 

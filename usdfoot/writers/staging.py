@@ -28,6 +28,8 @@ _EXPECTED_WARNING = "Upgrading crate file"
 """Time codes need a younger .usdc than USD starts with; it says so for every file."""
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_AT_ONCE = 1 << 18
+"""What is written at a time of many small values [bytes]: the system takes as long for less."""
 _MORE = 1 << 20
 """More than is missing of a layer that nearly fits on a disk [bytes]."""
 
@@ -60,7 +62,7 @@ class StagedFiles:
 
     def add_specs(self, name: str, root: Spec) -> None:
         """Save a binary layer of specs."""
-        with self.reserve(name).open("wb") as stream:
+        with self.reserve(name).open("wb", buffering=_AT_ONCE) as stream:
             write_layer(stream, root)
 
     def _save(self, name: str, save: Callable[[], bool]) -> None:

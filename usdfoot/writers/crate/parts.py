@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
 
 import numpy as np
@@ -97,14 +98,22 @@ class CratePart:
         return dict(zip(names, self.field_values[fields].tolist(), strict=True))
 
 
-def read_part(path: Path) -> CratePart:
+def read_part(path: Path, *, as_is: bool = False) -> CratePart:
     """A binary layer, taken apart.
+
+    Args:
+        path: Of the file.
+        as_is: Whether its values stay as they are: then only those are read that are asked for.
 
     Raises:
         OSError: If it cannot be read.
         ValueError: If it is none.
     """
-    content = np.fromfile(path, dtype=np.uint8).data  # which nobody fills with zeros before
+    if as_is:
+        with path.open("rb") as stream:
+            content = memoryview(mmap(stream.fileno(), 0, access=ACCESS_READ))
+    else:
+        content = np.fromfile(path, dtype=np.uint8).data  # which nobody fills with zeros before
     if content[: len(IDENTIFIER)] != IDENTIFIER:
         raise ValueError(f"{path} is no layer in USD's binary format")
     starts, readers = _sections(content)

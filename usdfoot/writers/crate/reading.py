@@ -1,4 +1,4 @@
-"""Reading: a layer that `write_layer` wrote, as the specs it was given."""
+"""Reading: a layer that `write_layer` wrote, of which another is to have prims as they are."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from usdfoot.writers.crate.kept import KeptLayer, KeptPrim, SetsOfFields
 from usdfoot.writers.crate.parts import END_OF_SET, VALUES_PLACE, CratePart, read_part
 from usdfoot.writers.crate.specs import (
     ARRAY,
@@ -20,13 +21,12 @@ from usdfoot.writers.crate.specs import (
     PackedSamples,
     Reference,
     SmallSamples,
-    Spec,
+    SpecKind,
     Text,
     TokenSamples,
     Type,
     Value,
 )
-from usdfoot.writers.crate.writing import LISTS
 
 __all__ = ["read_layer"]
 
@@ -36,68 +36,51 @@ _SIZES = {
     **{code: np.dtype(number).itemsize * width for (number, width), code in PLAIN_KINDS.items()},
 }
 """Bytes of a value, by its type."""
+_ARRAY_SIZES = {ARRAY | code: size for code, size in _SIZES.items()}
+"""The same of each value of an array."""
 
 
 _DATA = "customLayerData"
 _STEP = struct.Struct("<IqQ")
 """Of a dictionary: a key, how far ahead its value is, and the value."""
+_COUNT, _SAMPLES = struct.Struct("<Q"), struct.Struct("<qQqQ")
 
 
-def read_layer(file: Path, scope: str) -> tuple[dict[str, Any], dict[str, Spec]]:
+def read_layer(file: Path, scope: str) -> tuple[dict[str, Any], dict[str, KeptPrim]]:
     """Custom layer data, and the prims below a scope by name, in their order, with all that is below them.
 
     Raises:
         OSError: If the file cannot be read.
         ValueError, LookupError, struct.error: If something else wrote it.
     """
-    layer = _Layer(read_part(file))
-    return layer.data(), layer.below(scope)
+    read = _Layer(read_part(file, as_is=True), scope)
+    return read.data(), read.prims()
 
 
 class _Layer:
     """A layer in parts."""
 
-    def __init__(self, part: CratePart) -> None:
+    def __init__(self, part: CratePart, scope: str) -> None:
         self._part = part
         self._tokens = [token.decode() for token in part.tokens]
-        self._names = part.field_names.tolist()
+        if (part.paths != np.arange(len(part.paths))).any():
+            raise ValueError("paths are numbered otherwise")
+        self._rows, self._below = part.outline(scope)
+        self._paths = self._named_paths()
+        self._times: dict[int, bytes] = {}
         self._fields = part.field_values.tolist()
-        self._sets = part.field_sets.tolist()
-        self._rows = [*zip(part.paths.tolist(), part.elements.tolist(), part.jumps.tolist(), strict=True)]
-        starts, kinds = part.spec_sets.tolist(), part.spec_kinds.tolist()
-        self._specs = {
-            path: (start, kind) for path, start, kind in zip(part.spec_paths.tolist(), starts, kinds, strict=True)
-        }
-        self._paths: dict[int, str] = {}
-        self._values: dict[int, Value] = {}
-        self._read_sets: dict[int, dict[str, Value]] = {}
-        self._trees: dict[tuple[int, bytes], Spec] = {}
-        """Prims by their own fields and all of their rows below."""
-        self._rows_said = self._said()
-        self._name_paths()
-
-    def _said(self) -> np.ndarray:
-        """Of each row all that its spec is made of: set of fields, kind, element and jump, shape (N, 4)."""
-        part = self._part
-        said = np.full((len(part.paths), 4), -1)
-        rows = np.empty(int(part.paths.max()) + 1, dtype=np.int64)
-        rows[part.paths] = np.arange(len(part.paths))
-        said[rows[part.spec_paths], :2] = np.stack([part.spec_sets, part.spec_kinds], axis=1)
-        said[:, 2:] = np.stack([part.elements, part.jumps], axis=1)
-        return said
 
     def data(self) -> dict[str, Any]:
         """What the layer says of itself."""
-        start, _ = self._specs[self._rows[0][0]]
-        own = self._sets[start : self._sets.index(END_OF_SET, start)]
-        values = [self._fields[field] for field in own if self._tokens[self._names[field]] == _DATA]
-        return self._dictionary(values[0]) if values else {}
+        (spec,) = np.flatnonzero(self._part.spec_paths == 0)
+        value = self._part.fields_of(int(spec)).get(_DATA.encode())
+        return {} if value is None else self._dictionary(value)
 
     def _dictionary(self, value: int) -> dict[str, Any]:
         place, found = (value & _PAYLOAD) - VALUES_PLACE, {}
         if value & ~_PAYLOAD != Type.DICTIONARY:
             raise ValueError("data are written otherwise")
-        (count,) = struct.unpack_from("<Q", self._part.values, place)
+        (count,) = _COUNT.unpack_from(self._part.values, place)
         for index in range(count):
             key, step, entry = _STEP.unpack_from(self._part.values, place + 8 + index * _STEP.size)
             if step != 8:
@@ -109,74 +92,68 @@ class _Layer:
     def _string(self, number: int) -> str:
         return self._tokens[int(self._part.strings[number])]
 
-    def below(self, scope: str) -> dict[str, Spec]:
-        rows, below = self._part.outline(scope)
-        return self._specs_of(below.start, below.stop) if scope in rows else {}
-
-    def _name_paths(self) -> None:
-        """Paths of prims by number; nothing refers to a property."""
-        above = [("", len(self._rows))]
-        for row in np.flatnonzero(self._part.elements >= 0).tolist():
-            path, element, jump = self._rows[row]
-            while row >= above[-1][1]:
-                above.pop()
-            parent, end = above[-1]
-            own = self._paths[path] = f"{parent}/{self._tokens[element]}" if row else ""
-            if jump == -1 or jump > 0:
-                above.append((own, row + jump if jump > 0 else end))
-
-    def _specs_of(self, start: int, stop: int) -> dict[str, Spec]:
-        """Specs in rows of the tree that are one another's siblings, by name."""
-        found, row = {}, start
-        while row < stop:
-            path, element, jump = self._rows[row]
-            end = row + jump if jump > 0 else stop if jump == -1 else row + 1
-            name = self._tokens[abs(element)]
-            if end > row + 1 and (element < 0 or path not in self._specs):
-                raise ValueError(f"{self._paths[path]} is no prim")
-            if path not in self._specs:
-                pass  # only somebody's path
-            elif element < 0:
-                begin, kind = self._specs[path]
-                found[f".{name}"] = Spec(kind, self._fields_at(begin), {})
-            else:
-                found[name] = self._prim(row, end)
+    def prims(self) -> dict[str, KeptPrim]:
+        """Prims below the scope by name."""
+        part, layer = self._part, self._kept()
+        found, row = {}, self._below.start
+        while row < self._below.stop:
+            jump = int(part.jumps[row])
+            end = row + jump if jump > 0 else self._below.stop if jump == -1 else row + 1
+            if layer.kinds[row] == SpecKind.PRIM:  # else only somebody's path
+                found[self._tokens[part.elements[row]]] = KeptPrim(layer, slice(row, end))
             row = end
         return found
 
-    def _prim(self, row: int, end: int) -> Spec:
-        """Spec of a prim in a row, with all below it; the same where the same comes again."""
-        begin, kind = self._specs[self._rows[row][0]]
-        tree = begin, self._rows_said[row + 1 : end].tobytes()
-        if tree not in self._trees:
-            self._trees[tree] = Spec(kind, self._fields_at(begin), self._specs_of(row + 1, end))
-        return self._trees[tree]
+    def _kept(self) -> KeptLayer:
+        """The layer with all of its values read: of what something else wrote nothing is to be kept."""
+        part = self._part
+        ends = np.flatnonzero(part.field_sets == END_OF_SET)
+        sets = SetsOfFields(fields=part.field_sets, starts=np.append(0, ends[:-1] + 1), ends=ends)
+        kinds, owns = np.zeros(len(part.paths), dtype=np.int64), np.full(len(part.paths), -1)
+        kinds[part.spec_paths] = part.spec_kinds
+        owns[part.spec_paths] = np.searchsorted(sets.starts, part.spec_sets)
+        names = [self._tokens[name] for name in part.field_names.tolist()]
+        values = [self._value(value) for value in self._fields]
+        return KeptLayer(
+            tokens=self._tokens,
+            elements=part.elements,
+            jumps=part.jumps,
+            kinds=kinds,
+            sets=sets,
+            own_sets=owns,
+            fields=[*zip(names, values, strict=True)],
+            prim_rows=np.array([*self._paths]),
+            paths=[*self._paths.values()],
+        )
 
-    def _fields_at(self, place: int) -> dict[str, Value]:
-        """Fields of a set that begins there."""
-        if place not in self._read_sets:
-            own = self._sets[place : self._sets.index(END_OF_SET, place)]
-            named = [(self._tokens[self._names[field]], field) for field in own]
-            self._read_sets[place] = {name: self._value(field) for name, field in named if name not in LISTS}
-        return self._read_sets[place]
+    def _named_paths(self) -> dict[int, str]:
+        """Paths of prims by number; nothing refers to a property."""
+        above, paths = [("", len(self._part.paths))], {}
+        rows = np.flatnonzero(self._part.elements >= 0)
+        elements, jumps = self._part.elements[rows].tolist(), self._part.jumps[rows].tolist()
+        for row, element, jump in zip(rows.tolist(), elements, jumps, strict=True):
+            while row >= above[-1][1]:
+                above.pop()
+            parent, end = above[-1]
+            own = paths[row] = f"{parent}/{self._tokens[element]}" if row else ""
+            if jump == -1 or jump > 0:
+                above.append((own, row + jump if jump > 0 else end))
+        return paths
 
-    def _value(self, index: int) -> Value:
-        """Value of a field."""
-        if index not in self._values:
-            self._values[index] = self._read(self._fields[index])
-        return self._values[index]
-
-    def _read(self, value: int) -> Value:
+    def _value(self, value: int) -> Value:
         kind, payload = value & ~_PAYLOAD, value & _PAYLOAD
         place = payload - VALUES_PLACE
+        if kind in _ARRAY_SIZES and payload:
+            (count,) = _COUNT.unpack_from(self._part.values, place)
+            return Numbers(kind, bytes(self._part.values[place : place + 8 + _ARRAY_SIZES[kind] * count]))
+        if kind in _SIZES:
+            return Numbers(kind, bytes(self._part.values[place : place + _SIZES[kind]]))
+        if kind == Type.SAMPLES:
+            return self._samples(place)
         if kind == INLINED | Type.TOKEN:
             return Names(kind, (self._tokens[payload],))
         if kind == INLINED | Type.STRING:
             return Text(self._string(payload))
-        if kind & INLINED or (kind & ARRAY and not payload and kind != ARRAY | Type.TOKEN):
-            if kind & ~INLINED in (Type.STRING, Type.TOKEN):
-                raise ValueError("strings are not written here")
-            return value
         if kind in (ARRAY | Type.TOKEN, Type.TOKENS):
             return Names(kind, self._tokens_at(place) if payload else ())
         if kind == Type.TOKEN_EDITS:
@@ -186,14 +163,14 @@ class _Layer:
             return Items(kind, self._part.values[place], paths)
         if kind == Type.REFERENCES:
             return self._reference(place)
-        if kind == Type.SAMPLES:
-            return self._samples(place)
-        size = _SIZES[kind & ~ARRAY]
-        count = 8 + size * struct.unpack_from("<Q", self._part.values, place)[0] if kind & ARRAY else size
-        return Numbers(kind, bytes(self._part.values[place : place + count]))
+        if kind == Type.DICTIONARY:
+            return self._dictionary(value)
+        if kind & INLINED or kind in _ARRAY_SIZES:
+            return value
+        raise ValueError(f"values of USD's type {kind >> 48:x} are not written here")
 
     def _listed(self, place: int) -> tuple[int, ...]:
-        (count,) = struct.unpack_from("<Q", self._part.values, place)
+        (count,) = _COUNT.unpack_from(self._part.values, place)
         return struct.unpack_from(f"<{count}I", self._part.values, place + 8)
 
     def _tokens_at(self, place: int) -> tuple[str, ...]:
@@ -207,26 +184,27 @@ class _Layer:
 
     def _samples(self, place: int) -> PackedSamples | TokenSamples | SmallSamples:
         values = self._part.values
-        ahead, times, further, count = struct.unpack_from("<qQqQ", values, place)
+        ahead, times, further, count = _SAMPLES.unpack_from(values, place)
         if (ahead, times & ~_PAYLOAD, further) != (8, Type.DOUBLES, 8):
             raise ValueError("samples are written otherwise")
-        start = (times & _PAYLOAD) - VALUES_PLACE
-        codes = bytes(values[start : start + 8 + 8 * count])
-        samples = np.frombuffer(values, dtype="<u8", count=count, offset=place + 32)
-        kind = int(samples[0]) & ~_PAYLOAD
+        codes = self._codes((times & _PAYLOAD) - VALUES_PLACE, count)
+        samples = np.frombuffer(values, dtype="<u8", count=count, offset=place + _SAMPLES.size)
+        first = int(samples[0])
+        kind, start = first & ~_PAYLOAD, (first & _PAYLOAD) - VALUES_PLACE
         if kind == INLINED | Type.TOKEN:
             names = [self._tokens[number] for number in (samples & np.uint64(_PAYLOAD)).tolist()]
             return TokenSamples(tuple(names), codes)
         if kind & INLINED:
             return SmallSamples(tuple(samples.tolist()), codes)
-        places = (samples - np.uint64(kind)).astype(np.int64) - VALUES_PLACE
-        first, size = int(places[0]), _SIZES[kind & ~ARRAY]
-        stride = 8 + size * struct.unpack_from("<Q", values, first)[0] if kind & ARRAY else size
-        index, rest = np.divmod(places - first, stride)
-        if rest.any() or (np.diff(index, prepend=0) >> 1).any():
-            raise ValueError("samples are not written as whole arrays")
-        rows = np.frombuffer(values, dtype=np.uint8, count=stride * (int(index[-1]) + 1), offset=first)
-        rows = rows.reshape(-1, stride)
-        if kind & ARRAY and (rows[:, :8] != rows[0, :8]).any():
-            raise ValueError("samples are not written as whole arrays")
-        return PackedSamples(kind, rows, index, codes)
+        stride = _SIZES.get(kind) or 8 + _ARRAY_SIZES[kind] * _COUNT.unpack_from(values, start)[0]
+        offsets = samples - np.uint64(first)
+        steps = offsets[1:] - offsets[:-1]
+        if (steps[steps != 0] != stride).any():
+            raise ValueError("samples are not written one after the other")
+        return PackedSamples(kind, values[start : start + int(offsets[-1]) + stride], offsets, codes)
+
+    def _codes(self, place: int, count: int) -> bytes:
+        """Number of samples and their time codes."""
+        if place not in self._times:
+            self._times[place] = bytes(self._part.values[place : place + 8 + 8 * count])
+        return self._times[place]

@@ -151,9 +151,9 @@ class PackedSamples(NamedTuple):
     kind: int
     """Of each value."""
     rows: Any
-    """Bytes of different values one after the other, shape (R, stride)."""
-    order: IntArray
-    """Row of each sample, shape (F,)."""
+    """Bytes of different values one after the other, as a buffer."""
+    offsets: Any
+    """Where in there each sample is [bytes], uint64, shape (F,)."""
     times: bytes
     """Number of samples and their time codes."""
 
@@ -194,8 +194,8 @@ class Spec(NamedTuple):
     """Of SpecKind."""
     fields: Mapping[str, Value]
     """By name, without the lists of what is below."""
-    below: dict[str, Spec]
-    """Properties, named with a dot before, and prims."""
+    below: dict[str, Any]
+    """Specs of properties, named with a dot before, and of prims, or prims that are kept instead."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -265,7 +265,9 @@ def pack_numbers(code: int, codes: FloatArray, rows: FloatArray, *, length: int 
     if code & ARRAY:
         lengths = np.full((len(rows), 1), length, dtype="<u8")
         rows = np.concatenate([lengths.view(np.uint8), rows.view(np.uint8)], axis=1)
-    return PackedSamples(code, rows.view(np.uint8), np.cumsum(changed) - 1, _times(codes))
+    rows = rows.view(np.uint8)
+    offsets = rows.shape[1] * (np.cumsum(changed) - 1)
+    return PackedSamples(code, rows.data, offsets.astype("<u8"), _times(codes))
 
 
 def small_samples(codes: Sequence[float], values: Sequence[int]) -> SmallSamples:
