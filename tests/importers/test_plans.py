@@ -40,6 +40,15 @@ def test_a_row_is_a_footstep(tmp_path):
     assert_allclose([plan.strike_times, plan.liftoff_times], [(0.5, 1.0, 1.5), (1.2, 1.7, 2.2)])
 
 
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_decimal_commas_of_spreadsheets(tmp_path, separator):
+    (plan,) = table(tmp_path, TABLE).values()
+    (other,) = table(tmp_path, TABLE.replace(",", separator).replace(".", ",")).values()
+    assert "0,1" in TABLE.replace(",", separator).replace(".", ",")
+    assert_allclose(other.positions, plan.positions)
+    assert_allclose(other.strike_times, plan.strike_times)
+
+
 def test_separators_order_units_axes_and_further_columns(tmp_path):
     (plan,) = table(tmp_path, TABLE).values()
     lines = TABLE.splitlines()

@@ -39,9 +39,10 @@ def test_flat_prints_are_laid_on_the_stones(scene, stones, tmp_path):
     assert statuses == executed(stones.crowd_file)[1]
 
 
-def test_without_being_asked_for_they_stay_as_given(scene, tmp_path):
+def test_without_being_asked_for_they_stay_as_given(scene, tmp_path, capsys):
     drawn_flat(scene, tmp_path / "flat.usda")
-    main(["animate", str(tmp_path / "flat.usda"), "-o", str(tmp_path / "given"), "-q"])
+    main(["animate", str(tmp_path / "flat.usda"), "-o", str(tmp_path / "given")])
+    assert "put them on walkable terrain, by --conform where some is above or below them" in capsys.readouterr().err
     positions, _ = executed(tmp_path / "given/crowd.usd")
     assert_allclose(positions[:, 1], 0.0, atol=1e-6)
     assert main(["animate", str(tmp_path / "flat.usda"), "-o", str(tmp_path / "given"), "--conform", "-q"]) == 0

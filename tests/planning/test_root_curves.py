@@ -6,7 +6,8 @@ from numpy.testing import assert_allclose
 
 from usdfoot.errors import PlanError
 from usdfoot.model.trajectory import RootTrajectory, sample_trajectories
-from usdfoot.planning.root_curves import LARGEST, SPACING, build_root_curves
+from usdfoot.planning import root_curves
+from usdfoot.planning.root_curves import LARGEST, SPACING, CurveBatches, build_root_curves
 
 SIGMA = 0.19
 
@@ -64,6 +65,34 @@ def test_given_headings_are_kept_and_others_follow_the_way() -> None:
 
 def test_curves_of_all_hours_are_refused_with_the_longest() -> None:
     short = RootTrajectory(name="short", times=np.array([0.0, 1.0]), positions=np.zeros((2, 3)), yaws=None)
-    long = RootTrajectory(name="long", times=np.array([0.0, LARGEST * SPACING]), positions=np.zeros((2, 3)), yaws=None)
+    long = RootTrajectory(
+        name="long", times=np.array([0.0, 1.01 * LARGEST * SPACING]), positions=np.zeros((2, 3)), yaws=None
+    )
     with pytest.raises(PlanError, match="long"):
         build_root_curves([short, long], smoothing_time=SIGMA)
+
+
+def test_curves_have_the_same_bytes_alone_in_batches_and_all_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = walkers(7, count=9)
+    whole = build_root_curves(found, smoothing_time=SIGMA)
+    monkeypatch.setattr(root_curves, "BATCH", 4 * whole.yaws.shape[1])
+    for curves in (build_root_curves(found, smoothing_time=SIGMA), whole):
+        for name, values in vars(curves).items():
+            assert np.array_equal(values, getattr(whole, name)), name
+    for agent, walker in enumerate(found):
+        alone = build_root_curves([walker], smoothing_time=SIGMA)
+        count = alone.yaws.shape[1]
+        assert np.array_equal(alone.positions[0], whole.positions[agent, :count])
+        assert np.array_equal(alone.yaws[0], whole.yaws[agent, :count])
+
+
+def test_crowds_of_any_size_are_made_in_even_batches(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = walkers(8, count=7)
+    whole = build_root_curves(found, smoothing_time=SIGMA)
+    monkeypatch.setattr(root_curves, "BATCH", 1)
+    monkeypatch.setattr(root_curves, "KEPT", 1)
+    agents = np.array([6, 1, 2, 5, 3])
+    parts = list(CurveBatches(found, smoothing_time=SIGMA).of(agents))
+    assert [part.tolist() for part, _ in parts] == [[6, 1], [2, 5], [3]]
+    for part, curves in parts:
+        assert np.array_equal(curves.positions, whole.positions[part, : curves.yaws.shape[1]])

@@ -123,7 +123,8 @@ def steps_off_terrain(agents: Sequence[Agent], motions: Sequence[Motion]) -> lis
             x, y, z = agent.plan.positions[off[0]]
             message = (
                 f"{agent.plan.name}: {off.size} footstep(s) are off the terrain, first footstep {off[0]} at ({x:.2f}, "
-                f"{y:.2f}, {z:.2f}) m, +Y up. put them on walkable terrain, or correct the terrain's transform"
+                f"{y:.2f}, {z:.2f}) m, +Y up. put them on walkable terrain, by --conform where some is above or below "
+                "them, or correct the terrain's transform"
             )
             problems.append(Problem(severity="warning", where=agent.source, message=message))
     return problems

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -19,6 +20,8 @@ from usdfoot.model.plan import FootstepPlan
 
 __all__ = ["import_plan_table"]
 
+DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+")
+"""A number as spreadsheets of many countries write it, with semicolons or tabs between the cells."""
 FEET = {"left": 0, "l": 0, "right": 1, "r": 1}
 
 
@@ -57,11 +60,14 @@ def import_plan_table(file: str | os.PathLike[str], *, unit: str = "", up: str =
 
 
 def _cells(line: str) -> list[str]:
-    """Cells of a row; none if the line is empty."""
+    """Cells of a row, decimal commas as points; none if the line is empty."""
     if not line.strip():
         return []
     separator = next((mark for mark in ";\t" if mark in line), ",")
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+    cells = [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+    if separator == ",":
+        return cells
+    return [cell.replace(",", ".") if DECIMAL_COMMA.fullmatch(cell) else cell for cell in cells]
 
 
 def _plan(name: str, names: Sequence[str], rows: Sequence[TextLine], metres: float, up: str) -> FootstepPlan:

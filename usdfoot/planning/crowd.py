@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
@@ -18,12 +18,12 @@ from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
 from usdfoot.planning.collisions import find_collisions
 from usdfoot.planning.edges import keep_off_edges
-from usdfoot.planning.elbow_room import keep_apart
+from usdfoot.planning.elbow_room import make_room
 from usdfoot.planning.facing import face_tracks
 from usdfoot.planning.feet_apart import is_sideways, set_feet_apart, uncross
-from usdfoot.planning.foot_table import FootTable, feet_of
+from usdfoot.planning.foot_table import FootTable, feet_of, joined_tables
 from usdfoot.planning.latecomers import find_latecomers
-from usdfoot.planning.root_curves import build_root_curves
+from usdfoot.planning.root_curves import CurveBatches
 from usdfoot.planning.scenario import Scenario, Seeker
 from usdfoot.planning.trajectories import NARROW, lay_plans, step_along_curves
 
@@ -110,18 +110,20 @@ def _plans(party: Party, tracks: Tracks, terrain: Terrain, faults: list[Problem]
         turned=tracks.turned,
         names=[seeker.name for seeker in seekers],
     )
-    curves = keep_apart(build_root_curves(trajectories, smoothing_time=SMOOTHING), distance=ELBOW_ROOM)
-    roots = curves.positions.copy()
+    curves = CurveBatches(trajectories, smoothing_time=SMOOTHING)
+    room = make_room(curves, distance=ELBOW_ROOM)
     walls, narrow = Walls(party.area), min(seeker.narrowest for seeker in seekers)
-    roots[..., [0, 2]] = walls.keep_off(roots[..., [0, 2]].reshape(-1, 2), distance=narrow).reshape(*roots.shape[:2], 2)
-    curves = replace(curves, positions=roots)
     tables, order = [], np.zeros(0, dtype=int)
     for body in dict.fromkeys(seeker.body for seeker in seekers):
         own = np.array([index for index, seeker in enumerate(seekers) if seeker.body == body])
-        table = step_along_curves(curves[own], body)
-        tables.append(replace(table, owners=table.owners + len(order)))
-        order = np.concatenate([order, own])
-    feet, ordered = _joined(tables), [seekers[index] for index in order]
+        for agents, some in curves.of(own):
+            some = room.moved(some, agents)
+            roots, places = some.positions.copy(), some.positions[..., [0, 2]]
+            roots[..., [0, 2]] = walls.keep_off(places.reshape(-1, 2), distance=narrow).reshape(places.shape)
+            table = step_along_curves(replace(some, positions=roots), body)
+            tables.append(replace(table, owners=table.owners + len(order)))
+            order = np.concatenate([order, agents])
+    feet, ordered = joined_tables(tables), [seekers[index] for index in order]
     narrowest = np.array([NARROW * seeker.body.step_width for seeker in ordered])[feet.owners]
     narrowest = np.where(is_sideways(feet), 2.0 * feet.half_widths + BETWEEN, narrowest)
     widest = np.array([seeker.body.widest_step for seeker in ordered])[feet.owners]
@@ -141,13 +143,6 @@ def _on_ground(tracks: Tracks, starts: FloatArray, ground: Ground) -> FloatArray
     points = tracks.points.reshape(-1, 2)
     sample = ground.heights(points, known.ravel(), step_up=NEAR)
     return np.where(np.abs(sample.heights - known.ravel()) <= NEAR, sample.heights, known.ravel()).reshape(known.shape)
-
-
-def _joined(tables: Sequence[FootTable]) -> FootTable:
-    """One table of several."""
-    return FootTable(
-        **{part.name: np.concatenate([getattr(table, part.name) for table in tables]) for part in fields(FootTable)}
-    )
 
 
 def _treads(seekers: Sequence[Seeker], feet: FootTable) -> list[Problem]:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial import cKDTree
 
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
-from usdfoot.planning.root_curves import SPACING, RootCurves
+from usdfoot.planning.root_curves import SPACING, CurveBatches, RootCurves
 
-__all__ = ["keep_apart"]
+__all__ = ["ElbowRoom", "make_room"]
 
 CLOCK = 0.2
 """Between the instants at which roots are compared [s]."""
@@ -28,18 +28,41 @@ APART = 100.0
 """Between instants on the time axis of the search tree [m]: more than any distance looked for."""
 
 
-def keep_apart(curves: RootCurves, *, distance: float) -> RootCurves:
-    """The curves with roots at least `distance` [m] from each other wherever they can be.
+@dataclass(frozen=True, kw_only=True)
+class ElbowRoom:
+    """How far A roots move aside."""
+
+    start: float
+    """Of the clock [s]."""
+    offsets: FloatArray
+    """(x, z) every `CLOCK` [m], shape (A, T, 2)."""
+
+    def moved(self, curves: RootCurves, agents: IntArray) -> RootCurves:
+        """The curves of some agents (N,) with what these move aside."""
+        frames = np.arange(curves.yaws.shape[1])
+        times = np.minimum(curves.starts[:, None] + SPACING * frames, curves.ends[:, None])
+        where = np.clip((times - self.start) / CLOCK, 0.0, self.offsets.shape[1] - 1.001)
+        before = where.astype(np.intp)
+        share = (where - before)[..., None]
+        owner = agents[:, None]
+        added = (1.0 - share) * self.offsets[owner, before] + share * self.offsets[owner, before + 1]
+        positions = curves.positions.copy()
+        positions[..., [0, 2]] += added
+        return replace(curves, positions=positions)
+
+
+def make_room(curves: CurveBatches, *, distance: float) -> ElbowRoom:
+    """How roots move aside so that they are at least `distance` [m] from each other wherever they can be.
 
     Two that are too near are both moved away by half of what lacks; what is moved is smoothed over time and the rest
     is moved again. Tracked people walk shoulder to shoulder, and trackers err by as much as a foot is wide.
     """
-    instants, first, present = _clock(curves)
+    instants, first, present = _clock(curves.starts, curves.ends)
     rows, columns = np.nonzero(present)
-    if len(rows) < 2:
-        return curves
-    times = instants[columns]
-    spots = curves.at(rows, times)[0]
+    spots = np.empty((len(rows), 3))
+    for agents, some in curves.of(np.arange(len(present))):
+        asked = slice(*np.searchsorted(rows, [agents[0], agents[-1] + 1]))
+        spots[asked] = some.at(rows[asked] - agents[0], instants[columns[asked]])[0]
     places, heights = spots[:, [0, 2]], spots[:, 1]
     offsets = np.zeros((*present.shape, 2))
     weight = np.maximum(gaussian_filter1d(present.astype(float), SMOOTHING / CLOCK, axis=1, mode="constant"), 1e-3)
@@ -62,14 +85,14 @@ def keep_apart(curves: RootCurves, *, distance: float) -> RootCurves:
         offsets[pushed] = field * np.minimum(1.0, FARTHEST / lengths)
         moved[own] = spots[own][:, [0, 2]] + offsets[rows[own], columns[own]]
         farthest = float(np.linalg.norm(moved - places, axis=1).max())
-    return _moved(curves, offsets, first)
+    return ElbowRoom(start=first, offsets=offsets)
 
 
-def _clock(curves: RootCurves) -> tuple[FloatArray, float, BoolArray]:
-    """Instants (T,), the first of them, and who is there at each, shape (A, T)."""
-    first = float(np.floor(curves.starts.min() / CLOCK)) * CLOCK
-    instants = first + CLOCK * np.arange(int(np.ceil((curves.ends.max() - first) / CLOCK)) + 2)
-    present = (instants >= curves.starts[:, None] - CLOCK) & (instants <= curves.ends[:, None] + CLOCK)
+def _clock(starts: FloatArray, ends: FloatArray) -> tuple[FloatArray, float, BoolArray]:
+    """Instants (T,), the first of them, and who of those (A,) is there at each, shape (A, T)."""
+    first = float(np.floor(starts.min() / CLOCK)) * CLOCK
+    instants = first + CLOCK * np.arange(int(np.ceil((ends.max() - first) / CLOCK)) + 2)
+    present = (instants >= starts[:, None] - CLOCK) & (instants <= ends[:, None] + CLOCK)
     return instants, first, present
 
 
@@ -103,17 +126,3 @@ def _pushes(places: FloatArray, heights: FloatArray, near: IntArray, distance: f
     np.add.at(moves, pairs[:, 0], push)
     np.add.at(moves, pairs[:, 1], -push)
     return moves
-
-
-def _moved(curves: RootCurves, offsets: FloatArray, first: float) -> RootCurves:
-    """The curves with offsets (A, T, 2) of the clock added."""
-    agents, frames = curves.yaws.shape
-    times = np.minimum(curves.starts[:, None] + SPACING * np.arange(frames), curves.ends[:, None])
-    where = np.clip((times - first) / CLOCK, 0.0, offsets.shape[1] - 1.001)
-    before = where.astype(np.intp)
-    share = (where - before)[..., None]
-    owner = np.arange(agents)[:, None]
-    added = (1.0 - share) * offsets[owner, before] + share * offsets[owner, before + 1]
-    positions = curves.positions.copy()
-    positions[..., [0, 2]] += added
-    return replace(curves, positions=positions)

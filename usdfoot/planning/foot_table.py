@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.planning.proportions import Proportions
 
-__all__ = ["FootTable", "Instants", "between", "feet_of", "foot_axes", "joined_instants"]
+__all__ = ["FootTable", "Instants", "between", "feet_of", "foot_axes", "joined_instants", "joined_tables"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,3 +106,10 @@ def foot_axes(feet: FootTable, instants: Instants) -> FloatArray:
     heels = (feet.heels - feet.half_widths)[steps, None]
     toes = (feet.toes - feet.half_widths)[steps, None]
     return np.stack([balls - heels * forward, balls + toes * forward], axis=1)
+
+
+def joined_tables(tables: Sequence[FootTable]) -> FootTable:
+    """One table of several."""
+    return FootTable(
+        **{part.name: np.concatenate([getattr(table, part.name) for table in tables]) for part in fields(FootTable)}
+    )

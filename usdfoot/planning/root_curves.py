@@ -8,7 +8,7 @@ exp(-2 (pi sigma / p)^2).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,12 +19,16 @@ from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.trajectory import RootTrajectory, sample_trajectories
 
-__all__ = ["RootCurves", "build_root_curves"]
+__all__ = ["CurveBatches", "RootCurves", "build_root_curves"]
 
 SPACING = 1.0 / 30.0
 """Distance of the curves' own samples [s]."""
 LARGEST = 20_000_000
-"""Samples of all curves together: about half a gigabyte an array."""
+"""Samples of one curve: about half a gigabyte an array."""
+BATCH = 2_000_000
+"""Samples of curves that are made at once: some ten arrays of 16 to 48 MB."""
+KEPT = 10_000_000
+"""Samples of curves that are kept, 32 bytes each."""
 TRAVEL = 0.15
 """A root that moves less than this across a window does not say where it goes [m]."""
 WINDOWS = (0.3, 0.8, 1.6)
@@ -73,20 +77,68 @@ class RootCurves:
         )
 
 
-def build_root_curves(trajectories: Sequence[RootTrajectory], *, smoothing_time: float) -> RootCurves:
-    """Curves of all trajectories at once.
+class CurveBatches:
+    """Root curves of A agents, made for some of them at a time, and anew whenever they are asked for.
+
+    Those of thousands for ten minutes would fill the memory. Up to `KEPT` samples they are made once.
 
     Args:
         trajectories: One an agent.
         smoothing_time: Standard deviation of the window [s].
 
     Raises:
-        PlanError: If all of them, as long as the longest, are more than `LARGEST` samples.
+        PlanError: As `build_root_curves`.
     """
-    starts = np.array([trajectory.start for trajectory in trajectories])
-    ends = np.array([trajectory.end for trajectory in trajectories])
-    _check_size(trajectories, starts, ends)
-    grid = np.arange(int(np.ceil((ends - starts).max() / SPACING)) + 2) * SPACING
+
+    def __init__(self, trajectories: Sequence[RootTrajectory], *, smoothing_time: float) -> None:
+        self._trajectories, self._smoothing_time = trajectories, smoothing_time
+        self.starts, self.ends = _spans(trajectories)
+        kept = len(trajectories) * _frames(self.starts, self.ends) <= KEPT
+        self._all = self._made(np.arange(len(trajectories))) if kept else None
+
+    def of(self, agents: IntArray) -> Iterator[tuple[IntArray, RootCurves]]:
+        """Some of the agents (N,) and their curves, until all have come; even numbers of them but for the last."""
+        for part in _batches(self.starts[agents], self.ends[agents]):
+            yield agents[part], self._made(agents[part]) if self._all is None else self._all[agents[part]]
+
+    def _made(self, agents: IntArray) -> RootCurves:
+        own = [self._trajectories[agent] for agent in agents.tolist()]
+        return build_root_curves(own, smoothing_time=self._smoothing_time)
+
+
+def build_root_curves(trajectories: Sequence[RootTrajectory], *, smoothing_time: float) -> RootCurves:
+    """Curves of all trajectories; each has the same bytes whatever the others are.
+
+    Args:
+        trajectories: One an agent.
+        smoothing_time: Standard deviation of the window [s].
+
+    Raises:
+        PlanError: If one of them is more than `LARGEST` samples long.
+    """
+    starts, ends = _spans(trajectories)
+    parts = _batches(starts, ends)
+    if len(parts) == 1:
+        return _build_batch(trajectories, starts, ends, smoothing_time)
+    frames = _frames(starts, ends)
+    positions, yaws = np.empty((len(starts), frames, 3)), np.empty((len(starts), frames))
+    velocities, deviations = np.empty((len(starts), 3)), np.empty((len(starts), 2))
+    for part in parts:
+        own = _build_batch(trajectories[part], starts[part], ends[part], smoothing_time)
+        count = own.yaws.shape[1]
+        positions[part, :count], positions[part, count:] = own.positions, own.positions[:, -1:]
+        yaws[part, :count], yaws[part, count:] = own.yaws, own.yaws[:, -1:]
+        velocities[part], deviations[part] = own.end_velocities, own.deviations
+    return RootCurves(
+        starts=starts, ends=ends, positions=positions, yaws=yaws, end_velocities=velocities, deviations=deviations
+    )
+
+
+def _build_batch(
+    trajectories: Sequence[RootTrajectory], starts: FloatArray, ends: FloatArray, smoothing_time: float
+) -> RootCurves:
+    """Curves of all trajectories at once."""
+    grid = np.arange(_frames(starts, ends)) * SPACING
     clock = np.minimum(grid, (ends - starts)[:, None])  # (A, F)
     inside = grid <= (ends - starts)[:, None] + 0.5 * SPACING
     rows = np.broadcast_to(np.arange(len(trajectories))[:, None], clock.shape)
@@ -109,16 +161,29 @@ def build_root_curves(trajectories: Sequence[RootTrajectory], *, smoothing_time:
     )
 
 
-def _check_size(trajectories: Sequence[RootTrajectory], starts: FloatArray, ends: FloatArray) -> None:
-    """Raises PlanError, which names the longest trajectory, if all as long as it have too many samples."""
+def _frames(starts: FloatArray, ends: FloatArray) -> int:
+    """Samples of the longest of some curves."""
+    return int(np.ceil((ends - starts).max() / SPACING)) + 2
+
+
+def _batches(starts: FloatArray, ends: FloatArray) -> list[slice]:
+    """Agents whose curves are made at once: even numbers of them, but for the last ones."""
+    size = 2 * max(1, BATCH // (2 * _frames(starts, ends)))
+    return [slice(first, first + size) for first in range(0, len(starts), size)]
+
+
+def _spans(trajectories: Sequence[RootTrajectory]) -> tuple[FloatArray, FloatArray]:
+    """Starts and ends [s], shape (A,) each; raises PlanError, which names it, if the longest has too many samples."""
+    starts = np.array([trajectory.start for trajectory in trajectories])
+    ends = np.array([trajectory.end for trajectory in trajectories])
     longest = int(np.argmax(ends - starts))
-    if len(trajectories) * (ends - starts)[longest] / SPACING > LARGEST:
-        most = LARGEST * SPACING / len(trajectories)
+    if (ends - starts)[longest] / SPACING > LARGEST:
         raise PlanError(
             trajectories[longest].name,
             f"goes on from {starts[longest]:.6g} to {ends[longest]:.6g} s, {ends[longest] - starts[longest]:.6g} s",
-            f"cut it: {len(trajectories)} at once may each take {most:.0f} s; or correct its times",
+            f"cut it: each may take {LARGEST * SPACING:.0f} s; or correct its times",
         )
+    return starts, ends
 
 
 def _fitted(values: FloatArray, inside: BoolArray, sigma: float) -> FloatArray:

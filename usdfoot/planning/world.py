@@ -79,6 +79,12 @@ class World:
     """None = level ground at height 0."""
 
     @cached_property
+    def heights(self) -> tuple[FloatArray, FloatArray]:
+        """Lowest and highest points of the obstacles [m], shape (O,) each."""
+        lowest, highest = np.array([obstacle.heights for obstacle in self.obstacles]).reshape(-1, 2).T
+        return lowest, highest
+
+    @cached_property
     def edges(self) -> Edges:
         """Of the obstacles, and of the bounds as the last."""
         outlines = [obstacle.outline for obstacle in self.obstacles]
@@ -123,9 +129,9 @@ def clearances(
     batches = zip(np.array_split(points, count), np.array_split(times, count), strict=True)
     distances = np.concatenate([_signed_distances(edges, batch, instants) for batch, instants in batches])
     distances[:, : len(world.obstacles)] -= [obstacle.margin for obstacle in world.obstacles]
-    if heights is not None:
-        for column, obstacle in enumerate(world.obstacles):
-            distances[~is_beside(obstacle, heights), column] = np.inf
+    if heights is not None and world.obstacles:
+        own = distances[:, : len(world.obstacles)]
+        own[~_is_between(heights[:, None], *world.heights)] = np.inf
     if world.bounds is not None:
         distances[:, -1] *= -1.0
     return distances.min(axis=1)
@@ -152,7 +158,11 @@ def has_room(world: World, points: FloatArray, heights: FloatArray, *, radius: f
 
 def is_beside(obstacle: Obstacle, heights: FloatArray) -> BoolArray:
     """Whether an obstacle is in the way of bodies on ground at heights (N,) [m], neither above nor below them."""
-    lowest, highest = obstacle.heights
+    return _is_between(heights, *obstacle.heights)
+
+
+def _is_between(heights: FloatArray, lowest: FloatArray | float, highest: FloatArray | float) -> BoolArray:
+    """Whether bodies on ground at heights [m] are neither wholly above nor below what reaches from low to high [m]."""
     return (heights + BODY > lowest) & (heights - UNDERFOOT < highest)
 
 
