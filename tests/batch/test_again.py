@@ -58,6 +58,31 @@ def test_agents_that_go_and_come_leave_the_bytes_of_a_first_run(shot):
     assert assert_as_new(scene, folder) == AGENTS
 
 
+def test_a_shot_that_ends_later_leaves_the_bytes_of_a_first_run(shot):
+    """Only the last liftoff of one is later: the layers of its chunk say other frames, of which the other has none."""
+    scene, folder = shot
+    stage = Usd.Stage.Open(str(scene))
+    liftoffs = stage.GetPrimAtPath("/World/Crowd/Plan_1").GetAttribute("usdfoot:plan:liftoffTimes")
+    *first, last = liftoffs.Get()
+    before = Sdf.Layer.OpenAsAnonymous(str(folder / "anims.0000.usdc")).endTimeCode
+    for later in (40.0, 0.0):
+        liftoffs.Set(Sdf.TimeCodeArray([*first, Sdf.TimeCode(float(last) + later)]))
+        stage.Save()
+        assert assert_as_new(scene, folder) == AGENTS - 1
+        assert (Sdf.Layer.OpenAsAnonymous(str(folder / "anims.0000.usdc")).endTimeCode > before) == (later > 0.0)
+
+
+def test_agents_with_other_names_or_gone_from_the_middle_leave_the_bytes_of_a_first_run(shot):
+    scene, folder = shot
+    layer = Sdf.Layer.FindOrOpen(str(scene))
+    layer.GetPrimAtPath("/World/Crowd/Agent_1").name = "Agent_new"
+    layer.Save()
+    assert assert_as_new(scene, folder) == AGENTS - 1
+    del layer.GetPrimAtPath("/World/Crowd").nameChildren["Agent_new"]
+    layer.Save()
+    assert assert_as_new(scene, folder) == 1  # two are one chunk now, to which the one who moved up is added
+
+
 def test_other_frames_leave_the_bytes_of_a_first_run(shot):
     """An agent's frames count where it walks: an earlier end makes it again, a later one than its own does not."""
     scene, folder = shot

@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import pytest
 
 from usdfoot.batch import executors
-from usdfoot.batch.executors import open_executor
+from usdfoot.batch.executors import load_early, open_executor
 
 SCRIPT = """
 import os, signal, time
@@ -75,6 +75,18 @@ def test_an_error_is_not_told_later_for_workers_that_only_open_a_scene(monkeypat
         executor.submit(executors._open_early, 300.0)
         raise ZeroDivisionError
     assert time.monotonic() - begin < 60.0
+
+
+def test_a_worker_that_loads_early_is_no_reason_to_wait_and_takes_work_later(capfd):
+    """As of a scene that turns out to be small."""
+    load_early(None)
+    with pytest.raises(ZeroDivisionError), open_executor(workers=2, beside=True) as executor:
+        load_early(executor)
+        assert not executor.is_making and len(executor._processes) == 1
+        assert executor.submit(os.getpid).result() in executor._processes
+        executor.is_making = False
+        raise ZeroDivisionError
+    assert capfd.readouterr().err == ""
 
 
 def test_what_a_cluster_has_made_is_not_held_on_to():

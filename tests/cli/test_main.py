@@ -92,6 +92,17 @@ def test_quiet_is_quiet(written, scene, capfd):
     assert capfd.readouterr().err == ""
 
 
+def test_workers_load_early_for_a_large_scene_of_which_nothing_is_made(scene, tmp_path, monkeypatch):
+    early = []
+    monkeypatch.setattr("usdfoot.batch.executors.load_early", early.append)
+    arguments = ["animate", str(scene), "-o", str(tmp_path / "out"), "--quiet", "--workers", "2"]
+    assert main(arguments) == 0 and not early  # its file is small
+    monkeypatch.setattr("usdfoot.cli.animate.LARGE_FILE", 10)
+    assert main(arguments) == 0 and not early  # there is a crowd
+    shutil.rmtree(tmp_path / "out")
+    assert main(arguments) == 0 and len(early) == 1
+
+
 def test_validate_prints_a_table_or_json(scene, tmp_path, capsys):
     assert main(["animate", str(scene), "-o", str(tmp_path), "--quiet"]) == 0
     capsys.readouterr()

@@ -16,7 +16,7 @@ from tests.planning.terrains import slab, terrain_of
 from tests.walker_body import BALL_HEIGHT
 from usdfoot.analysis.figures import timing_faults
 from usdfoot.engine.animate import PreparedLibrary, prepare_library
-from usdfoot.engine.early_balls import early_heights
+from usdfoot.engine.early_balls import early_heights, still_early
 from usdfoot.engine.options import EngineOptions
 from usdfoot.engine.slopes import lie_in_slopes
 from usdfoot.maths import planar, quaternion
@@ -180,6 +180,18 @@ def test_feet_that_stay_off_their_prints_come_down_softly(animate, step_time):
             assert np.diff(feet.balls[last, side, 1]).min() * RATE > -0.4
 
 
+def test_balls_that_hover_once_they_are_lifted_are_lifted_more():
+    """Falling by themselves they are too fast to stand; lifted over what is there they stop a centimetre high."""
+    falling = np.zeros((1, 49, 3))
+    falling[0, :, 1] = 0.6 * 0.7 * np.linspace(1.0, 0.0, 49)
+    lifted = falling.copy()
+    lifted[0, -12:-1, 1] = 0.012
+    duration = {"durations": np.array([0.7])}
+    assert not still_early(falling, np.zeros((1, 3)), **duration).any()
+    missing = still_early(lifted, np.zeros((1, 3)), **duration)[0]
+    assert missing[-11:-6].min() > 2e-3 and not missing[:-13].any()
+
+
 def test_balls_that_hover_come_down_to_where_they_strike():
     """Those that land heel first are over their prints then, and would stand there if they had no way left to fall."""
     duration, landing = 0.8, 0.004
@@ -266,6 +278,19 @@ def test_feet_have_time_for_the_height_of_treads(animate, walker_library, rise):
     feet = in_world(walker_library.source, motion)
     speeds = np.abs(np.gradient(feet.balls[..., 1], feet.times, axis=0))
     assert speeds.max() < 2.5  # a foot that hurries nowhere on the level comes down at 3.8 m/s, past the edge
+
+
+def test_feet_do_not_land_hard_whose_heels_come_late_past_an_edge(animate, walker_library):
+    """The fall is low, but the heel passes the edge 0.1 s before it stands 3 cm behind it."""
+    tread, rise = 0.4, -0.08
+    plan = moved(way(8, length=tread, rise=rise, step_time=0.5), shift=(0.0, 0.0, 0.03))
+    motion = animate([plan], terrain=stairs(rise, tread), rate=RATE)[0]
+    feet = in_world(walker_library.source, motion)
+    heights = np.stack([feet.balls[..., 1], feet.heels[..., 1]])
+    landings = np.gradient(np.gradient(heights, feet.times, axis=1), feet.times, axis=1)
+    for side, strike in zip(plan.sides[2:-1], plan.strike_times[2:-1], strict=True):
+        near = between(feet.times, strike - 0.1, strike + 0.02)
+        assert landings[:, near, side].max() < 45.0  # the walker's own feet come down with 25 m/s2, these did with 62
 
 
 def test_a_footstep_beside_the_terrain_is_reported_and_the_others_are_exact(animate):

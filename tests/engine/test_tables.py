@@ -195,7 +195,11 @@ def test_agents_whose_library_fails_are_skipped_and_the_others_go_on(walker_libr
     scene = type(good)(**{**vars(good), "agents": (good.agents[2], lost, good.agents[0]), "libraries": (source, empty)})
     motions, problems = animate_crowd(scene)
     assert [motion.name for motion in motions] == ["agent2", "agent0"]
-    assert [problem.where for problem in problems if problem.severity == "error"] == ["/World/agent1"]
+    errors = [problem for problem in problems if problem.severity == "error"]
+    assert [problem.where for problem in errors] == ["/World/agent1"]
+    assert (
+        errors[0].message == "/World/agent1: clip library: has no clip with a usable step"
+    )  # not whose was read first
 
 
 def test_a_library_that_lacks_a_foot_is_a_problem_not_an_end():

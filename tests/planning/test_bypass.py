@@ -1,5 +1,6 @@
 """Paths that go round obstacles and ground nobody can walk on."""
 
+import re
 from itertools import pairwise
 
 import numpy as np
@@ -101,6 +102,25 @@ def test_a_circle_that_is_all_too_steep_is_refused_as_such():
     with pytest.raises(PlanError, match=r"58 degrees at \(0\.00, 1\.68, -0\.45\) m.*--no-around") as begins:
         go_round(circle, ground(width=1.0), body=Proportions())
     assert str(begins.value).startswith("/Path: begins over ground of 58 degrees")
+
+
+def test_who_is_told_to_move_an_end_can_begin_and_end_there():
+    roofs = [slab((-6.0, 6.0), (-1.5, 0.0), (0.0, 2.4)), slab((-6.0, 6.0), (0.0, 1.5), (2.4, 0.0))]
+    ridge = Ground(terrain_of([slab((-6.0, 6.0), z, (0.0, 0.0)) for z in ((-6.0, -1.5), (1.5, 6.0))] + roofs))
+    for points in (((0.2, 0.0, -5.0), (0.2, 1.2, -0.75)), ((-0.3, 1.76, 0.4), (0.2, 0.0, 5.0))):
+        with pytest.raises(PlanError, match=r"too steep to stand: people do on 35\. move that end to \(") as told:
+            go_round(path(*points), ridge, body=Proportions())
+        place = re.search(r"move that end to \((\S+), (\S+), (\S+)\) m, or", str(told.value)).groups()
+        moved = [*points]
+        moved[-1 if " ends " in str(told.value) else 0] = tuple(map(float, place))
+        assert lint_plans([plan_path(path(*moved), ridge)], ridge, bodies=[Proportions()]) == []
+
+
+def test_a_wall_in_the_way_is_called_a_wall():
+    rest = [slab((-6.0, 6.0), (-6.0, 0.0), (0.0, 0.0)), slab((-6.0, 6.0), (0.04, 6.0), (1.0, 1.0))]
+    terrace = Ground(terrain_of([*rest, slab((-6.0, 6.0), (0.0, 0.04), (0.0, 1.0))]))
+    with pytest.raises(PlanError, match=r"leads up a wall of 1\.00 m at \(0\.20, .* and there is no way round"):
+        go_round(path((0.2, 0.0, -3.0), (0.2, 1.0, 3.0)), terrace, body=Proportions())
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.01, 0.02, 0.03])

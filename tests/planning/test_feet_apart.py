@@ -43,7 +43,7 @@ def crossing(seed: int, people: int = 2) -> FootTable:
 
 def test_feet_of_people_who_cross_come_apart() -> None:
     trodden = 0
-    for seed in range(200):
+    for seed in (*range(200), 604):  # in the last a foot goes through where the other has just come down
         feet = crossing(seed)
         trodden += len(find_collisions(feet).depths) > 0
         apart = set_feet_apart(feet, narrowest=np.full(len(feet.owners), 0.05), widest=np.full(len(feet.owners), 0.86))

@@ -151,3 +151,43 @@ def test_who_goes_sideways_takes_short_steps(speed):
     aside = np.abs(np.diff(plan.positions[:, 0]))
     assert aside.max() < 0.8
     assert np.abs(roots(plan, plan.strike_times[1:])[:, 0] - speed * plan.strike_times[1:]).max() < 0.2
+
+
+@pytest.mark.parametrize("speed", [0.02, 0.05, 0.1, 0.14])
+def test_who_creeps_shuffles_after_it_instead_of_leaping_in_the_end(speed):
+    """In a jam people are carried a metre or two at less than one would call walking."""
+    times = np.linspace(0.0, 24.0, 241)
+    places = np.cumsum(np.where((times > 4.0) & (times < 19.0), speed, 1.2) * 0.1)
+    track = RootTrajectory(name="/Creeps", times=times, positions=np.stack([0 * times, 0 * times, places], axis=1))
+    (plan,) = plan_trajectories([track], LEVEL)
+    creeping = np.arange(5.0, 18.0, 0.1)
+    assert np.abs(roots(plan, creeping)[:, 2] - np.interp(creeping, times, places)).max() < 0.2
+    steps = np.flatnonzero((plan.strike_times > 6.0) & (plan.strike_times < 18.0))
+    assert len(steps) <= 2.0 * 12.0 * speed / 0.12 + 2
+    assert not lint_plans([plan], LEVEL, bodies=[Proportions()])
+    assert np.all(plan.liftoff_times[:-2] < plan.strike_times[2:] - 0.2)  # swings take time
+
+
+def test_who_turns_slowly_on_the_spot_steps_round():
+    times = np.linspace(0.0, 60.0, 601)
+    track = RootTrajectory(
+        name="/Turns", times=times, positions=np.zeros((601, 3)), yaws=np.radians(2.5) * times, rest_yaw=0.0
+    )
+    (plan,) = plan_trajectories([track], LEVEL)
+    mean = np.unwrap(planar.midway_yaw(plan.yaws[1:], plan.yaws[:-1]))
+    turned = np.interp(times, plan.strike_times[1:], mean)
+    assert np.abs(turned - track.yaws).max() < np.radians(40.0)
+    assert 8 <= len(plan) <= 16
+
+
+def test_who_is_jostled_stands():
+    times = np.linspace(0.0, 20.0, 201)
+    sways = 0.05 * np.sin(2.0 * np.pi * times / 1.2)  # up to 0.26 m/s
+    track = RootTrajectory(
+        name="/Sways",
+        times=times,
+        positions=np.stack([0 * times, 0 * times, sways], axis=1),
+        yaws=np.zeros(201),
+    )
+    (plan,) = plan_trajectories([track], LEVEL, options=TrajectoryOptions(smoothing_time=0.0))
+    assert len(plan) <= 4

@@ -20,7 +20,7 @@ from usdfoot.errors import UsdfootError
 if TYPE_CHECKING:
     from usdfoot.batch.tasks import EarlyTask
 
-__all__ = ["open_executor", "open_scene_early"]
+__all__ = ["load_early", "open_executor", "open_scene_early"]
 
 _logger = logging.getLogger(__name__)
 
@@ -76,11 +76,11 @@ class _Processes(ProcessPoolExecutor):
         super().__init__(workers, **options)
         self.workers = workers
         self.is_making = False
-        """Whether more was asked for than to open a scene."""
+        """Whether more was asked for than to get ready."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """As any executor does."""
-        self.is_making = self.is_making or fn is not _open_early
+        self.is_making = self.is_making or fn not in (_load, _open_early)
         return super().submit(fn, *args, **kwargs)
 
 
@@ -174,6 +174,23 @@ def _watched(client: Any, scheduler: str, executor: _Cluster) -> Iterator[None]:
         yield
     finally:
         over.set()
+
+
+def load_early(executor: Executor | None) -> None:
+    """Has one of this machine's workers, if there are any, load what makes chunks: it takes as long as to open a scene.
+
+    One, as there may be nothing to make when the scene is known.
+    """
+    if isinstance(executor, _Processes):
+        executor.submit(_load)
+
+
+def _load() -> None:
+    """Loads what `_open_early` needs."""
+    import usdfoot.batch.workshop  # noqa: F401
+    from usdfoot.model.device import start_warp
+
+    start_warp()
 
 
 def open_scene_early(executor: Executor, task: EarlyTask) -> list[Future[None]]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import os
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from usdfoot.cli.batch_flags import add_batch_flags, limits_of
@@ -38,6 +40,10 @@ in Python:
   from usdfoot.pipeline.animate import animate
   report = animate("scenes/walk_flat.usda", "build/walk")
 """
+
+
+LARGE_FILE = 4_000_000
+"""A scene's file with more bytes is taken to be a crowd's: workers take as long to start as it takes to read."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -167,8 +173,7 @@ def detail_levels(text: str) -> DetailLevels:
 
 def run(arguments: argparse.Namespace) -> int:
     """Animate; 0 = all agents, 1 = some skipped."""
-    from usdfoot.batch.executors import open_executor
-    from usdfoot.pipeline.animate import animate
+    from usdfoot.batch.executors import load_early, open_executor
 
     if arguments.chunk is not None:
         return _run_chunk(arguments)
@@ -176,6 +181,10 @@ def run(arguments: argparse.Namespace) -> int:
         open_executor(workers=arguments.workers, scheduler=arguments.scheduler, beside=True) as executor,
         shown_progress(quiet=arguments.quiet) as progress,
     ):
+        if _is_large_and_new(arguments):
+            load_early(executor)
+        from usdfoot.pipeline.animate import animate
+
         report = animate(
             arguments.scene,
             arguments.output,
@@ -198,6 +207,14 @@ def run(arguments: argparse.Namespace) -> int:
         console.print(f"kept {report.kept} of {report.chunks} chunks, in which nothing changed: {agents} in all")
     console.print(f"wrote {report.crowd_file}", soft_wrap=True)
     return 1 if report.skipped else 0
+
+
+def _is_large_and_new(arguments: argparse.Namespace) -> bool:
+    """Whether a scene's file is as large as a crowd's, of which nothing is made yet: then workers will be needed."""
+    folder = arguments.output
+    with suppress(OSError):
+        return os.path.getsize(arguments.scene) > LARGE_FILE and not (os.path.exists(folder) and os.listdir(folder))
+    return False
 
 
 def _run_chunk(arguments: argparse.Namespace) -> int:

@@ -51,6 +51,7 @@ __all__ = [
     "animate_apart",
     "animate_crowd",
     "blend_steps",
+    "fault_of",
     "prepare_library",
     "prepare_steps",
 ]
@@ -117,7 +118,8 @@ def prepare_library(
     examples, problems = build(library, samples=options.samples)
     if not len(examples):
         reasons = [problem.message for problem in problems]
-        raise ClipError(library.skeleton.name, "has no clip with a usable step", names=reasons)
+        where = "clip library"  # not its Skeleton, of which several are alike: agents say whose it is
+        raise ClipError(where, "has no clip with a usable step", names=reasons)
     rig = build_rig(library.skeleton, library.biped, examples)
     whole = with_stand(examples, find_standing_pose(library, examples))
     return PreparedLibrary(
@@ -179,7 +181,7 @@ def animate_crowd(
         try:
             prepared = libraries.prepared(crowd, index)
         except UsdfootError as error:
-            problems += [Problem(severity="error", where=agent.source, message=str(error)) for agent in agents]
+            problems += [fault_of(agent, error) for agent in agents]
             continue
         found, faults = animate_apart(partial(animate_agents, prepared, crowd=crowd, options=options), agents)
         problems += [*prepared.problems, *faults, *extreme_warps(agents, found, options)]
@@ -201,13 +203,13 @@ def animate_apart(
         return animate(agents), []
     except Exception as error:
         if len(agents) == 1:
-            return [], [_fault(agents[0], error)]
+            return [], [fault_of(agents[0], error)]
     half = len(agents) // 2
     parts = [animate_apart(animate, part) for part in (agents[:half], agents[half:])]
     return parts[0][0] + parts[1][0], parts[0][1] + parts[1][1]
 
 
-def _fault(agent: Agent, error: Exception) -> Problem:
+def fault_of(agent: Agent, error: Exception) -> Problem:
     """Why an agent could not be animated."""
     reason = str(error)
     if not isinstance(error, UsdfootError):

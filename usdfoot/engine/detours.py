@@ -10,8 +10,9 @@ import numpy as np
 import warp as wp
 
 from usdfoot.engine.contact_feet import ContactFeet, device_feet
-from usdfoot.engine.early_balls import early_heights
+from usdfoot.engine.early_balls import early_heights, still_early
 from usdfoot.engine.foot_rows import FootArrays
+from usdfoot.engine.hurried_swings import eased_shares, height_speeds, hurried_balls
 from usdfoot.engine.legs import LegRig, leg_kinematics
 from usdfoot.engine.plant import swinging_foot
 from usdfoot.engine.poses import Layout, PoseSource
@@ -73,15 +74,7 @@ def _bumps() -> FloatArray:
     return bumps
 
 
-BUMPS = _bumps()
-
-EASY_SPEED, STEEP_SPEED = 0.5, 1.5
-"""Speeds at which a foot has to rise or fall: up to the first as it comes, from the second wholly eased [m/s]."""
-
-UPRIGHT_SPEED = 6.0
-"""Speed at which a foot has to rise or fall from which it has the longest time for the height alone [m/s]."""
-MOST_UPRIGHT = 0.3
-"""Longest part of a swing, at either end, in which the foot only rises or falls."""
+BUMPS, CURVES = _bumps(), _curve_shares()
 
 BESIDE = 0.02 * np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
 """Where uneven ground is looked at too in mid swing, from a point of the sole, (x, z) [m]: feet do not graze edges."""
@@ -131,16 +124,21 @@ def plan_detours(
     balls, heels = (PROBE_SHARES @ points.reshape(-1, len(PROBES), 3) for points in soles)
     offsets = _beside_leg(layout, rows, balls[:, ::BETWEEN])
     aside = KNOT_SHARES @ offsets
-    missing = _missing_heights(layout, rows, balls + aside, heels + aside, ground)
-    speeds = _height_speeds(missing, ends - begins)
-    eased = np.flatnonzero(speeds.max(axis=1, initial=0.0) > EASY_SPEED)
+    paths = balls + aside
+    missing = _missing_heights(layout, rows, paths, heels + aside, ground)
+    speeds = height_speeds(missing, ends - begins)
+    shares = eased_shares(missing, ends - begins, speeds)
+    eased = np.flatnonzero(shares.max(axis=1, initial=0.0) > 0.0)
     if eased.size:
-        hurry = _hurry(balls[eased], speeds[eased])
+        hurry = hurried_balls(balls[eased], speeds[eased], shares[eased])
         offsets[eased] = _beside_leg(layout, rows[eased], (balls[eased] + hurry)[:, ::BETWEEN])
         aside = KNOT_SHARES @ offsets[eased] + hurry
         offsets[eased] += hurry[:, ::BETWEEN]
-        missing[eased] = _missing_heights(layout, rows[eased], balls[eased] + aside, heels[eased] + aside, ground)
-    offsets[..., 1] += _lifts(missing)
+        paths[eased] = balls[eased] + aside
+        missing[eased] = _missing_heights(layout, rows[eased], paths[eased], heels[eased] + aside, ground)
+    lifts = _lifts(missing)
+    paths[..., 1] += lifts @ CURVES.T
+    offsets[..., 1] += lifts + _lifts(still_early(paths, contacts.positions[rows + 2], durations=ends - begins))
     return offsets
 
 
@@ -232,44 +230,6 @@ def _highest(places: FloatArray, near: FloatArray, lowest: FloatArray, ground: G
     found = ground.heights(places.reshape(-1, 2), limits.ravel(), step_up=BLIND_HEIGHT)
     hit, heights = found.hit.reshape(limits.shape), found.heights.reshape(limits.shape)
     return np.asarray(np.where(hit, heights, lowest[:, None, None]).max(axis=2))
-
-
-def _height_speeds(missing: FloatArray, durations: FloatArray) -> FloatArray:
-    """Speeds at which the feet have to rise at the begins and fall at the ends of swings [m/s], shape (N, 2).
-
-    Args:
-        missing: What the soles lack, shape (N, FINE) [m].
-        durations: Of the swings, shape (N,) [s].
-    """
-    fractions = np.linspace(0.0, 1.0, FINE)[1:-1]
-    inner = missing[:, 1:-1] / durations[:, None]
-    return np.stack([np.max(inner / fractions, axis=1), np.max(inner / (1.0 - fractions), axis=1)], axis=1)
-
-
-def _hurry(balls: FloatArray, speeds: FloatArray) -> FloatArray:
-    """Level offsets (N, FINE, 3) that let balls (N, FINE, 3) lag first and hurry then.
-
-    The instant looked up on the ball's own path is t - b t (1 - t)^2 + e t^2 (1 - t), at rest at the ends if b = e = 1,
-    of a time t that stands still while the foot only rises or falls.
-
-    Args:
-        balls: Along the swings [m], shape (N, FINE, 3).
-        speeds: At which they have to rise and fall [m/s], shape (N, 2).
-    """
-    begin, end = np.split(_share(speeds, EASY_SPEED, STEEP_SPEED), 2, axis=1)
-    rising, falling = np.split(MOST_UPRIGHT * _share(speeds, STEEP_SPEED, UPRIGHT_SPEED), 2, axis=1)
-    times = np.clip((np.linspace(0.0, 1.0, FINE) - rising) / (1.0 - rising - falling), 0.0, 1.0)
-    shifted = times - begin * times * (1.0 - times) ** 2 + end * times**2 * (1.0 - times)
-    place = shifted * (FINE - 1)
-    before = np.minimum(place.astype(np.intp), FINE - 2)[..., None]
-    share = place[..., None] - before
-    first, second = (np.take_along_axis(balls, index, axis=1) for index in (before, before + 1))
-    return (first + share * (second - first) - balls) * [1.0, 0.0, 1.0]
-
-
-def _share(values: FloatArray, low: float, high: float) -> FloatArray:
-    """Where values are between two bounds, 0..1."""
-    return np.clip((values - low) / (high - low), 0.0, 1.0)
 
 
 def _lifts(missing: FloatArray) -> FloatArray:

@@ -6,7 +6,7 @@ import numpy as np
 
 from usdfoot.maths.types import FloatArray
 
-__all__ = ["early_heights"]
+__all__ = ["LANDING_SPEED", "early_heights", "still_early"]
 
 HEIGHT = 0.018
 """So far over its print a ball is not taken to stand [m]."""
@@ -33,3 +33,19 @@ def early_heights(balls: FloatArray, prints: FloatArray, *, durations: FloatArra
     near, slow = (np.clip(2.0 - values / limit, 0.0, 1.0) for values, limit in ((away, RADIUS), (speeds, SPEED)))
     landing = np.maximum(balls[:, -1:, 1] - prints[:, None, 1], 0.0)  # over the print at the strike: heels land first
     return np.asarray(near * slow * np.minimum(landing + left * LANDING_SPEED, HEIGHT) * (fractions > 0.5))
+
+
+def still_early(balls: FloatArray, prints: FloatArray, *, durations: FloatArray) -> FloatArray:
+    """What balls that are lifted already lack not to stand before they strike [m], shape (N, K).
+
+    Over edges they are lifted for the terrain's sake, and where that ends hover, slower than they fell unlifted.
+
+    Args:
+        balls: As for `early_heights`, with their lifts [m], shape (N, K, 3).
+        prints: Where they land [m], shape (N, 3).
+        durations: Of the swings [s], shape (N,).
+    """
+    early = early_heights(balls, prints, durations=durations)
+    missing = np.where(early > 0.0, np.maximum(early + prints[:, None, 1] - balls[..., 1], 0.0), 0.0)
+    missing[:, [0, -1]] = 0.0
+    return np.asarray(missing)

@@ -9,7 +9,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from usdfoot.engine.animate import PreparedLibraries, PreparedLibrary, animate_apart, animate_crowd, prepare_steps
+from usdfoot.engine.animate import (
+    PreparedLibraries,
+    PreparedLibrary,
+    animate_apart,
+    animate_crowd,
+    fault_of,
+    prepare_steps,
+)
 from usdfoot.engine.planting import Planting, cut_motions, plant_samples, prepare_planting
 from usdfoot.engine.poses import ClipPoses, Layout
 from usdfoot.engine.reach import steps_off_terrain, unreached_steps
@@ -149,7 +156,7 @@ def _animate_alike(
             return found, [*prepared.problems, *faults, *unmeasured_steps(agents, found)]
         body = bodies.prepared(crowd, index, agents[0].tuning)
     except UsdfootError as error:
-        return [], [Problem(severity="error", where=agent.source, message=str(error)) for agent in agents]
+        return [], [fault_of(agent, error) for agent in agents]
     found, faults = animate_apart(partial(animate_bodies, body, crowd=crowd, options=options), agents)
     return found, [*faults, *unmeasured_steps(agents, found)]
 

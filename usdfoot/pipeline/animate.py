@@ -85,18 +85,18 @@ def animate(
     call = CallRecord(
         agents=agents, frames=frames, chunk_size=chunk_size, collect=collect, levels=levels, limits=limits
     )
-    stage = open_stage(scene_file)
-    earlier = find_earlier(stage, target, options=options, call=call)
+    earlier = find_earlier(stage := open_stage(scene_file), target, options=options, call=call)
     if earlier.unchanged:
         return earlier.unchanged
     shot = _open_shot(stage, target, call, options=options, executor=None if earlier.is_there else executor)
     records = _make_chunks(shot, executor, beside, progress, earlier=earlier)
     problems = _distinct((*shot.scene.crowd.problems, *(problem for record in records for problem in record.problems)))
     _require_agents(scene_file, records, problems)
+    progress("write", 0, 0)
+    report = report_json(shot.scene, records, options=shot.options, problems=problems, folder=shot.folder)
     from usdfoot.batch.analysed import tidy_examples
     from usdfoot.writers.crowd import write_crowd
 
-    progress("write", 0, 0)
     crowd_file, report_file = write_crowd(
         shot.scene,
         [agent.name for record in records for agent in record.agents],
@@ -104,8 +104,8 @@ def animate(
         chunks=[task.files for task, record in zip(shot.tasks, records, strict=True) if record.agents],
         characters=shot.characters,
         collect=collect,
-        provenance=provenance_of(shot.scene, shot.options, shot.folder, call=call),
-        report=report_json(shot.scene, records, options=shot.options, problems=problems, folder=shot.folder),
+        provenance=provenance_of(shot.scene, shot.options, shot.folder, call=call, inputs=report["inputs"]),
+        report=report,
         intact=earlier.intact or {},
     )
     tidy_examples(shot.folder, shot.scene.crowd.libraries if shot.keep else (), samples=options.samples)

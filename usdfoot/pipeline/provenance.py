@@ -12,7 +12,7 @@ from usdfoot.bridge.scene import Scene
 from usdfoot.model.levels import DetailLevels
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits
 from usdfoot.physics.motion_options import MotionOptions
-from usdfoot.pipeline.report import combined_hash, input_hashes, relative_path
+from usdfoot.pipeline.report import combined_hash, relative_path
 
 __all__ = ["CHUNK_SIZE", "CallRecord", "call_of", "options_of", "provenance_of"]
 
@@ -40,8 +40,10 @@ class CallRecord:
     """How much of a scene is read before it is refused."""
 
 
-def provenance_of(scene: Scene, options: MotionOptions, folder: Path, *, call: CallRecord) -> dict[str, Any]:
-    """What crowd.usd says about its making: program, options, scene, and a hash of everything that was read.
+def provenance_of(
+    scene: Scene, options: MotionOptions, folder: Path, *, call: CallRecord, inputs: Mapping[str, str]
+) -> dict[str, Any]:
+    """What crowd.usd says about its making: program, options, scene, and a hash of everything that was read (`inputs`).
 
     The scene's path is relative to the folder. It is a string, not an asset: the crowd does not depend on the scene,
     but `usdfoot validate` finds the terrain there.
@@ -49,7 +51,7 @@ def provenance_of(scene: Scene, options: MotionOptions, folder: Path, *, call: C
     return {
         "version": __version__,
         "scene": relative_path(scene.stage.identifier, folder),
-        "contentHash": combined_hash(input_hashes(scene.stage, folder)),
+        "contentHash": combined_hash(inputs),
         "options": _given(asdict(options)),
         "call": {
             "agents": "\n".join([call.agents] if isinstance(call.agents, str) else call.agents),

@@ -14,6 +14,7 @@ from usdfoot.errors import PlanError
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
+from usdfoot.planning.barred import ELBOWS, RADIUS, rises, where_barred, where_to
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.spots import HEADROOM, STEP, Spots, build_spots, trace_way
 from usdfoot.planning.world import Obstacle, World, clearances
@@ -32,12 +33,8 @@ DETOUR = 1.25
 """What way round costs over what way along the path costs."""
 ASIDE = 10.0
 """A path may go round by this much [m]."""
-WALL = 2
-"""Points to either side within which a rise of more than a step is no stair."""
 NUDGE, NEAR = 0.25, 1.0
 """Ends of paths are moved this far at most to where one stands well, and to where one can stand at all [m]."""
-RADIUS, ELBOWS = 0.25, 0.05
-"""Half the width of a body, and what it keeps free beside it where it goes round [m]."""
 EASY, TIGHT = 0.4, 2.0
 """Nearer to a rim than this [m] a way costs more, on the rim itself by this part of its length."""
 
@@ -73,7 +70,9 @@ def go_round(
             return path
         led = _led(path.name, points, narrow, prices[fits], ground, world, near=NEAR)
     if np.ptp(led, axis=0).max() < SPACING:
-        raise PlanError(path.name, f"begins {_where(points[0], ground, world)}", "lead it where one can stand")
+        raise PlanError(
+            path.name, f"begins {where_barred(points, 0, ground, world=world)}", "lead it where one can stand"
+        )
     return replace(path, points=_rounded(_even(led), narrow))
 
 
@@ -95,14 +94,14 @@ def _led(
         if at_ends[index] < 0:
             found[index] = _nearest(spots, points[index], near)
             if found[index] < 0:
-                what = f"{end} {_where(points[index], ground, world)}"
-                raise PlanError(name, what, "move its end to where one can stand, or keep to the curve: --no-around")
+                what = f"{end} {where_barred(points, index, ground, world=world)}"
+                raise PlanError(name, what, where_to(spots, points[index], found))
             points[index] = np.insert(spots.points[found[index]], 1, spots.heights[found[index]])
     on = found >= 0
     stretches = _stretches(on)
     lasts = _trodden(spots, found, stretches)
     if lasts[-1] != len(stretches) - 1:
-        place = _where(points[stretches[lasts[-1], 1] + 1], ground, world)
+        place = where_barred(points, int(stretches[lasts[-1], 1]) + 1, ground, world=world)
         raise PlanError(
             name,
             f"leads {place}, and there is no way round",
@@ -120,8 +119,7 @@ def _led(
 def _on_spots(spots: Spots, points: FloatArray) -> IntArray:
     """The spot under each point (K, 3) of a path, -1 where there is none or the path goes up or down a wall."""
     found = spots.at(points[:, [0, 2]], points[:, 1], within=STEP)
-    beside = np.pad(points[:, 1], WALL, mode="edge")
-    return np.where(np.abs(beside[2 * WALL :] - beside[: -2 * WALL]) > STEP, -1, found)
+    return np.where(np.abs(rises(points)) > STEP, -1, found)
 
 
 def _nearest(spots: Spots, point: FloatArray, near: float) -> int:
@@ -232,18 +230,3 @@ def _prices(spots: Spots, room: FloatArray) -> FloatArray:
         rims = dijkstra(spots.links, directed=False, indices=np.flatnonzero(spots.is_edge), min_only=True)
         room = np.minimum(room, rims)
     return np.asarray(1.0 + TIGHT * np.clip(1.0 - room / EASY, 0.0, 1.0) ** 2)
-
-
-def _where(point: FloatArray, ground: Ground, world: World) -> str:
-    """Over what ground or into which obstacle a point (3,) is, and where."""
-    sample = ground.heights(point[None, [0, 2]], point[[1]])
-    place = f"at ({point[0]:.2f}, {point[1]:.2f}, {point[2]:.2f}) m"
-    for obstacle in world.obstacles:
-        if clearances(World(obstacles=(obstacle,)), point[None, [0, 2]], point[[1]])[0] < RADIUS + ELBOWS:
-            return f"too near to the obstacle {obstacle.name} {place}"
-    if not sample.hit[0]:
-        return f"off the terrain {place}"
-    if not sample.walkable[0]:
-        return f"over ground that is not walkable {place}"
-    slope = float(np.degrees(np.arccos(min(float(sample.normals[0, 1]), 1.0))))
-    return f"over ground of {slope:.0f} degrees {place}, too steep to stand, too low or too near an edge"

@@ -11,7 +11,7 @@ from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import LEFT
 from usdfoot.planning.foot_table import FootTable, Instants
-from usdfoot.planning.near_feet import NearFeet, find_near_feet
+from usdfoot.planning.near_feet import INSTANT, NearFeet, find_near_feet
 
 __all__ = ["is_sideways", "set_feet_apart", "uncross"]
 
@@ -144,10 +144,9 @@ def _decided(feet: FootTable, first: Instants, second: Instants, pushes: FloatAr
 
     Before that one it would be pushed back, behind it on.
     """
-    pairs, groups = np.unique(np.stack([first.steps, second.steps], axis=1), axis=0, return_inverse=True)
-    groups = groups.reshape(-1)
-    depths = np.linalg.norm(pushes, axis=1)
-    sums, ways = np.zeros((len(pairs), 2)), np.zeros((len(pairs), 2))
+    groups = _meetings(feet, first, second)
+    count, depths = int(groups.max()) + 1, np.linalg.norm(pushes, axis=1)
+    sums, ways = np.zeros((count, 2)), np.zeros((count, 2))
     np.add.at(sums, groups, pushes)
     np.add.at(ways, groups, _ways(feet, first) - _ways(feet, second))
     undecided = np.linalg.norm(sums, axis=1) < UNDECIDED * np.bincount(groups, depths)
@@ -156,6 +155,19 @@ def _decided(feet: FootTable, first: Instants, second: Instants, pushes: FloatAr
     across *= np.where(np.sum(sums * across, axis=1, keepdims=True) < 0.0, -1.0, 1.0)
     turned = (undecided & (lengths[:, 0] > ACROSS))[groups, None]
     return np.where(turned, depths[:, None] * across[groups], pushes)
+
+
+def _meetings(feet: FootTable, first: Instants, second: Instants) -> IntArray:
+    """To which meeting of two feet pairs of them belong, shape (K,): one goes on as long as they are near each other.
+
+    One may strike in the midst of it, where the other has just left or goes through.
+    """
+    one, other = (2 * feet.owners[foot.steps] + feet.sides[foot.steps] for foot in (first, second))
+    order = np.lexsort((first.times, other, one))
+    new = (np.diff(one[order]) != 0) | (np.diff(other[order]) != 0) | (np.diff(first.times[order]) > 1.5 * INSTANT)
+    groups = np.empty(len(order), dtype=np.intp)
+    groups[order] = np.concatenate([[0], np.cumsum(new)])
+    return groups
 
 
 def _ways(feet: FootTable, instants: Instants) -> FloatArray:

@@ -11,7 +11,7 @@ from usdfoot.analysis.timing import TimingRule, time_steps
 from usdfoot.maths.types import FloatArray
 from usdfoot.planning.proportions import Proportions
 
-__all__ = ["TOE_OUT", "Gait", "derive_gait", "natural_lengths", "overlap_shares"]
+__all__ = ["TOE_OUT", "Gait", "derive_gait", "longest_time", "natural_lengths", "overlap_shares"]
 
 SPAN = 1.4
 """Longest step without a flight that nobody asked for, foot to foot over the leg length where the hips were none apart;
@@ -52,7 +52,7 @@ class Gait:
     @property
     def longest_time(self) -> float:
         """What a short step takes [s]."""
-        return float(time_steps(np.array([1e-3 * self.rule.leg_length]), self.rule).step_times[0])
+        return longest_time(self.rule)
 
 
 def derive_gait(
@@ -91,6 +91,11 @@ def _walked_length(body: Proportions, width: float) -> float:
     """How far legs go along the way [m] with their feet `width` [m] apart across it."""
     span = body.span(SPAN)
     return float(np.sqrt(max(span**2 - width**2, 0.25 * span**2)))
+
+
+def longest_time(rule: TimingRule) -> float:
+    """What a short step takes [s]."""
+    return float(time_steps(np.array([1e-3 * rule.leg_length]), rule).step_times[0])
 
 
 def natural_lengths(speeds: FloatArray, rule: TimingRule) -> FloatArray:

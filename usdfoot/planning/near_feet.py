@@ -10,7 +10,7 @@ from usdfoot.errors import PlanError
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.planning.foot_table import FootTable, Instants, between, foot_axes, joined_instants
 
-__all__ = ["NearFeet", "find_near_feet", "overlaps"]
+__all__ = ["INSTANT", "NearFeet", "find_near_feet", "overlaps"]
 
 INSTANT = 0.1
 """Between the instants at which feet are compared [s]."""

@@ -6,39 +6,28 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
 
-from usdfoot.analysis.timing import TimingRule, time_steps
-from usdfoot.maths import planar
+from usdfoot.analysis.timing import TimingRule
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.limits import WINDOWS, check_range
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.trajectory import RootTrajectory
+from usdfoot.planning.cadences import step_rates
 from usdfoot.planning.edges import keep_off_edges
 from usdfoot.planning.elbow_room import make_room
 from usdfoot.planning.feet_apart import set_feet_apart, uncross
 from usdfoot.planning.foot_table import FootTable, joined_tables
 from usdfoot.planning.footholds import foot_places
-from usdfoot.planning.gait import TOE_OUT, natural_lengths, overlap_shares
+from usdfoot.planning.gait import TOE_OUT, longest_time, natural_lengths, overlap_shares
 from usdfoot.planning.prints import lay_prints
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.root_curves import SPACING, CurveBatches, RootCurves
 
 __all__ = ["NARROW", "TrajectoryOptions", "lay_plans", "plan_trajectories", "step_along_curves"]
 
-STILL = 0.15
-"""Slower people stand [m/s]."""
 SHUFFLE = 0.3
 """Who is slower when its trajectory begins or ends stands there, and takes no part of a step [m/s]."""
-TURN = np.radians(35.0)
-"""Turn that takes a step of its own [rad]."""
-QUICKEST = 1.4
-"""Most steps a second of turning on the spot, and of side steps, over those of short steps."""
-SIDE_STEP = 0.35
-"""How far the root goes to the side in a step, over the leg length; the foot ahead goes twice as far."""
-CLOSING = 1.0
-"""Steps they go on for after they stop, so that the feet stand side by side."""
 ONSET = 0.75
 """Part of a step from the start of a motion to the first strike."""
 SWING = 0.57
@@ -113,7 +102,7 @@ def step_along_curves(curves: RootCurves, body: Proportions) -> FootTable:
     its side.
     """
     rule = body.timing
-    speeds, rates = _cadences(curves, rule)
+    speeds, rates = step_rates(curves, rule)
     frames = np.clip(np.ceil((curves.ends - curves.starts) / SPACING).astype(int), 1, rates.shape[1] - 1)
     phases = np.concatenate([np.zeros((len(rates), 1)), np.cumsum(rates[:, :-1] * SPACING, axis=1)], axis=1)
     people = np.arange(len(rates))
@@ -129,7 +118,7 @@ def step_along_curves(curves: RootCurves, body: Proportions) -> FootTable:
     strikes = clock.times(owners, np.where(taken < 0, 0.0, taken + onsets[owners]))
     strikes[taken < 0] = curves.starts[owners[taken < 0]]
     beside = clock.times(owners, np.where(taken < 0, 0.0, taken + onsets[owners] + 0.5))
-    beside[taken < 0] = strikes[taken < 0]
+    beside = np.where(taken < 0, strikes, np.minimum(beside, strikes + 0.5 * longest_time(rule)))  # rests are no steps
     places, headings = curves.at(owners, beside)
     sides = (numbers + owners) % 2
     width, toe_out = np.full(len(owners), body.step_width), np.full(len(owners), TOE_OUT)
@@ -184,26 +173,6 @@ class _Clock:
         return np.asarray(self.starts[owners] + samples * SPACING + beyond)
 
 
-def _cadences(curves: RootCurves, rule: TimingRule) -> tuple[FloatArray, FloatArray]:
-    """Speeds [m/s] and steps a second at every frame, shape (A, F) each; 0 steps where they stand."""
-    velocities: FloatArray = np.gradient(curves.positions[..., [0, 2]], SPACING, axis=1)
-    frames = np.clip(((curves.ends - curves.starts) / SPACING).astype(int) - 1, 0, velocities.shape[1] - 1)
-    held = np.minimum(np.arange(velocities.shape[1]), frames[:, None])
-    speeds = np.linalg.norm(velocities, axis=2)
-    speeds = np.take_along_axis(speeds, held, axis=1)
-    slowest = 1.0 / float(time_steps(np.array([1e-3 * rule.leg_length]), rule).step_times[0])
-    lengths = np.maximum(natural_lengths(speeds.ravel(), rule).reshape(speeds.shape), 1e-6)
-    walking = np.where(speeds > STILL, np.maximum(speeds / lengths, slowest), 0.0)
-    turns = np.minimum(np.abs(np.gradient(curves.yaws, SPACING, axis=1)) / TURN, QUICKEST * slowest)
-    aside = np.take_along_axis(np.abs(planar.rotate(-curves.yaws, velocities)[..., 0]), held, axis=1)
-    side_steps = np.minimum(aside / (SIDE_STEP * rule.leg_length), QUICKEST * slowest)
-    walking = np.where(speeds > STILL, np.maximum(walking, side_steps), 0.0)
-    rates = np.maximum(walking, np.where(turns > 0.1, np.maximum(turns, slowest), 0.0))
-    reach = 2 * round(CLOSING / slowest / SPACING) + 1
-    before = maximum_filter1d(rates, reach, axis=1, origin=reach // 2, mode="constant")
-    return speeds, np.where(rates > 0.0, rates, np.where(before > 0.0, slowest, 0.0))
-
-
 def _liftoffs(
     strikes: FloatArray, speeds: FloatArray, numbers: IntArray, counts: IntArray, rule: TimingRule
 ) -> FloatArray:
@@ -212,7 +181,7 @@ def _liftoffs(
     has_next, has_same = left > 0, left > 1
     following = np.arange(len(strikes)) + np.minimum(2, left)
     speed = np.maximum(speeds[following], 1e-3)
-    longest = float(time_steps(np.array([1e-3 * rule.leg_length]), rule).step_times[0])
+    longest = longest_time(rule)
     natural = np.minimum(longest, natural_lengths(speed, rule) / speed)
     shares = overlap_shares(speed, rule)
     other = np.where(has_next, np.roll(strikes, -1), strikes + natural)
