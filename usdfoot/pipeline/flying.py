@@ -19,9 +19,16 @@ __all__ = ["flying_like_clips"]
 
 
 def flying_like_clips(
-    planned: Sequence[PlannedAgent], sources: Sequence[AgentSource], terrain: Terrain, casting: Casting
+    planned: Sequence[PlannedAgent], sources: Sequence[AgentSource], *, terrain: Terrain, casting: Casting
 ) -> list[PlannedAgent]:
-    """The plans, those of agents with clips with the liftoffs that animating them gives."""
+    """The plans, those of agents with clips with the liftoffs that animating them gives.
+
+    Args:
+        planned: Of agents, or of nobody: these stay as they are.
+        sources: Of all these agents.
+        terrain: They walk on.
+        casting: Of their scene.
+    """
     source_of = {source.name: source for source in sources}
     cast = [casting.cast(source_of[part.name], part.plan) for part in planned if part.agent]
     crowd = Crowd(

@@ -154,7 +154,7 @@ def _flown(found: GoalScene, planned: Sequence[PlannedAgent], sources: Sequence[
     if not runs:
         return list(planned)
     casting = Casting.to_look(found.stage, found.prims, found.info.units)
-    flown = {part.name: part for part in flying_like_clips(runs, sources, found.terrain, casting)}
+    flown = {part.name: part for part in flying_like_clips(runs, sources, terrain=found.terrain, casting=casting)}
     return [flown.get(part.name, part) for part in planned]
 
 

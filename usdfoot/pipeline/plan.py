@@ -100,7 +100,7 @@ def plan_scene_paths(
     ]
     if not planned:
         raise _no_paths(info, problems)
-    planned = flying_like_clips(planned, sources, terrain, Casting.to_look(stage, prims, info.units))
+    planned = flying_like_clips(planned, sources, terrain=terrain, casting=Casting.to_look(stage, prims, info.units))
     walked = [walker for walker in walkers if walker.name in _names(planned)]
     problems += [doubt for walker in walked for doubt in walker.doubts()]
     problems += [doubt for walker in walked if (doubt := walker.style_doubt())]
