@@ -151,6 +151,25 @@ def test_lint_and_timing_have_the_same_limits(way, flag, tmp_path, capsys):
     assert main([*arguments, flag, "1000000"]) in (0, 1)
 
 
+@pytest.mark.parametrize(
+    ("verb", "scene", "flags"),
+    [
+        ("path", "terrain_slope", ("prims", "triangles")),
+        ("stones", "river", ("joints", "prims", "triangles")),
+        ("wander", "plaza", ("agents", "joints", "prims", "triangles")),
+        ("crowd", "plaza", ("agents", "joints", "prims", "triangles")),
+        ("trajectories", "trajectories", ("agents", "joints", "prims", "triangles")),
+    ],
+)
+def test_planners_have_the_limits_they_name(verb, scene, flags, tmp_path, capsys, stages):
+    output = tmp_path / "plans.usda"
+    for what in flags:
+        flag = f"--max-{what}"
+        assert main(["plan", verb, str(stages / f"{scene}.usda"), "-o", str(output), flag, "1"]) == 2
+        assert f"{what}, more than 1. raise the limit with {flag}" in capsys.readouterr().err
+        assert not output.exists()
+
+
 def test_who_checks_a_plan_says_how_many_footsteps_it_may_have(tmp_path, capsys):
     scene = tmp_path / "scene.usda"
     stage = simple_scene()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
+from usdfoot.cli.batch_flags import add_limits
 from usdfoot.cli.console import print_problems, results_console
 from usdfoot.cli.quantities import above_zero
 from usdfoot.cli.tables import plan_table
@@ -12,13 +13,19 @@ from usdfoot.cli.tables import plan_table
 if TYPE_CHECKING:
     from usdfoot.pipeline.plan import PlanReport
 
-__all__ = ["add_agent_arguments", "add_scene_arguments", "print_plans"]
+__all__ = ["SCENE_LIMITS", "add_agent_arguments", "add_scene_arguments", "print_plans"]
+
+SCENE_LIMITS = ("agents", "joints", "triangles", "prims")
+"""What planners may find too much of in a scene."""
 
 
-def add_scene_arguments(parser: argparse.ArgumentParser, scene: str) -> None:
-    """Add the scene and the layer to write."""
+def add_scene_arguments(
+    parser: argparse.ArgumentParser, scene: str, *, limited: tuple[str, ...] = SCENE_LIMITS
+) -> None:
+    """Add the scene, how much of it is read, and the layer to write."""
     parser.add_argument("scene", metavar="SCENE", help=scene)
     parser.add_argument("-o", "--output", metavar="PLANS", required=True, help="layer to write: .usd, .usda or .usdc")
+    add_limits(parser, *limited)
 
 
 def add_agent_arguments(parser: argparse.ArgumentParser) -> None:

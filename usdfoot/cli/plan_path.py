@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import argparse
 
-from usdfoot.cli.console import print_problems, results_console, shown_progress
+from usdfoot.cli.batch_flags import limits_of
+from usdfoot.cli.console import shown_progress
+from usdfoot.cli.plan_arguments import add_scene_arguments, print_plans
 from usdfoot.cli.quantities import span
-from usdfoot.cli.tables import plan_table
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
 
@@ -38,8 +39,7 @@ in Python:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the verb's arguments."""
-    parser.add_argument("scene", metavar="SCENE", help="USD file with curves, terrain and perhaps agents")
-    parser.add_argument("-o", "--output", metavar="PLANS", required=True, help="layer to write: .usd, .usda or .usdc")
+    add_scene_arguments(parser, "USD file with curves, terrain and perhaps agents")
     parser.add_argument("--agents", metavar="GLOB", default="*", help="names or prim paths of agents (default: all)")
     stances = ("standing", "walking")
     parser.add_argument("--start", choices=stances, default="standing", help="stance at the start (default: standing)")
@@ -76,10 +76,7 @@ def run(arguments: argparse.Namespace) -> int:
                 first_side=("left", "right").index(arguments.first_foot),
                 around=arguments.around,
             ),
+            limits=limits_of(arguments),
             progress=progress,
         )
-    print_problems(report.problems, quiet=arguments.quiet)
-    console = results_console()
-    console.print(plan_table(report.plans))
-    console.print(f"wrote {report.file}", soft_wrap=True)
-    return 1 if report.skipped else 0
+    return print_plans(report, quiet=arguments.quiet)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from usdfoot.cli.batch_flags import add_limits, limits_of
+from usdfoot.cli.batch_flags import limits_of
 from usdfoot.cli.console import shown_progress
 from usdfoot.cli.plan_arguments import add_scene_arguments, print_plans
 from usdfoot.cli.quantities import above_zero, number
@@ -34,7 +34,8 @@ in Python:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the verb's arguments."""
-    add_scene_arguments(parser, "USD file with PointInstancers of footprints")
+    limited = ("footsteps", "joints", "prims")
+    add_scene_arguments(parser, "USD file with PointInstancers of footprints", limited=limited)
     parser.add_argument("--plans", metavar="GLOB", default="*", help="names or prim paths of plans (default: all)")
     parser.add_argument(
         "--speed",
@@ -56,7 +57,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     stances = ("standing", "walking")
     parser.add_argument("--start", choices=stances, default="standing", help="stance at the start (default: standing)")
     parser.add_argument("--end", choices=stances, default="standing", help="stance at the end (default: standing)")
-    add_limits(parser, "footsteps", "joints", "prims")
 
 
 def run(arguments: argparse.Namespace) -> int:

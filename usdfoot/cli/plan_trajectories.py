@@ -5,9 +5,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from usdfoot.cli.console import print_problems, results_console, shown_progress
+from usdfoot.cli.batch_flags import add_limits, limits_of
+from usdfoot.cli.console import shown_progress
+from usdfoot.cli.plan_arguments import SCENE_LIMITS, print_plans
 from usdfoot.cli.quantities import duration, rate
-from usdfoot.cli.tables import plan_table
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
 
@@ -63,6 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=True,
         help="move people and feet that are in each other (default: on)",
     )
+    add_limits(parser, *SCENE_LIMITS)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -85,6 +87,7 @@ def run(arguments: argparse.Namespace) -> int:
                 agents=arguments.agents,
                 prims=arguments.prims,
                 options=options,
+                limits=limits_of(arguments),
                 progress=progress,
             )
         else:
@@ -94,10 +97,7 @@ def run(arguments: argparse.Namespace) -> int:
                 track_format=TrackFormat(unit=arguments.unit, rate=arguments.rate, layout=arguments.layout),
                 scene=arguments.scene,
                 options=options,
+                limits=limits_of(arguments),
                 progress=progress,
             )
-    print_problems(report.problems, quiet=arguments.quiet)
-    console = results_console()
-    console.print(plan_table(report.plans))
-    console.print(f"wrote {report.file}", soft_wrap=True)
-    return 1 if report.skipped else 0
+    return print_plans(report, quiet=arguments.quiet)

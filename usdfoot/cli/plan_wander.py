@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from usdfoot.cli.batch_flags import limits_of
 from usdfoot.cli.console import shown_progress
 from usdfoot.cli.plan_arguments import add_agent_arguments, add_scene_arguments, print_plans
 from usdfoot.cli.quantities import area, seed, several
@@ -59,6 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
             steps=arguments.steps,
             seed=arguments.seed,
             bounds=arguments.bounds,
+            limits=limits_of(arguments),
             progress=progress,
         )
     return print_plans(report, quiet=arguments.quiet)

@@ -14,6 +14,7 @@ from usdfoot.bridge.scene import StageInfo
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.ground import Ground
+from usdfoot.model.limits import BODILY, Limits, check_limit, check_range
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
@@ -27,11 +28,32 @@ from usdfoot.readers.goals import GoalAgent, read_goal_agents
 from usdfoot.readers.habits import HabitsReader
 from usdfoot.readers.moving_obstacles import MovingObstacles
 from usdfoot.readers.obstacles import read_obstacles
+from usdfoot.readers.skeleton import check_skeletons
 from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
 from usdfoot.writers.plans import PlannedAgent
 
-__all__ = ["GoalScene", "agent_problem", "on_ground", "read_goal_scene", "save_goal_plans"]
+__all__ = ["GoalOptions", "GoalScene", "agent_problem", "on_ground", "read_goal_scene", "save_goal_plans"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class GoalOptions:
+    """What the planners take for granted of agents that do not say.
+
+    Raises:
+        UsdfootError: If a value is out of its range.
+    """
+
+    agents: str = "*"
+    """Glob on agents' names or paths."""
+    speed: float = 1.3
+    """Of agents without usdfoot:agent:speed [m/s]; such wander, and cross stones, as fast as their steps are."""
+    radius: float = 0.25
+    """Of their bodies seen from above [m]."""
+
+    def __post_init__(self) -> None:
+        check_range("speed", self.speed, BODILY, unit="m/s")
+        check_range("radius", self.radius, BODILY, unit="m")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,30 +73,31 @@ class GoalScene:
 
 
 def read_goal_scene(
-    scene: str | os.PathLike[str], *, agents: str, speed: float, radius: float, with_goals: bool
+    scene: str | os.PathLike[str], options: GoalOptions, *, with_goals: bool, limits: Limits
 ) -> GoalScene:
     """What there is to plan for the agents that have no plan yet.
 
     Args:
         scene: The USD scene.
-        agents: Glob on agents' names or paths.
-        speed: Of agents without usdfoot:agent:speed [m/s].
-        radius: Of their bodies seen from above [m].
+        options: Who, how fast, how wide.
         with_goals: Only those that have one.
+        limits: How much of it is read before it is refused.
 
     Raises:
-        SceneError: If the scene cannot be opened or has no such agent.
+        SceneError: If the scene cannot be opened, has no such agent or more than the limits allow.
     """
     stage = open_stage(scene)
-    info, prims = read_stage_info(stage), collect_prims(stage)
+    info, prims = read_stage_info(stage), collect_prims(stage, most=limits.prims)
+    check_skeletons(prims.skeletons, limits)
     everyone, agent_problems = list_agents_without_plans(stage, prims, with_goals=with_goals)
-    sources: Sequence[AgentSource] = select_agents(everyone, agents)
+    sources: Sequence[AgentSource] = select_agents(everyone, options.agents)
+    check_limit(info.identifier, "agents", len(sources), limit=limits.agents)
     habits = HabitsReader(build=build_once)
     found, faults = read_goal_agents(
-        stage, prims, info.units, sources=sources, speed=speed, radius=radius, habits=habits
+        stage, prims, info.units, sources=sources, speed=options.speed, radius=options.radius, habits=habits
     )
     obstacles, obstacle_problems = read_obstacles(stage, prims, info.units)
-    terrain, terrain_problems = read_terrain(stage, prims, info.units)
+    terrain, terrain_problems = read_terrain(stage, prims, info.units, limits=limits)
     problems = (*agent_problems, *faults, *obstacle_problems, *terrain_problems)
     if not found:
         reasons = [problem.message for problem in problems if problem.severity == "error"]

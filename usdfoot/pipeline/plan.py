@@ -15,16 +15,16 @@ from usdfoot.batch.analysed import build_once
 from usdfoot.bridge.scene import StageInfo
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.maths.planar import GROUND_AXES
+from usdfoot.model.limits import DEFAULT_LIMITS, Limits
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Outcome, Problem
 from usdfoot.pipeline.flying import flying_like_clips
 from usdfoot.pipeline.plan_doubts import find_doubts
 from usdfoot.planning.path import PathOptions
-from usdfoot.readers.agents import list_agents, select_agents
 from usdfoot.readers.casting import Casting
 from usdfoot.readers.habits import HabitsReader
+from usdfoot.readers.listing import list_scene
 from usdfoot.readers.obstacles import read_obstacles
-from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
 from usdfoot.readers.walkers import Walker, plan_walkers, read_walkers
 from usdfoot.writers.plan_edits import PlanEdit
@@ -52,6 +52,7 @@ def plan_scene_paths(
     *,
     agents: str = "*",
     options: PathOptions | None = None,
+    limits: Limits = DEFAULT_LIMITS,
     progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
 ) -> PlanReport:
     """Plan footsteps along the paths of a scene and write them as a layer ([P] 2.1).
@@ -66,19 +67,18 @@ def plan_scene_paths(
         output: Layer to write: /Plans/<name>, and an `over` of each agent that points at its plan.
         agents: Glob on agents' names or paths.
         options: Start and end of the plans.
+        limits: How much of the scene is read before it is refused.
         progress: Told what begins: "read", "plan", "write".
 
     Raises:
-        SceneError: If the scene cannot be opened or has no path.
+        SceneError: If the scene cannot be opened, has no path or more than the limits allow.
         OutputError: If the layer cannot be written.
     """
     options = options or PathOptions(around=True)
     progress("read", 0, 0)
-    stage = open_stage(scene)
-    info, prims = read_stage_info(stage), collect_prims(stage)
-    everyone, agent_problems = list_agents(stage, prims)
-    sources = select_agents(everyone, agents)
-    terrain, terrain_problems = read_terrain(stage, prims, info.units)
+    listed = list_scene(scene, agents=agents, limits=limits)
+    stage, info, prims, sources = listed.stage, listed.info, listed.prims, listed.chosen
+    terrain, terrain_problems = read_terrain(stage, prims, info.units, limits=limits)
     habits = HabitsReader(build=build_once)
     walkers, errors = read_walkers(stage, prims, info.units, sources=sources, free_paths=agents == "*", habits=habits)
     progress("plan", 0, 0)
@@ -86,7 +86,7 @@ def plan_scene_paths(
     found = plan_walkers(walkers, terrain, obstacles=obstacles, options=options)
     errors |= {name: plan for name, plan in found.items() if isinstance(plan, UsdfootError)}
     problems = [_problem(error) for error in errors.values()] + [*terrain_problems, *obstacle_problems]
-    problems += [problem for problem in agent_problems if problem.severity == "error"]
+    problems += [problem for problem in listed.problems if problem.severity == "error"]
     planned = [
         PlannedAgent(
             name=walker.name,

@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 
 import numpy as np
 
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.ground import Ground
-from usdfoot.model.limits import BODILY, DEFAULT_LIMITS, FARTHEST, check_range
-from usdfoot.pipeline.goal_scene import GoalScene, agent_problem, on_ground, read_goal_scene, save_goal_plans
+from usdfoot.model.limits import DEFAULT_LIMITS, FARTHEST, Limits, check_range
+from usdfoot.pipeline.goal_scene import (
+    GoalOptions,
+    GoalScene,
+    agent_problem,
+    on_ground,
+    read_goal_scene,
+    save_goal_plans,
+)
 from usdfoot.pipeline.goal_speeds import slow_to_clips
 from usdfoot.pipeline.plan import PlanReport
 from usdfoot.pipeline.stone_crossings import StoneOptions, cross_stones
@@ -26,32 +33,13 @@ __all__ = ["GoalOptions", "plan_scene_crowd", "plan_scene_stones", "plan_scene_w
 Progress = Callable[[str, int, int], None]
 
 
-@dataclass(frozen=True, kw_only=True)
-class GoalOptions:
-    """What the planners take for granted of agents that do not say.
-
-    Raises:
-        UsdfootError: If a value is out of its range.
-    """
-
-    agents: str = "*"
-    """Glob on agents' names or paths."""
-    speed: float = 1.3
-    """Of agents without usdfoot:agent:speed [m/s]; such wander, and cross stones, as fast as their steps are."""
-    radius: float = 0.25
-    """Of their bodies seen from above [m]."""
-
-    def __post_init__(self) -> None:
-        check_range("speed", self.speed, BODILY, unit="m/s")
-        check_range("radius", self.radius, BODILY, unit="m")
-
-
 def plan_scene_crowd(
     scene: str | os.PathLike[str],
     output: str | os.PathLike[str],
     *,
     options: GoalOptions | None = None,
     duration: float = 600.0,
+    limits: Limits = DEFAULT_LIMITS,
     progress: Progress = lambda stage, done, total: None,
 ) -> PlanReport:
     """Plan the footsteps of all agents with usdfoot:agent:goal together and write them as a layer.
@@ -61,6 +49,7 @@ def plan_scene_crowd(
         output: Layer to write: /Plans/<name>, and an `over` of each agent that points at its plan.
         options: Who, how fast, how wide.
         duration: Simulated at most [s].
+        limits: How much of the scene is read before it is refused.
         progress: Told what begins: "read", "plan", "write".
 
     Raises:
@@ -70,7 +59,7 @@ def plan_scene_crowd(
     """
     options, how = options or GoalOptions(), CrowdOptions(duration=duration)
     progress("read", 0, 0)
-    found = read_goal_scene(scene, agents=options.agents, speed=options.speed, radius=options.radius, with_goals=True)
+    found = read_goal_scene(scene, options, with_goals=True, limits=limits)
     progress("plan", 0, 0)
     agents, slowed = slow_to_clips(found.stage, found.prims, found.info.units, agents=found.agents)
     seekers = tuple(agent.seeker for agent in agents)
@@ -96,6 +85,7 @@ def plan_scene_wander(
     steps: int = 100,
     seed: int = 0,
     bounds: tuple[float, float, float, float] | None = None,
+    limits: Limits = DEFAULT_LIMITS,
     progress: Progress = lambda stage, done, total: None,
 ) -> PlanReport:
     """Plan agents without plans that wander at random, or to their goals if they have any ([P] 4.2); write a layer.
@@ -107,6 +97,7 @@ def plan_scene_wander(
         steps: Footsteps of each at most.
         seed: Of the random numbers; each agent has its own from it and its place in the scene.
         bounds: Area to stay in: lowest x and z, highest x and z [m], canonical axes.
+        limits: How much of the scene is read before it is refused.
         progress: Told what begins: "read", "plan", "write".
 
     Raises:
@@ -119,7 +110,7 @@ def plan_scene_wander(
     for value in bounds or ():
         check_range("bounds", value, (-FARTHEST, FARTHEST), unit="m")
     progress("read", 0, 0)
-    found = read_goal_scene(scene, agents=options.agents, speed=options.speed, radius=options.radius, with_goals=False)
+    found = read_goal_scene(scene, options, with_goals=False, limits=limits)
     outline = None if bounds is None else np.array(bounds)[[[0, 1], [0, 3], [2, 3], [2, 1]]]
     generators = np.random.default_rng(seed).spawn(len(found.agents))
     terrain = Ground(found.terrain)
@@ -157,6 +148,7 @@ def plan_scene_stones(
     spacing: float = 0.12,
     reach: str = "clips",
     leaps: bool = False,
+    limits: Limits = DEFAULT_LIMITS,
     progress: Progress = lambda stage, done, total: None,
 ) -> PlanReport:
     """Plan agents with goals over stepping stones ([P] Figure 13) and write a layer.
@@ -169,6 +161,7 @@ def plan_scene_stones(
         spacing: Of footholds on meshes [m].
         reach: clips = where the agent's clips land, its legs' where it has none; biped = its legs' always.
         leaps: Whether clips with flights count.
+        limits: How much of the scene is read before it is refused.
         progress: Told what begins: "read", "plan", "write".
 
     Raises:
@@ -177,7 +170,7 @@ def plan_scene_stones(
     """
     options, ways = options or GoalOptions(), StoneOptions(on=on, spacing=spacing, reach=reach, leaps=leaps)
     progress("read", 0, 0)
-    found = read_goal_scene(scene, agents=options.agents, speed=options.speed, radius=options.radius, with_goals=True)
+    found = read_goal_scene(scene, options, with_goals=True, limits=limits)
     made, problems = cross_stones(found, ways, progress=progress)
     progress("write", 0, 0)
     made_by = {"planner": "stones", "reach": reach, "leaps": leaps, "spacing": spacing, "options": asdict(options)}

@@ -14,7 +14,7 @@ from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import SceneError
 from usdfoot.importers.pedestrians import import_pedestrians
 from usdfoot.model.ground import Ground
-from usdfoot.model.limits import check_range
+from usdfoot.model.limits import DEFAULT_LIMITS, Limits, check_range
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain, no_terrain
 from usdfoot.pipeline.plan import PlanReport, save_plans
@@ -22,10 +22,9 @@ from usdfoot.pipeline.plan_doubts import find_doubts
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.trajectories import TrajectoryOptions, plan_trajectories
 from usdfoot.planning.world import Obstacle
-from usdfoot.readers.agents import list_agents, select_agents
+from usdfoot.readers.listing import ListedScene, list_scene
 from usdfoot.readers.movers import Mover, read_movers
 from usdfoot.readers.obstacles import read_obstacles
-from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
 from usdfoot.readers.walkers import only_proportions
 from usdfoot.writers.plans import PlannedAgent
@@ -76,6 +75,7 @@ def plan_scene_trajectories(
     agents: str = "*",
     prims: str = "",
     options: TrajectoryOptions | None = None,
+    limits: Limits = DEFAULT_LIMITS,
     progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
 ) -> PlanReport:
     """Plan footsteps for everyone who moves on a stage and write them as a layer.
@@ -89,29 +89,26 @@ def plan_scene_trajectories(
         agents: Glob on agents' names or paths.
         prims: Glob on the paths of prims to take instead.
         options: Of the planner.
+        limits: How much of the scene is read before it is refused.
         progress: Told what begins: "read", "plan", "write".
 
     Raises:
-        SceneError: If the scene cannot be opened or nothing moves.
+        SceneError: If the scene cannot be opened, nothing moves or there is more of something than the limits allow.
         OutputError: If the layer cannot be written.
     """
     progress("read", 0, 0)
-    stage = open_stage(scene)
-    info, found = read_stage_info(stage), collect_prims(stage)
-    everyone, agent_problems = list_agents(stage, found)
-    movers, mover_problems = read_movers(stage, info.units, sources=select_agents(everyone, agents), pattern=prims)
-    terrain, terrain_problems = read_terrain(stage, found, info.units)
-    obstacles, obstacle_problems = read_obstacles(stage, found, info.units)
-    body = only_proportions(found, info.units, foreign=tuple(source.plan for source in everyone))
-    problems = (*agent_problems, *terrain_problems, *obstacle_problems, *mover_problems)
-    around = _Surroundings(info=info, terrain=terrain, body=body, problems=problems, obstacles=obstacles)
+    listed = list_scene(scene, agents=agents, limits=limits)
+    info = listed.info
+    movers, mover_problems = read_movers(listed.stage, info.units, sources=listed.chosen, pattern=prims)
+    around = _surroundings_of(listed, limits)
+    problems = (*around.problems, *mover_problems)
     if not movers:
         reasons = [problem.message for problem in problems if problem.severity == "error"]
         remedy = "" if reasons else "animate Xforms, SkelRoots, or Points with ids; --prims names other animated prims"
         raise SceneError(
             info.identifier, "no trajectory can be planned" if reasons else "nothing moves", remedy, reasons
         )
-    return _planned(movers, around, output, options or TrajectoryOptions(), progress)
+    return _planned(movers, replace(around, problems=problems), output, options or TrajectoryOptions(), progress)
 
 
 def plan_track_file(
@@ -121,6 +118,7 @@ def plan_track_file(
     track_format: TrackFormat | None = None,
     scene: str | os.PathLike[str] | None = None,
     options: TrajectoryOptions | None = None,
+    limits: Limits = DEFAULT_LIMITS,
     progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
 ) -> PlanReport:
     """Plan footsteps for the people of a file of pedestrian data and write them as a layer.
@@ -131,17 +129,18 @@ def plan_track_file(
         track_format: Unit, rate and columns, where the file does not tell them.
         scene: Stage the plans are for: its units, terrain and character; None = metres, Y up, level ground, a person.
         options: Of the planner.
+        limits: How much of the scene is read before it is refused.
         progress: Told what begins: "read", "plan", "write".
 
     Raises:
         TrackError: If the file cannot be read or does not say what its numbers mean.
-        SceneError: If the scene cannot be opened.
+        SceneError: If the scene cannot be opened, or has more of something than the limits allow.
         OutputError: If the layer cannot be written.
     """
     progress("read", 0, 0)
     given = track_format or TrackFormat()
     trajectories, problems = import_pedestrians(file, unit=given.unit, rate=given.rate, layout=given.layout)
-    around = _read_surroundings(scene) if scene else _nowhere(file)
+    around = _surroundings_of(list_scene(scene, limits=limits), limits) if scene else _nowhere(file)
     taken: set[str] = set()
     movers = [
         Mover(name=unique_name(_prim_name(trajectory.name, Path(file).name), taken), agent="", trajectory=trajectory)
@@ -176,16 +175,15 @@ def _planned(
     return PlanReport(file=file, plans={part.name: part.plan for part in planned}, problems=(*around.problems, *doubts))
 
 
-def _read_surroundings(scene: str | os.PathLike[str]) -> _Surroundings:
-    stage = open_stage(scene)
-    info, prims = read_stage_info(stage), collect_prims(stage)
-    terrain, problems = read_terrain(stage, prims, info.units)
-    obstacles, obstacle_problems = read_obstacles(stage, prims, info.units)
+def _surroundings_of(listed: ListedScene, limits: Limits) -> _Surroundings:
+    info, prims = listed.info, listed.prims
+    terrain, terrain_problems = read_terrain(listed.stage, prims, info.units, limits=limits)
+    obstacles, obstacle_problems = read_obstacles(listed.stage, prims, info.units)
     return _Surroundings(
         info=info,
         terrain=terrain,
-        body=only_proportions(prims, info.units),
-        problems=(*problems, *obstacle_problems),
+        body=only_proportions(prims, info.units, foreign=tuple(source.plan for source in listed.everyone)),
+        problems=(*listed.problems, *terrain_problems, *obstacle_problems),
         obstacles=obstacles,
     )
 
