@@ -205,6 +205,12 @@ def test_real_data_walks_at_human_speed(shared_data, file, options, people, spee
     assert np.median(speeds) == pytest.approx(speed, rel=0.25)
 
 
+@pytest.mark.parametrize("unit", ["m", "mm"])
+def test_a_unit_that_puts_everybody_into_one_place_is_doubted(shared_data, unit):
+    _, problems = import_pedestrians(shared_data / "people/crowds_zara01.txt", unit=unit, rate=25.0)
+    assert any("is the unit right?" in problem.message for problem in problems) == (unit == "mm")
+
+
 def test_who_jumps_is_two_tracks(tmp_path):
     file = tmp_path / "tracks.txt"
     file.write_text("".join(f"{frame} 7 {0.1 * frame + 500.0 * (frame > 4)} 0\n" for frame in range(10)))

@@ -65,6 +65,13 @@ def test_who_stands_does_not_step_and_who_stops_stands_side_by_side():
     assert abs(apart[2]) < 0.03 and abs(apart[0]) == pytest.approx(Proportions().step_width, rel=0.2)
 
 
+def test_people_crowded_into_centimetres_who_burst_apart_have_plans(shared_data):
+    """As from a file whose unit is given wrong: standing feet left before they stood, which refused everybody."""
+    people, _ = import_pedestrians(shared_data / "people/crowds_zara01.txt", unit="0.001", rate=25.0)
+    plans = plan_trajectories(people, LEVEL)
+    assert len(plans) == len(people)
+
+
 def test_plans_do_not_depend_on_how_many_curves_are_made_at_once(monkeypatch):
     paths = [line((index, 0.0, 0.4 * index), (0.3 - 0.1 * index, 0.0, 1.0), name=f"/Line{index}") for index in range(5)]
     whole = plan_trajectories(paths, LEVEL)

@@ -27,6 +27,9 @@ _logger = logging.getLogger(__name__)
 
 SQLITE_MAGIC = b"SQLite format 3\x00"
 
+BODY = 0.3
+"""No two people are always within this of each other, wherever they go [m]."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class _Scale:
@@ -83,7 +86,7 @@ def import_pedestrians(
         positions = np.insert(places[part], 1, 0.0, axis=1)
         found.append(RootTrajectory(name=name, times=times[part], positions=positions))
     _check_somebody_walks(path, found, places, times, jumps)
-    return tuple(found), tuple(problems)
+    return tuple(found), (*problems, *_crowded_in(path, found))
 
 
 def _in_order(path: Path, table: TrackTable) -> tuple[IntArray, list[Problem]]:
@@ -119,6 +122,18 @@ def _check_somebody_walks(
         metres, seconds = np.linalg.norm(places[first + 1] - places[first]), times[first + 1] - times[first]
         what = f"everybody in it jumps, the first by {metres:.3g} m in {seconds:.3g} s"
         raise TrackError(path, what, "correct the unit, the rate, or the layout")
+
+
+def _crowded_in(path: Path, found: Sequence[RootTrajectory]) -> list[Problem]:
+    """A warning where several people have less room together than one takes."""
+    if len(found) < 2:
+        return []
+    everywhere = np.concatenate([trajectory.positions for trajectory in found])
+    size = float(np.ptp(everywhere, axis=0).max())
+    if size >= BODY:
+        return []
+    message = f"{path}: {len(found)} people are within {size:.2g} m of each other all the time. is the unit right?"
+    return [Problem(severity="warning", where=str(path), message=message)]
 
 
 def _scale(path: Path, table: TrackTable, unit: str, rate: float) -> _Scale:

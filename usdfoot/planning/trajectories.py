@@ -190,7 +190,7 @@ def _liftoffs(
     liftoffs = np.maximum(other + shares * spans, same - (1.0 - np.minimum(shares, 0.4)) * natural)
     swings = np.minimum(SWING * longest, 0.85 * (same - other))
     walks = shares > 0.0
-    return np.where(walks, np.maximum(np.minimum(liftoffs, same - swings), strikes + 0.05), other + shares * spans)
+    return np.maximum(np.where(walks, np.minimum(liftoffs, same - swings), liftoffs), strikes + 0.05)
 
 
 def _on_ground(feet: FootTable, ground: Ground) -> FootTable:
