@@ -137,7 +137,7 @@ def plan_detours(
         paths[eased] = balls[eased] + aside
         missing[eased] = _missing_heights(layout, rows[eased], paths[eased], heels[eased] + aside, ground)
     lifts = _lifts(missing)
-    paths[..., 1] += lifts @ CURVES.T
+    paths[..., 1] += np.einsum("nk,fk->nf", lifts, CURVES)  # a matrix product would start threads
     offsets[..., 1] += lifts + _lifts(still_early(paths, contacts.positions[rows + 2], durations=ends - begins))
     return offsets
 
