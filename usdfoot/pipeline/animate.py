@@ -23,7 +23,7 @@ from usdfoot.pipeline.provenance import CHUNK_SIZE, CallRecord, provenance_of
 from usdfoot.pipeline.report import AnimateReport, report_json
 from usdfoot.pipeline.unchanged import EarlierCrowd, find_earlier
 from usdfoot.readers.chunks import find_agents, is_intact, read_record
-from usdfoot.readers.stage import has_marked, identifier_of, layers_of, open_stage
+from usdfoot.readers.stage import has_marked, identifier_of, is_as_saved, layers_of, open_stage
 from usdfoot.writers.paths import folder_path
 
 if TYPE_CHECKING:  # imported where something is to be made: that takes longer than to find that nothing is
@@ -69,7 +69,8 @@ def animate(
         levels: Of detail (UsdLod), for characters that have such variants.
         chunk_size: Agents a chunk, fewer where the shot is long; a worker has no more than one chunk in memory.
         limits: How much of a scene is read before it is refused.
-        executor: Whose workers make the chunks, if there are several to make; None = this process does.
+        executor: Whose workers make the chunks, if there are several to make and the scene is as saved, since they open
+            its file; None = this process does.
         beside: Whether this process makes chunks beside the executor's workers, and a few without them.
         progress: Told what begins or goes on, how much of it is done, and of how much: "read", "animate", "write".
 
@@ -88,6 +89,7 @@ def animate(
     earlier = find_earlier(stage := open_stage(scene_file), target, options=options, call=call)
     if earlier.unchanged:
         return earlier.unchanged
+    executor = executor if is_as_saved(stage) else None
     shot = _open_shot(stage, target, call, options=options, executor=None if earlier.is_there else executor)
     records = _make_chunks(shot, executor, beside, progress, earlier=earlier)
     problems = _distinct((*shot.scene.crowd.problems, *(problem for record in records for problem in record.problems)))
