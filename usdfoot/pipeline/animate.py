@@ -69,7 +69,7 @@ def animate(
         levels: Of detail (UsdLod), for characters that have such variants.
         chunk_size: Agents a chunk, fewer where the shot is long; a worker has no more than one chunk in memory.
         limits: How much of a scene is read before it is refused.
-        executor: Whose workers make the chunks, if there are several and the scene is as saved; None = this process does.
+        executor: Whose workers make the chunks, if there are several and the scene is saved; None = this process does.
         beside: Whether this process makes chunks beside the executor's workers, and a few without them.
         progress: Told what begins or goes on, how much of it is done, and of how much: "read", "animate", "write".
 
