@@ -14,7 +14,7 @@ LANDING_SPEED = 0.2
 """So fast it comes down from there, to where it is at the strike: as slow as `SPEED` it would be taken to stand, much
 faster it hits the ground [m/s]."""
 HOVERING_SPEED = 0.3
-"""So fast it comes down where it hovers: a little above where it would fall at `LANDING_SPEED` it still stands [m/s]."""
+"""So fast where it hovers: a little above where it would fall at `LANDING_SPEED` it would be taken to stand [m/s]."""
 RADIUS, SPEED = 0.015, 0.15
 """A ball that is nearer and slower would be taken to stand, one twice as far or as fast not at all [m, m/s]
 (design.md section 10)."""
