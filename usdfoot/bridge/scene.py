@@ -40,6 +40,8 @@ class StageInfo:
     """Last time code: authored, else 0."""
     layers: tuple[str, ...]
     """Files of all layers the stage uses, sorted; what the result depends on."""
+    as_saved: bool = True
+    """Whether these files say all: nothing of the stage is edited, hidden or left out in memory alone."""
 
     @property
     def start_time(self) -> float:

@@ -23,7 +23,7 @@ from usdfoot.pipeline.provenance import CHUNK_SIZE, CallRecord, provenance_of
 from usdfoot.pipeline.report import AnimateReport, report_json
 from usdfoot.pipeline.unchanged import EarlierCrowd, find_earlier
 from usdfoot.readers.chunks import find_agents, is_intact, read_record
-from usdfoot.readers.stage import has_marked, identifier_of, layers_of, open_stage
+from usdfoot.readers.stage import has_marked, identifier_of, is_as_saved, layers_of, open_stage
 from usdfoot.writers.paths import folder_path
 
 if TYPE_CHECKING:  # imported where something is to be made: that takes longer than to find that nothing is
@@ -60,7 +60,7 @@ def animate(
     made from the same scene, clips, characters and options are kept, and of the other chunks the agents that were.
 
     Args:
-        scene_file: The USD scene; never changed.
+        scene_file: The USD scene, or an open stage; never changed.
         folder: Where crowd.usd and its layers go.
         agents: Glob on agents' names or paths, or several.
         frames: First and last time code to write; None = all of the plans.
@@ -69,7 +69,7 @@ def animate(
         levels: Of detail (UsdLod), for characters that have such variants.
         chunk_size: Agents a chunk, fewer where the shot is long; a worker has no more than one chunk in memory.
         limits: How much of a scene is read before it is refused.
-        executor: Whose workers make the chunks, if there are several to make; None = this process does.
+        executor: Whose workers make the chunks, if there are several and the scene is saved; None = this process does.
         beside: Whether this process makes chunks beside the executor's workers, and a few without them.
         progress: Told what begins or goes on, how much of it is done, and of how much: "read", "animate", "write".
 
@@ -81,11 +81,11 @@ def animate(
         OutputError: If the folder cannot be written to, the output would replace the input, or a worker vanished.
     """
     progress("read", 0, 0)
-    options, target = options or MotionOptions(), folder_path(folder)
+    stage, options, target = open_stage(scene_file), options or MotionOptions(), folder_path(folder)
     call = CallRecord(
         agents=agents, frames=frames, chunk_size=chunk_size, collect=collect, levels=levels, limits=limits
     )
-    earlier = find_earlier(stage := open_stage(scene_file), target, options=options, call=call)
+    earlier = find_earlier(stage, target, options=options, call=call)
     if earlier.unchanged:
         return earlier.unchanged
     shot = _open_shot(stage, target, call, options=options, executor=None if earlier.is_there else executor)
@@ -229,7 +229,7 @@ def _open_shot(
 
     starting: list[Future[None]] = []
     many = 2 * FEW_CHUNKS * call.chunk_size  # an agent and its plan are two prims
-    if executor and call.agents == "*" and has_marked(stage, more_than=many):
+    if executor and is_as_saved(stage) and call.agents == "*" and has_marked(stage, more_than=many):
         early = EarlyTask(
             scene=identifier_of(stage.GetRootLayer()),
             inputs=inputs_of(layers_of(stage), folder),
@@ -297,7 +297,8 @@ def _make_chunks(
     settled = [task.files for task, record in zip(tasks, records, strict=True) if record is not None]
     made_before = find_agents(shot.folder, intact=earlier.intact, kept=settled) if pending else {}
     tasks = [with_earlier(task, made_before) for task in tasks]
-    executor = executor if len(pending) > (FEW_CHUNKS if beside else 1) else None
+    few = FEW_CHUNKS if beside else 1
+    executor = executor if len(pending) > few and shot.scene.stage.as_saved else None  # workers open the file
     starting = shot.starting
     if executor and beside:
         starting = starting or open_scene_early(executor, early_task(tasks[pending[0]]))

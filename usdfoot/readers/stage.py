@@ -31,6 +31,7 @@ __all__ = [
     "composition_problems",
     "has_marked",
     "identifier_of",
+    "is_as_saved",
     "is_authored",
     "layers_of",
     "open_stage",
@@ -113,12 +114,25 @@ def read_stage_info(stage: Usd.Stage) -> StageInfo:
         start_code=stage.GetStartTimeCode(),
         end_code=stage.GetEndTimeCode(),
         layers=layers_of(stage),
+        as_saved=is_as_saved(stage),
     )
 
 
 def layers_of(stage: Usd.Stage) -> tuple[str, ...]:
     """Files of a stage, sorted; layers in memory by their names."""
     return tuple(sorted({identifier_of(layer) for layer in _shared_layers(stage)}))
+
+
+def is_as_saved(stage: Usd.Stage) -> bool:
+    """Whether whoever opens the stage's file sees the same: nothing edited, hidden or left out in memory alone."""
+    return (
+        stage.GetSessionLayer().empty
+        and not any(layer.anonymous or layer.dirty for layer in _shared_layers(stage))
+        and not stage.GetMutedLayers()
+        and stage.GetPopulationMask() == Usd.StagePopulationMask.All()
+        and stage.GetLoadRules() == Usd.StageLoadRules.LoadAll()
+        and stage.GetInterpolationType() == Usd.InterpolationTypeLinear
+    )
 
 
 def identifier_of(layer: Sdf.Layer) -> str:
