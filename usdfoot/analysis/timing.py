@@ -28,7 +28,7 @@ STAND_TIME = 0.5
 """Who starts standing does so for this long before the first step [s]."""
 QUICKENING = 0.17
 """Running steps are quicker the longer they are, by this part of the shortest's time a metre, so that each runner's
-cadence grows by as many steps a second for each m/s. People go from 2.6 a second at 2.5 m/s to 3.2 at 6, within 5 % of
+cadence grows by as many steps a second for each m/s. People go from 2.6 a second at 2.5 m/s to 3.2 at 6, about 5 % off
 what Minetti (1998) measured; Goto et al. (2021) found 3.0 at two thirds of the top speed."""
 RUN_FROUDE = 0.5
 """Froude number, speed squared over gravity and leg length, at which people begin to run (Kram et al. 1997)."""
@@ -49,7 +49,7 @@ class TimingRule:
     flight_distance: float = 0.0
     """Steps longer than this have a flight [m]; 0 = where the walk would be faster than Froude number 0.5
     (Kram et al. 1997)."""
-    run_step: float = 0.46
+    run_step: float = 0.455
     """What the shortest running steps take, longer ones less (`QUICKENING`), unless that is too fast [s]."""
     leap_speed: float = 4.0
     """Fastest that a step with flight carries the body [m/s]; longer leaps take longer."""
