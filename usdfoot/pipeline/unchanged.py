@@ -48,8 +48,8 @@ class EarlierCrowd:
 def find_earlier(scene: Any, folder: Path, *, options: MotionOptions, call: CallRecord) -> EarlierCrowd:
     """The crowd of a folder, and whether it is what would be made.
 
-    Nothing of the scene is read but which files it consists of. Of a crowd that might come out otherwise, files are
-    not read that are older than its report.
+    Nothing of the scene is read but which files it consists of, and nothing of the crowd's files that the report's own
+    time vouches for.
 
     Args:
         scene: File or open stage.
@@ -65,7 +65,7 @@ def find_earlier(scene: Any, folder: Path, *, options: MotionOptions, call: Call
     if read is None:
         return EarlierCrowd()
     report, records = read
-    intact = intact_files(report["files"], folder, since=None if is_same else folder / File.REPORT)
+    intact = intact_files(report["files"], folder, marked=folder / File.REPORT)
     if is_same and intact == report["files"]:
         return EarlierCrowd(unchanged=_report_of(report, records, folder), intact=intact)
     return EarlierCrowd(intact=intact, records={record.anims: record for record in records})
