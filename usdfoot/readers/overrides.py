@@ -12,6 +12,7 @@ from pxr import Gf, Sdf, Tf, Usd, UsdGeom, Vt
 
 from usdfoot.bridge.tokens import Agent, File, Op, Plan, Prim
 from usdfoot.bridge.units import StageUnits
+from usdfoot.bridge.usd_errors import usd_reason
 from usdfoot.errors import PlanError, SceneError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.displacement import STILL, Displacement
@@ -158,7 +159,7 @@ def read_overrides(
         layer.Reload()
         stage = Usd.Stage.Open(layer, sessionLayer=None) if layer.rootPrims or layer.subLayerPaths else None
     except Tf.ErrorException as error:
-        raise SceneError(path, "cannot be read", "correct it, or move it away") from error
+        raise SceneError(path, f"cannot be read ({usd_reason(error)})", "correct it, or move it away") from error
     footsteps = path.with_name(File.FOOTSTEPS)
     executed = footsteps if footsteps.is_file() else None
     return Overrides(stage=stage, footsteps=executed, units=units, most_footsteps=most_footsteps)
