@@ -105,6 +105,20 @@ def test_feet_have_time_to_swing_up_and_down_however_short_the_way():
     assert swings(up)[rises > 0.1].min() > 0.5 > 0.39 > swings(plan_path(straight(8.0, speed=1.9), LEVEL)).min()
 
 
+def test_on_treads_no_step_is_quicker_than_the_quickest_however_short():
+    """Stones at odd distances: steps from one to the next are shorter than the path asks for."""
+    starts = np.cumsum([0.0, 0.5, 0.42, 0.5, 0.38, 0.5, 0.44, 0.4, 0.5, 0.45])
+    stones = Ground(terrain_of([slab((-0.4, 0.4), (z, z + 0.3), (0.1, 0.1)) for z in starts]))
+    times = [
+        np.diff(plan_path(straight(4.3, speed=0.9, step_length=0.45, quickest_step=quickest), stones).strike_times)[
+            2:-1
+        ]
+        for quickest in (0.0, 0.5)
+    ]
+    assert times[0].min() < 0.49 and times[1].min() == pytest.approx(0.5)
+    assert_allclose(times[1], np.maximum(times[0], 0.5))
+
+
 def test_a_foot_that_swings_over_a_beam_has_time_for_its_height():
     """A beam 0.16 m high and 0.1 m wide, too narrow to stand on, across the way of a quick walker."""
     level = slab((-5.0, 5.0), (-10.0, 10.0), (0.0, 0.0))
