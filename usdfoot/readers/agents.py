@@ -204,7 +204,7 @@ def _source(
     path = _target(stage, prim, Token.PATH, pointed) if plan is None else None
     trajectory = _target(stage, prim, Token.TRAJECTORY, pointed) if plan is None and path is None else None
     number = authored(prim, Token.ID) if Token.ID in properties else None
-    existing_targets(stage, prim, Token.CLIPS, pointed)
+    existing_targets(stage, prim, Token.CLIPS, pointed=pointed)
     return AgentSource(
         name=name,
         prim=prim,
@@ -249,12 +249,12 @@ def _default_plan(prim: Usd.Prim, default: Usd.Prim | None) -> Usd.Prim:
 
 
 def _target(stage: Usd.Stage, prim: Usd.Prim, name: str, pointed: Mapping[str, list[Sdf.Path]]) -> Usd.Prim | None:
-    existing = existing_targets(stage, prim, name, pointed)
+    existing = existing_targets(stage, prim, name, pointed=pointed)
     return existing[0] if existing else None
 
 
 def existing_targets(
-    stage: Usd.Stage, prim: Usd.Prim, name: str, pointed: Mapping[str, list[Sdf.Path]]
+    stage: Usd.Stage, prim: Usd.Prim, name: str, *, pointed: Mapping[str, list[Sdf.Path]]
 ) -> list[Usd.Prim]:
     """Targets of a relationship, all of which must exist and be active, as what is below them must."""
     found = pointed.get(name, [])

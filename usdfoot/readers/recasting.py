@@ -45,7 +45,7 @@ def _recast(source: AgentSource, stage: Usd.Stage, by_name: Mapping[str, AgentSo
     over = source.override
     pointed = {name: targets(over, name) for name in (Agent.CHARACTER, Agent.CLIPS)} if over else {}
     if clips := pointed.get(Agent.CLIPS):
-        existing_targets(stage, over, Agent.CLIPS, pointed)
+        existing_targets(stage, over, Agent.CLIPS, pointed=pointed)
         source = replace(source, clips=tuple(clips))
     for path in pointed.get(Agent.CHARACTER, [])[:1]:
         source = replace(source, character=_character_at(path, stage, over, by_name))
