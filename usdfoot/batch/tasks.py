@@ -153,7 +153,7 @@ class _Hashes:
         stage, crowd = scene.stage, scene.crowd
         versions = {"usdfoot": __version__, **library_versions()}
         self._times = crowd.frame_times
-        self._frames = scene.plan_frames
+        self._placements = scene.placements
         self._visibility = scene.visibility
         self._own_attributes = scene.own_attributes
         self._common = content_hash(
@@ -177,7 +177,7 @@ class _Hashes:
         return tuple(self._hash_of(agent, between) for agent, between in zip(agents, frames, strict=True))
 
     def _hash_of(self, agent: Agent | Follower, frames: tuple[float, float]) -> str:
-        said = (self._frames, self._visibility, self._own_attributes)
+        said = (self._placements, self._visibility, self._own_attributes)
         placed = [by_name.get(agent.name) for by_name in said]
         shared = self._common, self._libraries[agent.library], self._characters[agent.character]
         return content_hash(replace(agent, library=0, character=0), placed, frames, *shared)  # others change numbers

@@ -24,6 +24,7 @@ from usdfoot.pipeline.report import AnimateReport, report_json
 from usdfoot.pipeline.unchanged import EarlierCrowd, find_earlier
 from usdfoot.readers.chunks import is_intact, read_record
 from usdfoot.readers.stage import has_marked, identifier_of, is_as_saved, layers_of, open_stage
+from usdfoot.writers.folder_lock import lock_folder
 from usdfoot.writers.paths import folder_path
 
 if TYPE_CHECKING:  # imported where something is to be made: that takes longer than to find that nothing is
@@ -78,20 +79,36 @@ def animate(
 
     Raises:
         SceneError: If the scene cannot be opened or no agent can be used.
-        OutputError: If the folder cannot be written to, the output would replace the input, or a worker vanished.
+        OutputError: If the folder cannot be written to, another run is writing into it, the output would replace the
+            input, or a worker vanished.
     """
     progress("read", 0, 0)
     stage, options, target = open_stage(scene_file), options or MotionOptions(), folder_path(folder)
     call = CallRecord(
         agents=agents, frames=frames, chunk_size=chunk_size, collect=collect, levels=levels, limits=limits
     )
-    earlier = find_earlier(stage, target, options=options, call=call)
+    with lock_folder(target):
+        return _animate(stage, target, call, options=options, executor=executor, beside=beside, progress=progress)
+
+
+def _animate(
+    stage: Any,
+    folder: Path,
+    call: CallRecord,
+    *,
+    options: MotionOptions,
+    executor: Executor | None,
+    beside: bool,
+    progress: Callable[[str, int, int], None],
+) -> AnimateReport:
+    """What is asked for of an open stage, in a folder that nobody else writes into; otherwise as `animate`."""
+    earlier = find_earlier(stage, folder, options=options, call=call)
     if earlier.unchanged:
         return earlier.unchanged
-    shot = _open_shot(stage, target, call, options=options, executor=None if earlier.is_there else executor)
+    shot = _open_shot(stage, folder, call, options=options, executor=None if earlier.is_there else executor)
     records = _make_chunks(shot, executor, beside, progress, earlier=earlier)
     problems = _distinct((*shot.scene.crowd.problems, *(problem for record in records for problem in record.problems)))
-    _require_agents(scene_file, records, problems)
+    _require_agents(shot.scene.stage.identifier, records, problems)
     progress("write", 0, 0)
     report = report_json(shot.scene, records, options=shot.options, problems=problems, folder=shot.folder)
     from usdfoot.batch.analysed import tidy_examples
@@ -103,7 +120,7 @@ def animate(
         shot.folder,
         chunks=[task.files for task, record in zip(shot.tasks, records, strict=True) if record.agents],
         characters=shot.characters,
-        collect=collect,
+        collect=call.collect,
         provenance=provenance_of(shot.scene, shot.options, shot.folder, call=call, inputs=report["inputs"]),
         report=report,
         intact=earlier.intact or {},

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdfoot.analysis.gaits import RUNNING_FROUDE, has_flight
-from usdfoot.analysis.timing import EARTH_GRAVITY, HUMAN_LEG, TimingRule
+from usdfoot.analysis.timing import EARTH_GRAVITY, HUMAN_LEG, QUICKENING, TimingRule
 from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.examples import Examples
 from usdfoot.spaces.landings import end_landings, left_landings, root_velocities
@@ -23,6 +23,8 @@ LEVEL = 0.06
 """And rises or falls by no more than this, over the leg length."""
 SLOWEST = 0.25
 """Speed over sqrt(gravity leg length) from which people keep their walk ratio; slower steps all take as long."""
+LONGEST = 3.0
+"""Longer running steps say nothing of shorter ones, for a leg of 0.86 m [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +34,7 @@ class Habits:
     walk_ratio: float = TimingRule.walk_ratio
     """Step length by cadence in walks [m per step/min]."""
     run_step: float = TimingRule.run_step
-    """A running step takes this long [s]."""
+    """What the shortest running steps take [s]."""
     easy_step: float = 0.8
     """Length of an easy walking step over the leg length."""
     step_width: float = 0.0
@@ -70,10 +72,11 @@ def find_habits(examples: Examples, *, leg_length: float) -> Habits:
     flies = has_flight(durations, examples.support_liftoffs, landings, leg_length=leg_length)
     walks = steady & ~flies & (froude >= SLOWEST)
     runs = steady & flies & (froude > np.sqrt(RUNNING_FROUDE))
+    shortest = durations / np.sqrt(size) / (1.0 - QUICKENING * np.minimum(speeds * durations / size, LONGEST))
     ratio = _median(speeds * durations**2 / 60.0 / size**1.5, walks, PEOPLE.walk_ratio)
     return Habits(
         walk_ratio=ratio,
-        run_step=_median(durations / np.sqrt(size), runs, PEOPLE.run_step * float(np.sqrt(ratio / PEOPLE.walk_ratio))),
+        run_step=_median(shortest, runs, PEOPLE.run_step * float(np.sqrt(ratio / PEOPLE.walk_ratio))),
         easy_step=_median(speeds * durations / leg_length, walks, PEOPLE.easy_step),
         step_width=_median(landings[:, 0] / leg_length, walks, PEOPLE.step_width),
     )

@@ -34,6 +34,7 @@ class MovingObstacles:
         self._moving, self._units = [prim for prim in obstacle_prims(prims) if _is_animated(prim)], units
         self._names = {str(prim.GetPath()) for prim in self._moving}
         self._read: dict[int, dict[str, list[Obstacle]]] = {}
+        self._said: dict[int, tuple[Obstacle, ...]] = {}
 
     def __bool__(self) -> bool:
         return bool(self._moving)
@@ -45,15 +46,17 @@ class MovingObstacles:
     def at(self, time: float) -> tuple[Obstacle, ...]:
         """The animated ones where they are at a time of the stage [s], to a fortieth of a second, as they go on there.
 
-        One that cannot be read there is in nobody's way then.
+        One that cannot be read there is in nobody's way then. Times of which the same is said get the same tuple.
         """
         number = round(time / SPACING)
-        now, later = self._all(number), self._all(number + AHEAD)
-        return tuple(
-            obstacle
-            for name, obstacles in now.items()
-            for obstacle in with_velocity(obstacles, later.get(name, obstacles), seconds=SPACING * AHEAD)
-        )
+        if number not in self._said:
+            now, later = self._all(number), self._all(number + AHEAD)
+            self._said[number] = tuple(
+                obstacle
+                for name, obstacles in now.items()
+                for obstacle in with_velocity(obstacles, later.get(name, obstacles), seconds=SPACING * AHEAD)
+            )
+        return self._said[number]
 
     def _all(self, number: int) -> dict[str, list[Obstacle]]:
         if number not in self._read:
