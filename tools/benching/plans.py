@@ -11,13 +11,17 @@ import numpy as np
 
 from benching.stopwatch import best_time, function_times
 from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.biped import Biped
 from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
 from usdfoot.model.terrain import Terrain
 from usdfoot.model.trajectory import RootTrajectory
+from usdfoot.planning.crossings import Stones, stance_at
 from usdfoot.planning.crowd import plan_crowd
 from usdfoot.planning.path import plan_paths
+from usdfoot.planning.reach import reach_of_biped
 from usdfoot.planning.scenario import Scenario, Seeker
+from usdfoot.planning.stones import plan_crossings
 from usdfoot.planning.trajectories import plan_trajectories
 from usdfoot.planning.wander import plan_wanders
 from usdfoot.planning.world import Obstacle, World, box_outline, clearances
@@ -30,6 +34,17 @@ AHEAD = 6.4
 """How far so many steps lead [m]."""
 HALF = 20.0
 """Of the area's width [m]."""
+BIPED = Biped(
+    pelvis=0,
+    hips=(1, 5),
+    knees=(2, 6),
+    ankles=(3, 7),
+    balls=(4, 8),
+    ball_heights=np.full(2, 0.02),
+    nominal_leg_length=0.85,
+    maximal_leg_length=0.88,
+    com=np.zeros(3),
+)
 LEVEL = Terrain(
     meshes=(),
     points=np.zeros((0, 3)),
@@ -56,6 +71,8 @@ def plan_times(*, together: int = TOGETHER, repeats: int = 3) -> dict[str, dict[
         "wander, level": partial(_wander, world, []),
         "wander, hills": partial(_wander, replace(world, ground=hills), []),
         "wander, to one goal": partial(_wander, world, [_free_place()]),
+        "over 100 stones": partial(_cross, 100),
+        "over 400 stones": partial(_cross, 400),
         "trajectories": partial(_track, level),
     }
     figures = {}
@@ -112,6 +129,19 @@ def _wander(world: World, goals: list[FloatArray], count: int) -> object:
         goals=[goals] * count,
         steps=STEPS,
     )
+
+
+def _cross(stones: int, count: int) -> object:
+    """Plans along a strip of 1.8 by 5.6 m with so many footholds."""
+    reach = reach_of_biped(BIPED)
+    places = np.random.default_rng(1).uniform([-0.9, 0.0, 0.4], [0.9, 0.0, 6.0], size=(stones, 3))
+    normals = np.tile([0.0, 1.0, 0.0], (stones, 1))
+    aside = 0.2 * np.sin(np.arange(count))
+    starts, goals = (
+        [stance_at(np.array([x, 0.0, z]), 0.0, reach) for x in sign * aside] for sign, z in ((1.0, 0.0), (-1.0, AHEAD))
+    )
+    footholds = Stones(name="/Stones", positions=places, normals=normals)
+    return plan_crossings(footholds, starts, goals, reach=reach, names=[f"/S{row}" for row in range(count)])
 
 
 def _obstacles() -> tuple[Obstacle, ...]:
