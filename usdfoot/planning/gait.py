@@ -34,6 +34,8 @@ class Gait:
     """Ball to ball across the way [m]."""
     walked_length: float
     """How far a step without a flight goes along the way at most [m]."""
+    quickest_time: float = 0.0
+    """No step takes less, however short [s]."""
     toe_out: float = TOE_OUT
     """[rad]."""
     rule: TimingRule = field(default_factory=TimingRule)
@@ -61,6 +63,7 @@ def derive_gait(
     speed: float = 0.0,
     step_length: float = 0.0,
     step_width: float = 0.0,
+    quickest_time: float = 0.0,
 ) -> Gait:
     """The gait with what is given; what is 0 is derived as people of these proportions would ([P] 2.1, 4.1).
 
@@ -69,13 +72,21 @@ def derive_gait(
         speed: [m/s].
         step_length: [m].
         step_width: [m].
+        quickest_time: Of a step [s]; 0 = any.
     """
     body = proportions or Proportions()
     rule, width = body.timing, step_width or body.step_width
     step_length = step_length or _unasked_length(body, rule, speed=speed, width=width)
     step_time = step_length / speed if speed else float(time_steps(np.array([step_length]), rule).step_times[0])
     walked = _walked_length(body, width)
-    return Gait(step_length=step_length, step_time=step_time, step_width=width, walked_length=walked, rule=rule)
+    return Gait(
+        step_length=step_length,
+        step_time=step_time,
+        step_width=width,
+        walked_length=walked,
+        quickest_time=quickest_time,
+        rule=rule,
+    )
 
 
 def _unasked_length(body: Proportions, rule: TimingRule, *, speed: float, width: float) -> float:

@@ -85,7 +85,9 @@ class HabitsReader:
             quickest = unhurried_time(gait, spaces, np.asarray(examples.durations, dtype=float), style=style)
         except UsdfootError:  # animating it tells why
             return path
-        return path if quickest <= gait.step_time else replace(path, speed=path.step_length / quickest)
+        if quickest <= gait.step_time:
+            return path
+        return replace(path, speed=path.step_length / quickest, quickest_step=quickest)
 
     def _library_of(self, casting: Casting, source: AgentSource) -> ClipLibrary | None:
         """Clips that move an agent, None where physics does."""
