@@ -102,6 +102,7 @@ def test_chunks_are_joined_while_others_are_made(crowd_scene, tmp_path, monkeypa
         return add_chunk(self, chunk)
 
     def making(self, task):
+        assert all(name.startswith((File.PENDING, File.EXAMPLES)) for name in digests(tmp_path / "out"))
         happened.append(f"made {task.files.anims}")
         return make(self, task)
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from pxr import Sdf, Tf
 
+from usdfoot.bridge.tokens import File
 from usdfoot.errors import OutputError
 from usdfoot.writers.crate.join import CrateError, JoinedLayer
 from usdfoot.writers.staging import StagedFiles
@@ -19,7 +20,7 @@ _logger = logging.getLogger(__name__)
 
 
 class JoinedFile:
-    """A staged file with what files of others have below a scope.
+    """A staged file with what files of others have below a scope; it waits where these do.
 
     Args:
         files: Among which it is.
@@ -34,7 +35,7 @@ class JoinedFile:
     def __init__(self, files: StagedFiles, name: str, layer: Sdf.Layer, *, scope: str) -> None:
         self._files, self._name, self._layer, self._scope = files, name, layer, scope
         self._parts: list[Path] = []
-        files.add_layer(name, layer)
+        files.add_layer(name, layer, within=File.PENDING)
         self._joined: JoinedLayer | None = JoinedLayer(files.place_of(name), scope=scope)
 
     def add(self, part: Path) -> None:

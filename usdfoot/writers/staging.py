@@ -47,15 +47,15 @@ class StagedFiles:
         self._hashes: dict[str, str] = {}
         self._hashing = HashingThreads()
 
-    def reserve(self, name: str) -> Path:
-        """Where a file is to be written that will have the name."""
-        self._temporary[name] = self._hidden(name)
+    def reserve(self, name: str, *, within: str = ".") -> Path:
+        """Where a file is to be written that will have the name: in this folder of theirs till then."""
+        self._temporary[name] = self._hidden(f"{within}/{name}")
         return self._temporary[name]
 
-    def add_layer(self, name: str, layer: Sdf.Layer) -> None:
+    def add_layer(self, name: str, layer: Sdf.Layer, *, within: str = ".") -> None:
         """Save a layer; a file named .usd has the layer's own format."""
         arguments = {"format": str(layer.GetFileFormat().formatId)} if name.endswith(".usd") else {}
-        path = self.reserve(name)
+        path = self.reserve(name, within=within)
         self.save(name, lambda: layer.Export(str(path), args=arguments))
 
     def add_specs(self, name: str, root: Spec) -> None:
@@ -138,6 +138,8 @@ class StagedFiles:
         for path in self._temporary.values():
             with suppress(OSError):
                 path.unlink()
+                if path.parent != self.folder:
+                    path.parent.rmdir()  # unless others wait there too
         self._temporary.clear()
 
     def _hidden(self, name: str) -> Path:
