@@ -10,6 +10,8 @@ from tests.batch.conftest import AGENTS, digests, write_crowd_scene
 from tests.batch.edits import edited, remake, strikes
 from usdfoot.bridge.tokens import File
 from usdfoot.pipeline.animate import animate
+from usdfoot.usdview.footsteps import move_selected
+from usdfoot.usdview.selection import Selection
 
 AGENT, PLAN = "/Crowd/Agents/Agent_1", "/Crowd/Plans/Agent_1"
 
@@ -94,8 +96,13 @@ def test_an_agent_moved_in_the_world_walks_its_footsteps_there(shot, move: Calla
 
 
 def in_its_own_frame(agent):
-    agent.AddTranslateOp(opSuffix="edit").Set(Gf.Vec3d(0.5, 0.0, 0.3))
+    agent.AddTranslateOp(opSuffix="edit").Set(Gf.Vec3d(0.3, 0.0, 0.2))
     agent.AddRotateYOp(opSuffix="edit").Set(30.0)
+
+
+def far_off_in_its_own_frame(agent):
+    """As Houdini appends it."""
+    agent.AddTransformOp(opSuffix="edit1").Set(Gf.Matrix4d().SetTranslate((4.0, 0.0, -3.0)))
 
 
 def translation_replaced(agent):
@@ -125,7 +132,9 @@ def pivoted(agent):
     before_all(agent, pivot, turned, undone)
 
 
-@pytest.mark.parametrize("move", [in_its_own_frame, translation_replaced, all_replaced, one_matrix, pivoted])
+@pytest.mark.parametrize(
+    "move", [in_its_own_frame, far_off_in_its_own_frame, translation_replaced, all_replaced, one_matrix, pivoted]
+)
 def test_an_agent_starts_where_artists_placed_it_and_its_footsteps_go_along(shot, move: Callable):
     scene, folder = shot
     first, (place, heading) = prints(folder), starts(folder)
@@ -217,6 +226,25 @@ def test_a_transform_that_no_feet_can_follow_is_named_and_changes_nothing(shot, 
     assert "off its footsteps" in said[0]
     after = digests(folder)
     assert {name for name in after if after[name] != untouched[name]} == {File.OVERRIDES, File.CROWD, File.REPORT}
+
+
+def test_a_plan_of_an_agent_that_is_moved_is_edited_in_usdview_too(shot):
+    scene, folder = shot
+    with edited(folder) as stage:
+        turn(UsdGeom.Xformable(stage.GetPrimAtPath(AGENT)))
+    remake(scene, folder)
+    first = prints(folder)
+    stage = Usd.Stage.Open(str(folder / File.CROWD))
+    stage.Reload()
+    move_selected(
+        stage,
+        Selection(paths=(Sdf.Path(PLAN),), instances={Sdf.Path(PLAN): frozenset({4})}),
+        Usd.TimeCode(0),
+        ahead=0.05,
+        left=0.0,
+    )
+    change = prints(folder) - first
+    assert np.linalg.norm(change, axis=1) == pytest.approx([0.05 * (row == 4) for row in range(len(first))], abs=1e-4)
 
 
 def test_footsteps_edited_after_the_agent_was_moved_are_not_moved_twice(shot):

@@ -116,6 +116,7 @@ def test_chunks_of_which_the_report_tells_are_not_opened(crowd_scene, folder, mo
     mute(folder, "Agent_0")
     opened = []
     monkeypatch.setattr("usdfoot.readers.chunks._opened", lambda path, **_: opened.append(path.name))
+    monkeypatch.setattr("usdfoot.batch.earlier.read_data", lambda path: opened.append(path.name))
     assert animate(crowd_scene, folder, chunk_size=1).kept == AGENTS - 1
     assert not opened
 

@@ -69,6 +69,18 @@ def test_steps_become_shorter_in_curves_and_on_slopes_both_ways():
     assert len(down) > 1.3 * len(plan_path(straight(), LEVEL))
 
 
+@pytest.mark.parametrize("speed", [1.3, 3.0])
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_the_steeper_the_shorter_also_where_it_is_too_steep_to_stand(speed, way):
+    lengths = []
+    for slope in way * np.tan(np.radians(np.arange(1.0, 50.0, 4.0))):
+        ramp = Ground(terrain_of([slab((-9.0, 9.0), (-1.0, 13.0), (-slope, 13.0 * slope))]))
+        path = WalkingPath(name="/Up", points=np.array([(0.0, 0.0, 0.0), (0.0, 12.0 * slope, 12.0)]), speed=speed)
+        lengths.append(np.diff(plan_path(path, ramp).positions[:, 2])[2:-2].mean())
+    assert np.all(np.diff(lengths) <= 0.06 * lengths[-1])  # treads are looked for at every 0.035 of a step
+    assert lengths[-1] < 0.4 * lengths[0]
+
+
 @pytest.mark.parametrize("speed", [1.4, 2.2, 3.0])
 def test_who_turns_slows_down_in_time(speed):
     turn = np.linspace(0.0, np.pi, 40)
@@ -197,6 +209,11 @@ def twisted(ways, before, sample, side, footholds, body):
     return (max(-apart, 0.0) / (0.25 * body.foot_length)) ** 2 + (max(abs(turn) - 0.9, 0.0) / 0.9) ** 2
 
 
+def relative(arcs, wanted, before, sample):
+    """How long a step is over how long it should be."""
+    return (arcs[sample] - arcs[before]) / (0.5 * (wanted[before] + wanted[sample]))
+
+
 def test_treads_are_the_cheapest_way_over_samples_and_feet():
     """Against a search over the graph of all steps, edge by edge."""
     ridge = slab((-9.0, 9.0), (1.95, 2.05), (1.3, 1.3))
@@ -229,9 +246,10 @@ def test_treads_are_the_cheapest_way_over_samples_and_feet():
                     (
                         best[before, 1 - side][0]
                         + 1e-3
-                        + ((arcs[sample] - arcs[before]) / (0.5 * (wanted[before] + wanted[sample])) - 1.0) ** 2
+                        + (relative(arcs, wanted, before, sample) - 1.0) ** 2
                         + (climbed(heights, before, sample, side) / (0.22 * body.leg_length)) ** 4
                         + costs[sample, side]
+                        * (max(relative(arcs, wanted, before, sample), 1.0) if costs[sample, side] >= 100.0 else 1.0)
                         + twisted(ways, own.start + before, own.start + sample, side, footholds, body),
                         [*best[before, 1 - side][1], sample],
                     )

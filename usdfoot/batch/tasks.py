@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from usdfoot.model.agent import Agent, Follower
 from usdfoot.model.limits import Limits
 from usdfoot.physics.motion_options import MotionOptions
 
-__all__ = ["ChunkTask", "EarlyTask", "agents_a_chunk", "cut_chunks", "early_task", "inputs_of", "with_earlier"]
+__all__ = ["ChunkTask", "EarlyTask", "agents_a_chunk", "cut_chunks", "early_task", "inputs_of"]
 
 LARGE_CROWD = 4
 """From so many chunks on a crowd keeps its clips' analysis: of a smaller one that would be much of what it is."""
@@ -137,11 +137,6 @@ def early_task(task: ChunkTask) -> EarlyTask:
         folder=task.folder,
         agents=task.agents,
     )
-
-
-def with_earlier(task: ChunkTask, made: Mapping[tuple[str, str], ChunkFiles]) -> ChunkTask:
-    """The task with what there is of its agents, `made` by name and hash."""
-    return replace(task, earlier=tuple(made.get(key) for key in zip(task.agents, task.hashes, strict=True)))
 
 
 def inputs_of(layers: Sequence[str], folder: Path) -> str:

@@ -22,7 +22,7 @@ from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.provenance import CHUNK_SIZE, CallRecord, provenance_of
 from usdfoot.pipeline.report import AnimateReport, report_json
 from usdfoot.pipeline.unchanged import EarlierCrowd, find_earlier
-from usdfoot.readers.chunks import find_agents, is_intact, read_record
+from usdfoot.readers.chunks import is_intact, read_record
 from usdfoot.readers.stage import has_marked, identifier_of, is_as_saved, layers_of, open_stage
 from usdfoot.writers.folder_lock import lock_folder
 from usdfoot.writers.paths import folder_path
@@ -169,7 +169,8 @@ def animate_chunk(
         SceneError: If the scene cannot be opened, no agent can be used, or there is no such chunk.
         OutputError: If the folder cannot be written to or the output would replace the input.
     """
-    from usdfoot.batch.tasks import agents_a_chunk, with_earlier
+    from usdfoot.batch.earlier import find_agents, with_earlier
+    from usdfoot.batch.tasks import agents_a_chunk
 
     options, target = options or MotionOptions(), folder_path(folder)
     call = CallRecord(
@@ -305,8 +306,9 @@ def _make_chunks(
     earlier: EarlierCrowd,
 ) -> tuple[ChunkRecord, ...]:
     """Records of all chunks, kept or made."""
+    from usdfoot.batch.earlier import find_agents, with_earlier
     from usdfoot.batch.running import run_chunks
-    from usdfoot.batch.tasks import early_task, with_earlier
+    from usdfoot.batch.tasks import early_task
 
     tasks = shot.tasks
     records = [_kept_record(task, shot.folder, earlier) for task in tasks]

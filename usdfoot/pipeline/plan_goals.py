@@ -75,7 +75,7 @@ def plan_scene_crowd(
         found,
         made,
         output,
-        problems=(*slowed, *problems),
+        problems=(*found.moving.doubts(), *slowed, *problems),
         made_by={"planner": "crowd", "duration": duration, "options": asdict(options)},
         timed=False,
     )
@@ -182,7 +182,8 @@ def plan_scene_stones(
     options, ways = options or GoalOptions(), StoneOptions(on=on, spacing=spacing, reach=reach, leaps=leaps)
     progress("read", 0, 0)
     found = read_goal_scene(scene, options, with_goals=True, limits=limits)
-    made, problems = cross_stones(found, ways, progress=progress)
+    made, faults = cross_stones(found, ways, progress=progress)
+    problems = (*found.moving.doubts(), *faults)
     progress("write", 0, 0)
     made_by = {"planner": "stones", "reach": reach, "leaps": leaps, "spacing": spacing, "options": asdict(options)}
     return save_goal_plans(found, made, output, problems=problems, made_by=made_by, alone=True)

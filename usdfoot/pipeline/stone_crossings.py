@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from usdfoot.analysis.hip_spacing import hip_width
 from usdfoot.batch.analysed import build_once
 from usdfoot.engine.options import EngineOptions
 from usdfoot.errors import PlanError, UsdfootError
@@ -86,9 +87,9 @@ def cross_stones(
 
 
 def _reach_of(library: ClipLibrary, options: StoneOptions) -> Reach:
-    """How far a library's steps go; without clips as far as its legs allow."""
+    """How far a library's steps go; without clips as far as its legs allow, from hips as far apart as its own are."""
     if options.reach == "biped" or not library.clips:
-        return reach_of_biped(library.biped)
+        return reach_of_biped(library.biped, hip_width=hip_width(library.skeleton, library.biped))
     examples, _ = build_once(library, samples=EngineOptions().samples)
     return reach_of_examples(examples, library.biped, leaps=options.leaps)
 

@@ -90,9 +90,10 @@ def _is_same(scene: Any, folder: Path, options: MotionOptions, call: CallRecord)
 def _read_report(folder: Path) -> tuple[dict[str, Any], list[ChunkRecord]] | None:
     """report.json without its agents, which are most of it, and its chunks' records; None if of other versions."""
     try:
-        before, _, text = (folder / File.REPORT).read_text(encoding="utf-8").partition(_AGENTS)
-        agents, _, after = text.partition(_END)
-        report = json.loads(f"{before}{_AGENTS}{_END}{after}")
+        text = (folder / File.REPORT).read_text(encoding="utf-8")
+        start = text.index(_AGENTS) + len(_AGENTS)
+        end = text.index(_END, start)
+        agents, report = text[start:end], json.loads(text[:start] + text[end:])
         is_ours = report["versions"] == {"usdfoot": __version__, **library_versions()}
         is_ours = is_ours and isinstance(report["files"], dict)
         return (report, read_records(report["chunks"], agents.split(",\n"))) if is_ours else None

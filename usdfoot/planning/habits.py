@@ -12,7 +12,7 @@ from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.examples import Examples
 from usdfoot.spaces.landings import end_landings, left_landings, root_velocities
 
-__all__ = ["PEOPLE", "Habits", "find_habits"]
+__all__ = ["PEOPLE", "Habits", "fastest_step", "find_habits"]
 
 STEADY = 0.3
 """A steady step is as long as the one before it, up to this part of their mean, and goes no more than this part of its
@@ -80,6 +80,12 @@ def find_habits(examples: Examples, *, leg_length: float) -> Habits:
         easy_step=_median(speeds * durations / leg_length, walks, PEOPLE.easy_step),
         step_width=_median(landings[:, 0] / leg_length, walks, PEOPLE.step_width),
     )
+
+
+def fastest_step(examples: Examples) -> float:
+    """Speed of the fastest step of clips [m/s]; without any step there is no limit."""
+    speeds = np.linalg.norm(examples.landings, axis=1) / examples.durations
+    return float(speeds.max(initial=0.0)) or float("inf")
 
 
 def _steady(examples: Examples, leg_length: float) -> BoolArray:

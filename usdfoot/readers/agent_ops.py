@@ -20,6 +20,11 @@ from usdfoot.readers.overrides import new_layer
 __all__ = ["displacement_of", "has_ops", "read_agent_ops"]
 
 _XFORM_OPS = "xformOp"
+LONGEST_LEVER = 0.5
+"""Farther from the agent than this a pivot of usdfoot's own turn would let planted feet drift between samples [m]: a
+lever l that turns by a from one sample to the next is off by l a^2 / 8 halfway."""
+_ROUNDED = 1e-9
+_STILL = np.eye(4)
 _EARLIEST = Usd.TimeCode.EarliestTime()
 """A single sample counts at any time, as does a value at none."""
 
@@ -52,26 +57,35 @@ def read_agent_ops(over: Usd.Prim, character: Character, start: Displacement, *,
         raise _unfollowed(over, f"{', '.join(moving)} is animated, and footsteps stand still")
     names, matrices = [op.GetOpName() for op in ops], [np.array(op.GetOpTransform(_EARLIEST)) for op in ops]
     undo_stance = np.linalg.inv(stance_matrix(character))
+    whole = undo_stance @ _product(matrices)
+    _require_planar(over, whole, units)
     if free != own:
-        place = undo_stance @ _product(matrices)
-        _require_planar(over, place, units)
-        identity = np.eye(4)
-        held = planar_matrix(place, units)
-        return AgentOps(before=identity, between=identity, after=identity, start=start, held=held)
+        return _held(whole, start, units)
     translate, turn = map(names.index, own)
     before, between = _product(matrices[:translate]), _product(matrices[translate + 1 : turn])
     after = undo_stance @ _product(matrices[turn + 1 :])
     for part in (before, between, after):
         _require_planar(over, part, units)
-    found = AgentOps(before=before, between=between, after=after, start=start)
-    return found if any(np.abs(part - np.eye(4)).max() > 0.0 for part in (before, between, after)) else None
+    if max(np.linalg.norm(part[3, :3]) for part in (between, after)) * units.meters_per_unit > LONGEST_LEVER:
+        return _held(whole, start, units)
+    parts = [
+        _STILL if np.allclose(part, _STILL, rtol=0.0, atol=_ROUNDED) else part for part in (before, between, after)
+    ]
+    if all(part is _STILL for part in parts):
+        return None
+    return AgentOps(before=parts[0], between=parts[1], after=parts[2], start=start)
+
+
+def _held(place: FloatArray, start: Displacement, units: StageUnits) -> AgentOps:
+    """Transforms that leave the agent's prim where they put it (row vectors), shape (4, 4)."""
+    return AgentOps(before=_STILL, between=_STILL, after=_STILL, start=start, held=planar_matrix(place, units))
 
 
 def displacement_of(ops: AgentOps, units: StageUnits) -> Displacement:
     """How the artists' transforms move the agent: as far as they move it at its start."""
     if ops.held is not None:
         return Displacement.between(ops.start, ops.held)
-    if all(np.array_equal(part, np.eye(4)) for part in (ops.between, ops.after)):
+    if all(np.array_equal(part, _STILL) for part in (ops.between, ops.after)):
         return planar_matrix(ops.before, units)  # wherever it starts
     own = matrix_of(ops.start, units)
     place, turn = np.eye(4), own.copy()

@@ -90,6 +90,8 @@ class PlacementReader:
         if walker and walker.name == source.name:
             plan_move = move.of_prim if move else STILL if self._says_moved(source.name) else None
             frame = frame if plan_move is None else self._frame(source.name, plan_move)
+        if walker is None and self._overrides.is_muted(path.name):
+            self._warn(source.name, f"the plan it walks is not written, since {path.name} is muted. hide that instead")
         if ops and not (move and plan_move):
             self._warn(source.name, f"its transform is not followed, since {path} has a place of its own. move that")
         is_placed = any(part is not None for part in (frame, plan_move, ops))

@@ -34,9 +34,11 @@ from usdfoot.readers.frames import find_frames, frames_problems, rate_problems, 
 from usdfoot.readers.listing import ListedScene, list_scene
 from usdfoot.readers.overrides import read_overrides
 from usdfoot.readers.placements import PlacementReader
+from usdfoot.readers.recasting import recast
 from usdfoot.readers.stage import StagePrims
 from usdfoot.readers.terrain import read_terrain
 from usdfoot.readers.tuning import UNTUNED
+from usdfoot.readers.unfollowed import find_unfollowed
 from usdfoot.readers.visibility import read_visibilities
 from usdfoot.readers.walks import WalkReader
 
@@ -121,7 +123,8 @@ class SceneReader:
         self._motion, self._tuning, self._sampling_options, self._limits = motion, tuning, sampling, limits
         self._overrides = read_overrides(crowd, self.info.units, most_footsteps=limits.footsteps)
         self.names = tuple(source.name for source in listed.chosen)
-        self._chosen = self._overrides.over(listed.chosen)
+        over = self._overrides.over(listed.chosen)
+        self._chosen, self._recast_problems = recast(over, stage, everyone=listed.everyone)
         self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units, limits=limits)
         self._doubts: dict[str, tuple[Problem, ...]] = {}
         self._walks = WalkReader(
@@ -132,7 +135,7 @@ class SceneReader:
             planned=self._plan_paths(stage, prims, motion, build),
             most_footsteps=limits.footsteps,
         )
-        everyone = self._overrides.over(listed.everyone)
+        everyone, _ = recast(self._overrides.over(listed.everyone), stage, everyone=listed.everyone)
         self._placer = PlacementReader(self._overrides, self._walks, everyone=everyone, units=self.info.units)
         self._placements: dict[str, Placement] = {}
         spans = spans_of(self._walks.read_all(self._chosen) if foreseen else (), self.info)
@@ -194,7 +197,8 @@ class SceneReader:
         followers = [performer for performer in everyone if isinstance(performer, Follower)]
         problems = (
             *self._listed.problems,
-            *self._overrides.unread({source.name for source in self._listed.everyone}),
+            *find_unfollowed(self._overrides, {source.name for source in self._listed.everyone}),
+            *self._recast_problems,
             *self._walks.problems,
             *self._placer.problems,
             *self._frame_problems,

@@ -59,7 +59,9 @@ _EARLIEST = Usd.TimeCode.EarliestTime()
 
 
 def open_stage(scene: str | os.PathLike[str] | Usd.Stage) -> Usd.Stage:
-    """The stage of a file, or the stage given.
+    """The stage of a file as it is on disk now, or the stage given.
+
+    What this process edited of a file and did not save stays.
 
     Raises:
         SceneError: If the file does not exist or is not USD.
@@ -78,6 +80,8 @@ def open_stage(scene: str | os.PathLike[str] | Usd.Stage) -> Usd.Stage:
         raise SceneError(path, "no such file", f"give a {_EXTENSIONS} file")
     try:
         stage = Usd.Stage.Open(path)
+        while stage and _reload_written(stage):  # after which it may have other layers
+            pass
     except Tf.ErrorException as error:
         raise SceneError(path, "cannot be opened as USD", usd_reason(error)) from error
     if not stage:
@@ -291,6 +295,12 @@ def walk_stage(stage: Usd.Stage, *, most: int = DEFAULT_LIMITS.prims) -> Iterato
 
 def _has_rate(stage: Usd.Stage) -> bool:
     return stage.HasAuthoredMetadata("timeCodesPerSecond") or stage.HasAuthoredMetadata("framesPerSecond")
+
+
+def _reload_written(stage: Usd.Stage) -> bool:
+    """Has a stage show what others wrote into files that this process had open; whether there was any."""
+    layers = [layer for layer in _shared_layers(stage) if not (layer.anonymous or layer.dirty)]
+    return any([layer.Reload() for layer in layers])
 
 
 def _shared_layers(stage: Usd.Stage) -> list[Sdf.Layer]:
