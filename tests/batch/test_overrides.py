@@ -296,14 +296,18 @@ def test_another_character_referenced_over_an_agent_is_named(shot, stages):
     assert said.startswith("overrides.usda /Crowd/Agents/Agent_1: holds a Skeleton that is not animated")
 
 
-def test_a_plan_of_a_muted_agent_is_named_where_another_one_walks_it(shot):
+@pytest.mark.parametrize("is_muted", [False, True])
+def test_a_plan_of_an_agent_that_is_not_made_is_named_where_another_one_walks_it(shot, is_muted):
     scene, folder = shot
     with edited(folder) as stage:
         agent = stage.GetPrimAtPath("/Crowd/Agents/Agent_0")
         agent.GetRelationship("usdfoot:agent:plan").SetTargets(["/Crowd/Plans/Agent_1"])
-        stage.GetPrimAtPath("/Crowd/Agents/Agent_1").SetActive(False)
-    [said] = [p.message for p in animate(scene, folder, chunk_size=1).problems if p.where.startswith("overrides.usda")]
-    reason = "the plan it walks is not written, since Agent_1 is muted. hide that instead"
+        stage.GetPrimAtPath("/Crowd/Agents/Agent_1").SetActive(not is_muted)
+    report = animate(scene, folder, chunk_size=1, agents="*" if is_muted else ("Agent_0", "Agent_2"))
+    [said] = [problem.message for problem in report.problems if problem.where.startswith("overrides.usda")]
+    reason = (
+        "the plan it walks is not written, since Agent_1 is muted or not asked for. hide that instead, or ask for it"
+    )
     assert said == f"overrides.usda /Crowd/Agents/Agent_0: {reason}"
 
 

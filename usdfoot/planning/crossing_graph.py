@@ -28,7 +28,7 @@ ROUNDED = 1e-9
 """Feet one behind the other do not cross [m]."""
 TURNED = 1e-9
 """Turns may be larger than the largest by rounding [rad]."""
-MOST_NODES = 10_000_000
+MOST_NODES = 4_000_000
 """Of all searches at once at most, for memory's sake."""
 
 

@@ -266,7 +266,8 @@ def plan_wanders(
 ) -> list[FootstepPlan | PlanError]:
     """Plans of N who wander in one world, each as by `plan_wander` alone, or why there is none.
 
-    All take each footstep at once. They do not see each other.
+    All take each footstep at once. They do not see each other. The route to each goal, 100 bytes a cell of
+    half a radius, is held until all have arrived.
 
     Args:
         world: Bounds, obstacles, terrain.

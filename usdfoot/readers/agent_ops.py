@@ -54,7 +54,8 @@ def read_agent_ops(over: Usd.Prim, character: Character, start: Displacement, *,
         raise _unfollowed(over, "its xformOpOrder inverts what usdfoot authors")
     moving = [op.GetOpName() for op in ops if op.MightBeTimeVarying()]
     if moving:
-        raise _unfollowed(over, f"{', '.join(moving)} is animated, and footsteps stand still")
+        what = f"{', '.join(moving)} is animated, and footsteps stand still"
+        raise _unfollowed(over, what, "author one value, which says where the agent starts")
     names, matrices = [op.GetOpName() for op in ops], [np.array(op.GetOpTransform(_EARLIEST)) for op in ops]
     undo_stance = np.linalg.inv(stance_matrix(character))
     whole = undo_stance @ _product(matrices)
@@ -139,6 +140,6 @@ def _require_planar(over: Usd.Prim, matrix: FloatArray, units: StageUnits) -> No
         raise _unfollowed(over, f"its transform {fault}")
 
 
-def _unfollowed(over: Usd.Prim, what: str) -> SceneError:
-    remedy = "let it only move the agent and turn it about the vertical, beside usdfoot's own xformOps, or take it away"
-    return SceneError(over.GetPath(), what, remedy)
+def _unfollowed(over: Usd.Prim, what: str, remedy: str = "") -> SceneError:
+    usual = "let it only move the agent and turn it about the vertical, beside usdfoot's own xformOps, or take it away"
+    return SceneError(over.GetPath(), what, remedy or usual)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,15 +58,23 @@ class PlacementReader:
         overrides: Of the artists.
         walks: Of the agents.
         everyone: All agents of the scene, with what the artists say of each.
+        absent: Names of those who are not made.
         units: Of the scene.
     """
 
     def __init__(
-        self, overrides: Overrides, walks: WalkReader, *, everyone: Sequence[AgentSource], units: StageUnits
+        self,
+        overrides: Overrides,
+        walks: WalkReader,
+        *,
+        everyone: Sequence[AgentSource],
+        absent: Collection[str],
+        units: StageUnits,
     ) -> None:
         self._overrides = overrides
         self._walks = walks
         self._everyone = {source.name: source for source in everyone}
+        self._absent = absent
         self._units = units
         self._ops: dict[str, AgentOps | None] = {}
         self.problems: list[Problem] = []
@@ -90,8 +98,9 @@ class PlacementReader:
         if walker and walker.name == source.name:
             plan_move = move.of_prim if move else STILL if self._says_moved(source.name) else None
             frame = frame if plan_move is None else self._frame(source.name, plan_move)
-        if walker is None and self._overrides.is_muted(path.name):
-            self._warn(source.name, f"the plan it walks is not written, since {path.name} is muted. hide that instead")
+        if path.GetParentPath() == Prim.PLANS and path.name in self._absent:
+            reason = f"the plan it walks is not written, since {path.name} is muted or not asked for"
+            self._warn(source.name, f"{reason}. hide that instead, or ask for it")
         if ops and not (move and plan_move):
             self._warn(source.name, f"its transform is not followed, since {path} has a place of its own. move that")
         is_placed = any(part is not None for part in (frame, plan_move, ops))

@@ -136,7 +136,10 @@ class SceneReader:
             most_footsteps=limits.footsteps,
         )
         everyone, _ = recast(self._overrides.over(listed.everyone), stage, everyone=listed.everyone)
-        self._placer = PlacementReader(self._overrides, self._walks, everyone=everyone, units=self.info.units)
+        absent = {source.name for source in listed.everyone} - {source.name for source in self._chosen}
+        self._placer = PlacementReader(
+            self._overrides, self._walks, everyone=everyone, absent=absent, units=self.info.units
+        )
         self._placements: dict[str, Placement] = {}
         spans = spans_of(self._walks.read_all(self._chosen) if foreseen else (), self.info)
         codes = find_frames(spans, self.info, frames, most=limits.frames)
