@@ -108,6 +108,7 @@ def _plans(party: Party, tracks: Tracks, terrain: Terrain, faults: list[Problem]
         yaws=np.array([np.nan if seeker.yaw is None else seeker.yaw for seeker in seekers]),
         heights=_on_ground(tracks, starts[:, 1], ground),
         turned=tracks.turned,
+        legs=np.array([seeker.body.leg_length for seeker in seekers]),
         names=[seeker.name for seeker in seekers],
     )
     curves = CurveBatches(trajectories, smoothing_time=SMOOTHING)
