@@ -18,6 +18,7 @@ from benching.crowd import crowd_times, draw_growth, growth_exponent
 from benching.disk import disk_times
 from benching.kernels import frame_times, step_times
 from benching.physics import physics_times
+from benching.plans import plan_times
 from benching.realtime import realtime_times
 from benching.spaces import space_figures
 
@@ -40,6 +41,8 @@ TARGETS = {
     "locate, weights, correction [us]": "<= 30",
     "agents at 25 frames a second": ">= 1500 ([B]: 60)",
     "ratio": "<= 1.5",
+    "together": "<= 1",
+    "footsteps, together": "<= 1",
     "12 steps": "<= 10",
     "one footstep more": "<= 1",
 }
@@ -60,6 +63,7 @@ def measure(*, agents: int, frames: int) -> dict[str, dict[str, float]]:
     figures[f"real time, {REALTIME_AGENTS} agents, {JOINTS[-1]} joints"] = realtime_times(
         few, JOINTS[-1], agents=REALTIME_AGENTS
     )
+    figures |= {f"plan of 12 footsteps, {name} [ms]": parts for name, parts in plan_times().items()}
     figures["physics, centre of mass [ms]"] = physics_times(measure_biped(library.skeleton, library.biped))
     figures[f"disk, {agents} agents x {frames} frames [s]"] = disk_times(STAGES, agents=agents, frames=frames)
     return figures

@@ -64,6 +64,14 @@ def crowd(crowd_scene, tmp_path_factory):
     return animate(crowd_scene, tmp_path_factory.mktemp("made") / "out", chunk_size=1)
 
 
+@pytest.fixture
+def shot(stages, tmp_path):
+    """A crowd that has been made, its scene and its folder."""
+    scene = write_crowd_scene(stages, tmp_path / "scene")
+    animate(scene, tmp_path / "out", chunk_size=1)
+    return scene, tmp_path / "out"
+
+
 @pytest.fixture(scope="session")
 def pairs(crowd_scene, tmp_path_factory):
     """Report of the crowd in chunks of two agents, made in this process."""

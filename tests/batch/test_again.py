@@ -1,5 +1,6 @@
 """A crowd made again, whatever changed, has the bytes of one made from nothing."""
 
+import os
 import shutil
 
 import numpy as np
@@ -199,6 +200,18 @@ def test_a_chunk_that_somebody_wrote_into_is_made_again(shot, is_only_change):
     if not is_only_change:
         delay_plan(scene, 2, 3.0)
     assert assert_as_new(scene, folder) == int(is_only_change)
+
+
+def test_a_chunk_put_back_with_its_old_time_is_made_again(shot):
+    scene, folder = shot
+    path, report = folder / "anims.0000.usdc", folder / File.REPORT
+    layer = Sdf.Layer.OpenAsAnonymous(str(path))
+    layer.GetPrimAtPath("/Crowd/Anims/Agent_0").documentation = "edited"
+    layer.Export(str(path))
+    older = report.stat().st_mtime_ns - 10**9
+    os.utime(path, ns=(older, older))
+    delay_plan(scene, 2, 3.0)
+    assert assert_as_new(scene, folder) == 0
 
 
 def test_files_of_two_makings_are_no_chunk(shot):

@@ -1,6 +1,5 @@
 """What artists change in overrides.usda is honoured when the crowd is made again, and never overwritten."""
 
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -8,62 +7,11 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom
 
 from tests.batch.conftest import AGENTS, digests, write_crowd_scene
+from tests.batch.edits import edited, liftoffs, remake, strikes
 from usdfoot.bridge.tokens import File
 from usdfoot.errors import SceneError
 from usdfoot.pipeline.animate import animate
-from usdfoot.pipeline.validate import validate
 from usdfoot.readers.scene import SceneReader
-
-
-@pytest.fixture
-def shot(stages, tmp_path):
-    """A crowd that has been made, its scene and its folder."""
-    scene = write_crowd_scene(stages, tmp_path / "scene")
-    animate(scene, tmp_path / "out", chunk_size=1)
-    return scene, tmp_path / "out"
-
-
-@contextmanager
-def edited(folder):
-    """The crowd as a stage whose edits go into overrides.usda, saved and closed when the block ends."""
-    stage = Usd.Stage.Open(str(folder / File.CROWD))
-    stage.Reload()
-    layer = Sdf.Layer.FindOrOpen(str(folder / File.OVERRIDES))
-    stage.SetEditTarget(layer)
-    yield stage
-    layer.Save()
-
-
-def strikes(folder, name):
-    """World positions [stage units] and times [codes] at which the left foot of an agent stands."""
-    stage = Usd.Stage.Open(str(folder / File.CROWD))
-    stage.Reload()
-    prim = stage.GetPrimAtPath(f"/Crowd/Anims/{name}")
-    times = prim.GetAttribute("usdfoot:contact:left:strikeTimes").Get()
-    return np.array(prim.GetAttribute("usdfoot:contact:left:positions").Get()), np.array([float(t) for t in times])
-
-
-def liftoffs(folder, name):
-    """Times [codes] at which an agent's feet leave its footsteps, as executed."""
-    stage = Usd.Stage.Open(str(folder / File.CROWD))
-    stage.Reload()
-    times = stage.GetAttributeAtPath(f"/Crowd/Plans/{name}.usdfoot:plan:liftoffTimes").Get()
-    return np.array([float(code) for code in times])
-
-
-def remake(scene, folder):
-    """The crowd made again; the overrides are as they were and the figures within their targets."""
-    kept = (folder / File.OVERRIDES).read_bytes()
-    report = animate(scene, folder, chunk_size=1)
-    assert (folder / File.OVERRIDES).read_bytes() == kept
-    before = digests(folder)
-    assert animate(scene, folder, chunk_size=1).kept == report.chunks and digests(folder) == before
-    for path in folder.iterdir():
-        layer = Sdf.Layer.Find(str(path))
-        if layer:
-            layer.Reload()  # the test looked at the crowd before
-    assert validate(folder / File.CROWD).passed
-    return report
 
 
 def test_a_muted_agent_is_not_made(shot):
@@ -235,18 +183,13 @@ def test_what_is_said_of_a_written_agent_goes_over_what_the_scene_says(shot):
 def test_what_is_said_of_a_written_agent_and_no_run_follows_is_named(shot):
     scene, folder = shot
     with edited(folder) as stage:
-        UsdGeom.Xformable(stage.GetPrimAtPath("/Crowd/Agents/Agent_0")).AddTranslateOp(opSuffix="aside").Set((1, 0, 0))
-        cast = stage.GetPrimAtPath("/Crowd/Agents/Agent_1").CreateRelationship("usdfoot:agent:character", False)
-        cast.SetTargets(["/World/Cast/Other"])
+        way = stage.GetPrimAtPath("/Crowd/Agents/Agent_1").CreateRelationship("usdfoot:agent:path", False)
+        way.SetTargets(["/World/Way"])
     report = animate(scene, folder, chunk_size=1)
-    assert report.kept == AGENTS and not validate(folder / File.CROWD).passed
+    assert report.kept == AGENTS
     said = [problem.message for problem in report.problems if problem.where.startswith("overrides.usda")]
     where = "overrides.usda /Crowd/Agents"
-    assert len(said) == 2
-    assert said[0].startswith(
-        f"{where}/Agent_0: the agent is moved off its footsteps. move /Crowd/Plans/Agent_0 instead"
-    )
-    assert said[1] == f"{where}/Agent_1: usdfoot:agent:character is not followed here. author it in the scene"
+    assert said == [f"{where}/Agent_1: usdfoot:agent:path is not followed here. author it in the scene"]
 
 
 def test_what_is_said_of_nobody_in_the_scene_is_named(shot):
@@ -288,3 +231,129 @@ def test_agents_hidden_in_the_scene_are_hidden_in_the_crowd_and_share_their_prot
     seen = [[str(UsdGeom.Imageable(agent).ComputeVisibility(code)) for code in (40.0, 80.0)] for agent in agents]
     assert seen == [["invisible"] * 2, ["inherited", "invisible"], ["inherited"] * 2]
     assert len({agent.GetPrototype().GetPath() for agent in agents}) == 1
+
+
+def test_agents_have_the_characters_and_clips_that_artists_give_them(stages, tmp_path):
+    scene, folder = write_crowd_scene(stages, tmp_path / "scene"), tmp_path / "out"
+    stage = Usd.Stage.Open(str(scene))
+    [human] = stage.GetPrimAtPath("/World/Crowd/Agent_0").GetRelationship("usdfoot:agent:character").GetTargets()
+    [clips] = stage.GetPrimAtPath("/World/Crowd/Agent_0").GetRelationship("usdfoot:agent:clips").GetTargets()
+    small = UsdGeom.Xform.Define(stage, "/World/Small")
+    small.AddScaleOp().Set(Gf.Vec3f(0.9, 0.9, 0.9))
+    small = stage.DefinePrim("/World/Small/Human")
+    small.GetReferences().AddInternalReference(human)
+    stage.GetPrimAtPath("/World/Crowd/Agent_2").GetRelationship("usdfoot:agent:character").SetTargets([small.GetPath()])
+    stage.Save()
+    animate(scene, folder, chunk_size=1)
+    few = [f"{clips}/{name}" for name in ("walk_050", "walk_070", "walk_narrow", "stand")]
+    with edited(folder) as crowd:
+        agents = [crowd.GetPrimAtPath(f"/Crowd/Agents/Agent_{number}") for number in range(AGENTS)]
+        agents[0].CreateRelationship("usdfoot:agent:character", False).SetTargets(["/Crowd/Agents/Agent_2"])
+        agents[1].CreateRelationship("usdfoot:agent:character", False).SetTargets([small.GetPath()])
+        agents[1].CreateRelationship("usdfoot:agent:clips", False).SetTargets(few)
+    report = remake(scene, folder)
+    assert report.kept == 1
+    assert {name.rsplit("/", 1)[-1] for name in report.results["Agent_1"].clips} <= {
+        name.rsplit("/", 1)[-1] for name in few
+    }
+    read = SceneReader(scene, crowd=folder).read()
+    assert {agent.character for agent in read.crowd.agents} == {read.crowd.agents[2].character}
+    assert not [problem for problem in report.problems if problem.where.startswith("overrides.usda")]
+
+
+def test_characters_and_clips_that_are_not_there_are_named(shot):
+    scene, folder = shot
+    with edited(folder) as stage:
+        for number, kind in ((0, "character"), (1, "clips")):
+            pointer = stage.GetPrimAtPath(f"/Crowd/Agents/Agent_{number}").CreateRelationship(
+                f"usdfoot:agent:{kind}", False
+            )
+            pointer.SetTargets(["/World/Plans"] if number == 0 else ["/World/Nowhere"])
+        lost = stage.GetPrimAtPath("/Crowd/Agents/Agent_2").CreateAttribute(
+            "xformOp:rotateXYZ", Sdf.ValueTypeNames.Float3
+        )
+        lost.Set(Gf.Vec3f(0.0, 90.0, 0.0))
+        UsdGeom.Xformable(stage.GetPrimAtPath("/Crowd")).AddTranslateOp().Set(Gf.Vec3d(1.0, 0.0, 0.0))
+    report = animate(scene, folder, chunk_size=1)
+    assert report.kept == AGENTS
+    said = [problem.message for problem in report.problems if problem.where.startswith("overrides.usda")]
+    where, keeps = "overrides.usda /Crowd/Agents/Agent_", "what the scene says is kept"
+    nobody, nowhere = "points at no character: /World/Plans", "points at what does not exist: /World/Nowhere"
+    assert set(said) == {
+        "overrides.usda /Crowd: contacts and terrain do not go with its transform. "
+        "move the prim that references the crowd",
+        f"{where}0: usdfoot:agent:character {nobody}. give a prim of the scene, or an agent. {keeps}",
+        f"{where}1: usdfoot:agent:clips {nowhere}. correct the target. {keeps}",
+        f"{where}2: xformOp:rotateXYZ is not in xformOpOrder and moves nothing. list it there",
+    }
+
+
+def test_another_character_referenced_over_an_agent_is_named(shot, stages):
+    scene, folder = shot
+    with edited(folder) as stage:
+        stage.GetPrimAtPath("/Crowd/Agents/Agent_1").GetReferences().AddReference(str(stages / "bird.usdc"))
+    [said] = [p.message for p in animate(scene, folder, chunk_size=1).problems if p.where.startswith("overrides.usda")]
+    assert said.startswith("overrides.usda /Crowd/Agents/Agent_1: holds a Skeleton that is not animated")
+
+
+@pytest.mark.parametrize("is_muted", [False, True])
+def test_a_plan_of_an_agent_that_is_not_made_is_named_where_another_one_walks_it(shot, is_muted):
+    scene, folder = shot
+    with edited(folder) as stage:
+        agent = stage.GetPrimAtPath("/Crowd/Agents/Agent_0")
+        agent.GetRelationship("usdfoot:agent:plan").SetTargets(["/Crowd/Plans/Agent_1"])
+        stage.GetPrimAtPath("/Crowd/Agents/Agent_1").SetActive(not is_muted)
+    report = animate(scene, folder, chunk_size=1, agents="*" if is_muted else ("Agent_0", "Agent_2"))
+    [said] = [problem.message for problem in report.problems if problem.where.startswith("overrides.usda")]
+    reason = (
+        "the plan it walks is not written, since Agent_1 is muted or not asked for. hide that instead, or ask for it"
+    )
+    assert said == f"overrides.usda /Crowd/Agents/Agent_0: {reason}"
+
+
+def test_layers_below_the_overrides_count_with_their_offsets(shot):
+    """As of artists who each have a layer of their own."""
+    scene, folder = shot
+    _, before = strikes(folder, "Agent_1")
+    with edited(folder) as stage:
+        for name in ("strikeTimes", "liftoffTimes"):
+            attribute = stage.GetPrimAtPath("/Crowd/Plans/Agent_1").GetAttribute(f"usdfoot:plan:{name}")
+            attribute.Set(attribute.Get())
+        stage.GetPrimAtPath("/Crowd/Agents/Agent_2").SetActive(False)
+        UsdGeom.Xformable(stage.GetPrimAtPath("/Crowd/Agents/Agent_0")).AddTranslateOp(opSuffix="edit").Set((1, 0, 0))
+    overrides = Sdf.Layer.FindOrOpen(str(folder / File.OVERRIDES))
+    below = Sdf.Layer.CreateNew(str(folder / "layout.usda"))
+    below.TransferContent(overrides)
+    below.Save()
+    for path in [prim.path for prim in overrides.rootPrims]:
+        del overrides.rootPrims[path.name]
+    overrides.subLayerPaths = ["./layout.usda"]
+    overrides.subLayerOffsets[0] = Sdf.LayerOffset(15.0)
+    overrides.Save()
+    report = remake(scene, folder)
+    assert sorted(report.results) == ["Agent_0", "Agent_1"] and report.kept == 0
+    np.testing.assert_allclose(strikes(folder, "Agent_1")[1], before + 15.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("collect", [False, True])
+def test_a_shot_references_a_crowd_with_moved_agents_twice(shot, collect):
+    scene, folder = shot
+    with edited(folder) as stage:
+        UsdGeom.Xformable(stage.GetPrimAtPath("/Crowd/Agents/Agent_1")).AddTranslateOp(opSuffix="edit").Set((1, 0, 0))
+        UsdGeom.Imageable(stage.GetPrimAtPath("/Crowd/Agents/Agent_0")).MakeInvisible()
+    animate(scene, folder, chunk_size=1, collect=collect)
+    seen = Usd.Stage.CreateInMemory()
+    seen.SetTimeCodesPerSecond(Usd.Stage.Open(str(folder / File.CROWD)).GetTimeCodesPerSecond())
+    for name, offset in (("Now", 0.0), ("Later", 12.0)):
+        prim = seen.DefinePrim(f"/{name}")
+        prim.GetReferences().AddReference(str(folder / File.CROWD), layerOffset=Sdf.LayerOffset(offset))
+        UsdGeom.Xformable(prim).AddTranslateOp().Set(Gf.Vec3d(0.0, 0.0, offset))
+    alone = Usd.Stage.Open(str(folder / File.CROWD))
+
+    def place(stage, path, code):
+        return np.array(UsdGeom.XformCache(code).GetLocalToWorldTransform(stage.GetPrimAtPath(path)))[3, :3]
+
+    for kind in ("Agents", "Plans"):
+        wanted = place(alone, f"/Crowd/{kind}/Agent_1", 60.0)
+        np.testing.assert_allclose(place(seen, f"/Now/{kind}/Agent_1", 60.0), wanted, atol=1e-9)
+        np.testing.assert_allclose(place(seen, f"/Later/{kind}/Agent_1", 72.0), wanted + [0.0, 0.0, 12.0], atol=1e-9)

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pxr import Sdf, Usd
+from pxr import Gf, Sdf, Usd, UsdGeom
 
 from tests.batch.conftest import AGENTS, digests
 from usdfoot.bridge.tokens import File
@@ -116,6 +116,7 @@ def test_chunks_of_which_the_report_tells_are_not_opened(crowd_scene, folder, mo
     mute(folder, "Agent_0")
     opened = []
     monkeypatch.setattr("usdfoot.readers.chunks._opened", lambda path, **_: opened.append(path.name))
+    monkeypatch.setattr("usdfoot.batch.earlier.read_data", lambda path: opened.append(path.name))
     assert animate(crowd_scene, folder, chunk_size=1).kept == AGENTS - 1
     assert not opened
 
@@ -124,3 +125,36 @@ def test_a_scene_with_value_clips_is_read_again_as_its_files_do_not_tell(crowd_s
     assert find_earlier(crowd_scene, folder, options=MotionOptions(), call=CALL).unchanged
     monkeypatch.setattr("usdfoot.pipeline.unchanged.has_value_clips", lambda scene, most_prims: True)
     assert find_earlier(crowd_scene, folder, options=MotionOptions(), call=CALL).unchanged is None
+
+
+def move_first(stage):
+    """A metre aside, for whoever looks at this stage alone."""
+    with Usd.EditContext(stage, stage.GetSessionLayer()):
+        plan = UsdGeom.Xformable(stage.GetPrimAtPath("/World/Crowd/Plan_0"))
+        plan.AddTranslateOp(opSuffix="aside").Set(Gf.Vec3d(1.0, 0.0, 0.0))
+
+
+def leave_out_first(stage):
+    """As somebody does who hides a prim, for whoever looks at this stage alone."""
+    with Usd.EditContext(stage, stage.GetSessionLayer()):
+        stage.GetPrimAtPath("/World/Crowd/Agent_0").SetActive(False)
+
+
+def mask_others(stage):
+    """See a part of the stage alone."""
+    parts = ("Crowd/Agent_1", "Crowd/Plan_1", "Library", "Plans", "Walker")
+    stage.SetPopulationMask(Usd.StagePopulationMask([f"/World/{part}" for part in parts]))
+
+
+@pytest.mark.parametrize("edit", [move_first, leave_out_first, mask_others])
+def test_what_is_edited_in_memory_alone_is_made_and_no_part_of_the_files(crowd, crowd_scene, folder, worker, edit):
+    whole = digests(folder)
+    stage = Usd.Stage.Open(str(crowd_scene))
+    edit(stage)
+    edited = animate(stage, folder, chunk_size=1)
+    assert (len(edited.results), edited.kept_agents) != (AGENTS, AGENTS)
+    fresh = folder.with_name(f"{folder.name}_fresh")
+    assert list(animate(stage, fresh, chunk_size=1, executor=worker).results) == list(edited.results)
+    assert digests(fresh) == digests(folder)
+    assert animate(crowd_scene, folder, chunk_size=1).chunks == AGENTS
+    assert digests(folder) == whole

@@ -2,7 +2,10 @@
 
 import argparse
 
+import pytest
+
 from usdfoot.cli.physics_flags import add_physics_flags, body_tuning, physics_options
+from usdfoot.errors import UsdfootError
 from usdfoot.model.tuning import BodyTuning
 from usdfoot.physics.options import PhysicsOptions
 
@@ -28,3 +31,9 @@ def test_what_is_given_is_the_tuning_of_all_agents():
         "com_ahead": -0.05,
         "gravity": 1.62,
     }
+
+
+@pytest.mark.parametrize("spacing", [0.0, 0.05, -1.0])
+def test_hips_in_one_place_are_refused(spacing):
+    with pytest.raises(UsdfootError, match=r"hip_spacing: is .* 0\.1 to 10 is possible"):
+        BodyTuning(hip_spacing=spacing)

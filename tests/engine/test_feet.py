@@ -205,6 +205,29 @@ def test_balls_that_hover_come_down_to_where_they_strike():
     assert heights[left > 0.1][-1] > 0.015
 
 
+def test_balls_that_hover_a_little_above_where_they_would_fall_do_not_stand_there():
+    """Seen at 30 frames a second, whenever these begin: 12 mm over its print a ball that hardly moves is planted."""
+    duration, count = 0.576, 49
+    times = np.linspace(0.0, duration, count)
+    left = duration - times
+    balls = np.zeros((1, count, 3))
+    balls[0, :, 0] = 0.005 * np.minimum(left / 0.1, 1.0) + 2.0 * np.maximum(left - 0.1, 0.0)
+    balls[0, :, 1] = np.interp(left, [0.0, 0.042, 0.075, 0.15, duration], [0.0, 0.0115, 0.0132, 0.022, 0.03])
+    missing = still_early(balls, np.zeros((1, 3)), durations=np.array([duration]))[0]
+
+    def faults(path):
+        found = 0
+        for shift in np.linspace(0.0, 1.0 / 30.0, 12, endpoint=False):
+            frames = np.arange(-0.3, duration + 0.3, 1.0 / 30.0) + shift
+            seen = np.stack([np.interp(frames, times, path[:, axis]) for axis in range(3)], axis=-1)
+            known = {name: np.array([-0.2, at]) for name, at in (("strike_times", duration), ("flat_times", duration))}
+            found += timing_faults(frames, seen, **known, liftoff_times=np.array([0.0, duration + 0.3]))[1, 1]
+        return found
+
+    assert faults(balls[0]) > 0
+    assert faults(balls[0] + missing[:, None] * [0.0, 1.0, 0.0]) == 0
+
+
 def test_legs_pass_each_other(animate, walker_library):
     """Prints on one line: the swinging foot goes around the standing one."""
     plan = way(width=0.0, length=0.55)

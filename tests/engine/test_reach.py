@@ -119,6 +119,17 @@ def test_footsteps_out_of_reach_are_named(walker_library):
     assert f"first footstep {FAR}" in warnings[0]
 
 
+def test_feet_that_stand_farther_apart_than_legs_reach_are_named(walker_library):
+    """Nobody steps there, so that it is neither a step out of reach nor one that IK may not pull to."""
+    plan = replace(way(2), strike_times=np.zeros(2), liftoff_times=np.ones(2), positions=np.diag([0.2, 0.0, 0.0])[:2])
+    stand = replace(plan, positions=np.array([[1.5, 0.0, 0.0], [-1.5, 0.0, 0.0]]))
+    [motion], problems = animate_crowd(crowd(walker_library.source, [stand]))
+    assert motion.results.status == ("ikLimited",) * 2 and motion.results.placement_error.min() > 0.1
+    [warning] = [problem.message for problem in problems if "too short" in problem.message]
+    assert "2 footstep(s) are missed, as the legs are too short for both, first footstep 0" in warning
+    assert not animate_crowd(crowd(walker_library.source, [plan]))[1]
+
+
 @pytest.mark.parametrize("motion", ["clips", "physics", "hybrid"])
 def test_footsteps_off_the_terrain_are_named(walker_library, motion):
     plan = way()

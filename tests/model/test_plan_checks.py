@@ -40,7 +40,7 @@ def drafts(draw: st.DrawFn) -> PlanDraft:
 
 def one_by_one(draft: PlanDraft) -> FootstepPlan | PlanError:
     try:
-        return draft.checked()
+        return FootstepPlan.checked(draft)
     except PlanError as error:
         return error
 

@@ -163,6 +163,20 @@ def test_footsteps_out_of_reach_are_told_of_and_none_is_ok_whose_ball_slides(mot
     assert (found.results.slide[statuses == "ok"] < 3e-3).all()
 
 
+@pytest.mark.parametrize("step", [{"length": 0.0, "width": 0.5}, {"length": -0.4}], ids=["apart", "backward"])
+def test_swings_of_legs_that_are_stretched_at_the_strike_end_where_the_foot_stands(step):
+    """They ended up to 4 mm above: a strike that rounding puts after its frame had the ball slide there."""
+    plan = way(8, step_time=0.55, stand_first=0.6, **step)
+    before = np.array([plan.strike_times[2:-1] - 1e-6, plan.strike_times[2:-1]]).T
+    scene = crowd(library_of(WALKS), [plan], times=np.union1d(np.arange(-1.0, 6.0, 1.0 / 30.0), before))
+    [motion], _ = animate_all(replace(scene, agents=(replace(scene.agents[0], motion="physics"),)))
+    balls = in_world(library_of(WALKS), motion).balls
+    for strikes, side in zip(before, plan.sides[2:-1], strict=True):
+        rows = np.argmin(np.abs(motion.times - strikes[:, None]), axis=1)
+        assert np.abs(motion.times[rows] - strikes).max() < 1e-7
+        assert np.linalg.norm(np.diff(balls[rows, side], axis=0)) < 2e-4
+
+
 def test_a_biped_with_impossible_legs_becomes_a_problem():
     source = library_of(WALKS)
     biped = replace(source.biped, nominal_leg_length=2.0)

@@ -11,6 +11,7 @@ from usdfoot import __version__
 from usdfoot.bridge import tokens
 from usdfoot.errors import OutputError, SceneError
 from usdfoot.pipeline.animate import animate
+from usdfoot.writers.folder_lock import lock_folder
 
 
 def digests(folder):
@@ -94,6 +95,13 @@ def test_a_bad_agent_is_skipped_and_the_crowd_goes_on(scene, tmp_path):
     assert list(report.results) == ["Walker"]
     assert [problem.where for problem in report.skipped] == ["/World/Lost"]
     assert "Nowhere" in json.loads(report.report_file.read_text())["problems"][0]["message"]
+
+
+def test_one_run_at_a_time_writes_into_a_folder(scene, tmp_path):
+    """Of two with different options chunks of both were left, and taken for one's own by every later run."""
+    with lock_folder(tmp_path / "out"), pytest.raises(OutputError, match="another run is writing into it"):
+        animate(scene, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
 
 
 def test_messages_of_what_cannot_be_done(scene, tmp_path):

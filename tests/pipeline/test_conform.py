@@ -2,8 +2,9 @@
 
 import numpy as np
 from numpy.testing import assert_allclose
-from pxr import Gf, Usd, UsdGeom
+from pxr import Gf, Sdf, Usd, UsdGeom
 
+from tests.scenes import Units, add_character, add_mesh, add_plan, new_stage
 from usdfoot.cli.main import main
 
 PLAN = "/World/Plans/Stones"
@@ -26,6 +27,7 @@ def drawn_flat(scene, file):
 def executed(crowd):
     """Positions [m] and statuses of the crowd's only executed plan."""
     stage = Usd.Stage.Open(str(crowd))
+    stage.Reload()
     prim = next(prim for prim in stage.Traverse() if prim.IsA(UsdGeom.PointInstancer))
     statuses = prim.GetAttribute("usdfoot:result:status").Get()
     return np.array(UsdGeom.PointInstancer(prim).GetPositionsAttr().Get()), list(statuses)
@@ -64,3 +66,36 @@ def test_without_terrain_that_is_said(scene, tmp_path, capsys):
     stage.Save()
     main(["animate", str(tmp_path / "bare.usda"), "-o", str(tmp_path / "bare"), "--conform"])
     assert "no terrain to lay footsteps on" in " ".join(capsys.readouterr().err.split())
+
+
+def test_an_agent_that_artists_moved_is_laid_where_it_was_moved_to(tmp_path):
+    """From one side of a slope to the other; without being asked for it keeps its heights, and is off the terrain."""
+    scene = write_slope(tmp_path / "slope.usda")
+    out, crowd = tmp_path / "out", tmp_path / "out/crowd.usd"
+    arguments = ["animate", str(scene), "-o", str(out), "--motion", "physics", "-q"]
+    assert main(arguments) == 0
+    overrides = Sdf.Layer.FindOrOpen(str(out / "overrides.usda"))
+    stage = Usd.Stage.Open(str(crowd))
+    stage.SetEditTarget(overrides)
+    agent = UsdGeom.Xformable(next(iter(stage.GetPrimAtPath("/Crowd/Agents").GetChildren())))
+    agent.AddTranslateOp(opSuffix="edit").Set(Gf.Vec3d(2.0, 0.0, 0.0))
+    overrides.Save()
+    assert main(arguments) == 0
+    assert set(executed(crowd)[1]) == {"offTerrain"}
+    assert main([*arguments, "--conform"]) == 0
+    positions, statuses = executed(crowd)
+    assert set(statuses) == {"ok"}
+    assert_allclose(positions[:, 1], 0.2 * (positions[:, 0] + 2.0), atol=1e-4)
+    assert main(["validate", str(crowd)]) == 0
+
+
+def write_slope(path):
+    """A slope that rises by a fifth to +X, along whose foot somebody walks."""
+    units = Units()
+    stage = new_stage(path, units)
+    corners = [(x, 0.2 * x, z) for x, z in ((-5.0, -3.0), (-5.0, 12.0), (5.0, 12.0), (5.0, -3.0))]
+    add_mesh(stage, "/World/Ground", corners, [[0, 1, 2, 3]], units)
+    add_character(stage, "/World/Person", units, with_body=True)
+    add_plan(stage, "/World/Plan", units)
+    stage.Save()
+    return path

@@ -260,6 +260,24 @@ def _hurried(stage):
     return [fault for fault in lint_scene(stage).faults if fault.kind == "hurried"]
 
 
+def test_who_is_to_go_much_faster_than_its_clips_is_told_how_fast_these_are(stages, tmp_path):
+    copy = copy_stages(stages, tmp_path, kept=("run_320", "run_400", "walk_130", "stand"))
+    scene = tmp_path / "scene.usda"
+    stage = new_stage(scene, Units(rate=30.0))
+    for name, asset in (("Motion", "clips.usdc"), ("Person", "human.usdc")):
+        stage.DefinePrim(f"/World/{name}").GetReferences().AddReference(str(copy / asset))
+    for name, x, speed in (("Sprinter", 0.0, 6.0), ("Runner", 3.0, 4.0)):
+        points = np.array([(x, 0.0, z) for z in (0.0, 6.0, 12.0, 18.0)])
+        add_curve(stage, f"/World/{name}Way", Units(), points, speed=speed)
+        way, person = f"/World/{name}Way", "/World/Person"
+        add_agent(stage, f"/World/{name}", path=way, character=person, clips="/World/Motion/Clips")
+    stage.GetRootLayer().Save()
+    (problem,) = plan_scene_paths(scene, tmp_path / "plans.usdc").problems
+    assert problem.severity == "warning" and problem.where == "Sprinter"
+    assert "is to go 6.00 m/s, 1.5 times as fast as its clips, which go up to 4.0" in problem.message
+    assert "lower usdfoot:path:speed" in problem.message
+
+
 def test_who_has_clips_without_steps_is_planned_as_asked(stages, tmp_path):
     copy = copy_stages(stages, tmp_path, kept=("stand",))
     scene = tmp_path / "scene.usda"

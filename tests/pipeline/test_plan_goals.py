@@ -7,6 +7,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, UsdValidation
 
 from tests.few_clips import copy_stages
 from tests.scenes import OFFSETS, Units, add_character, new_stage
+from usdfoot.bridge.tokens import Agent as Token
 from usdfoot.cli.main import main
 from usdfoot.pipeline.plan_goals import GoalOptions, plan_scene_crowd, plan_scene_stones, plan_scene_wander
 from usdfoot.pipeline.plan_scenario import convert_scenario
@@ -60,6 +61,21 @@ def test_the_river_is_crossed_by_the_bow_and_not_by_the_dead_end(stages, tmp_pat
     middle = plan.positions[np.abs(plan.positions[:, 2]) < 2.5]
     assert middle[:, 0].min() > 1.0, "the straight stones lie at -0.25 m"
     assert np.all(plan.positions[:, 1] > 0.15), "never in the water"
+
+
+def test_who_has_wider_hips_stands_wider_before_and_after_stones(stages, tmp_path):
+    """`--reach biped` is that of the body as animated, whose hips usdfoot:agent:hipSpacing moves."""
+    apart = {}
+    for spacing in (1.0, 1.5):
+        scene = tmp_path / f"river_{spacing}.usda"
+        stage = Usd.Stage.Open(str(stages / "river.usda"))
+        stage.SetEditTarget(stage.GetSessionLayer())
+        agent = next(prim for prim in stage.Traverse() if prim.HasRelationship(Token.GOAL))
+        agent.CreateAttribute(Token.HIP_SPACING, Sdf.ValueTypeNames.Float).Set(spacing)
+        stage.Export(str(scene))
+        (plan,) = plan_scene_stones(scene, tmp_path / "plans.usda", reach="biped").plans.values()
+        apart[spacing] = [np.linalg.norm(np.diff(plan.positions[ends], axis=0)) for ends in ([0, 1], [-2, -1])]
+    np.testing.assert_allclose(apart[1.5], 1.5 * np.array(apart[1.0]), rtol=1e-3)
 
 
 def test_where_no_stones_lead_the_verb_says_how_far_they_do(stages, tmp_path, capsys):

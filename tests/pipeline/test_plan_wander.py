@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pxr import Gf, Usd, UsdGeom
+from pxr import Gf, Sdf, Usd, UsdGeom
 
 from tests.scenes import Units, add_ground, add_mesh, new_stage
-from usdfoot.bridge.tokens import Agent, Schema
+from usdfoot.bridge.tokens import Agent, Path, Schema
 from usdfoot.cli.main import main
 from usdfoot.pipeline.lint import lint_scene
-from usdfoot.pipeline.plan_goals import plan_scene_wander
+from usdfoot.pipeline.plan import plan_scene_paths
+from usdfoot.pipeline.plan_goals import plan_scene_crowd, plan_scene_wander
+from usdfoot.pipeline.plan_trajectories import plan_scene_trajectories
 from usdfoot.planning.world import Obstacle, World, box_outline, clearances
 
 UNITS = Units(0.01, "Z", 30.0)
@@ -29,6 +31,11 @@ def crossing(time: float) -> np.ndarray:
 def leaving(time: float) -> np.ndarray:
     """A cart that stands in the way and drives off."""
     return np.array([min(1.5 * time, 8.0), 0.0, 3.0])
+
+
+def parking(time: float) -> np.ndarray:
+    """A cart that drives onto the way from the left and stays there."""
+    return np.array([min(2.0 * time - 8.0, 0.0), 0.0, 5.0])
 
 
 def park(path, way, *, by: str) -> Usd.Stage:
@@ -109,6 +116,37 @@ def test_lint_looks_at_animated_obstacles_as_each_foot_strikes(tmp_path, capsys)
         faults[by] = [fault.message for fault in lint_scene(both).faults if fault.kind == "obstacle"]
     assert faults["prim"] == []
     assert faults["nothing"] and all("the obstacle /World/Cart/Body" in message for message in faults["nothing"])
+
+
+@pytest.mark.parametrize("planner", ["path", "crowd", "trajectories"])
+def test_planners_that_know_it_only_at_the_start_say_so_and_whose_feet_it_meets(tmp_path, planner):
+    scene, layer = tmp_path / "park.usda", tmp_path / "plans.usda"
+    stage = park(scene, parking, by="prim")
+    person = stage.GetPrimAtPath("/World/Person")
+    if planner == "path":
+        curve = UsdGeom.BasisCurves.Define(stage, "/World/Way")
+        curve.CreatePointsAttr([Gf.Vec3f(*UNITS.points([0.0, 0.0, z])) for z in (0.0, 10.0)])
+        curve.CreateCurveVertexCountsAttr([2])
+        curve.CreateTypeAttr("linear")
+        curve.GetPrim().AddAppliedSchema(Schema.PATH)
+        curve.GetPrim().CreateAttribute(Path.START_TIME, Sdf.ValueTypeNames.TimeCode).Set(START * UNITS.rate)
+        stage.Save()
+        report = plan_scene_paths(scene, layer)
+    elif planner == "trajectories":
+        track = UsdGeom.Xform.Define(stage, "/World/Track")
+        operation = track.AddTranslateOp()
+        for time in (0.0, 8.0):
+            operation.Set(Gf.Vec3d(*UNITS.points([0.0, 0.0, 1.2 * time])), (START + time) * UNITS.rate)
+        person.CreateRelationship(Agent.TRAJECTORY, custom=False).SetTargets([track.GetPath()])
+        stage.Save()
+        report = plan_scene_trajectories(scene, layer, prims="/World/Track")
+    else:
+        pytest.importorskip("jupedsim")
+        report = plan_scene_crowd(scene, layer)
+    warnings = [problem.message for problem in report.problems if problem.severity == "warning"]
+    assert any("the obstacle /World/Cart/Body" in message for message in warnings)
+    told = [message for message in warnings if message.startswith("/World/Cart/Body: is animated")]
+    assert len(told) == (planner != "trajectories"), "which plans round nothing"
 
 
 def test_an_animated_obstacle_that_is_broken_at_times_does_not_stop_anybody(tmp_path):

@@ -39,9 +39,20 @@ def test_they_are_those_of_the_steady_steps_ahead():
     found, leg_length = habits_of(LOPE, RUN, TURN, SIDE, BACK)
     size = leg_length / HUMAN_LEG
     assert found.walk_ratio == pytest.approx(0.9 * 0.75 / 60.0 / size**1.5, rel=0.03)
-    assert found.run_step == pytest.approx(0.42 / np.sqrt(size), rel=0.05)
+    gait = derive_gait(Proportions(leg_length=leg_length, habits=found), speed=1.1 / 0.42)
+    assert (gait.step_length, gait.step_time) == pytest.approx((1.1, 0.42), rel=0.03)
     assert found.easy_step == pytest.approx(0.9 / leg_length, rel=0.02)
     assert found.step_width == pytest.approx(0.22 / leg_length, rel=0.02)
+
+
+def test_who_runs_faster_than_the_clips_steps_as_much_quicker_as_people():
+    found, leg_length = habits_of(LOPE, RUN)
+    own, people = (Proportions(leg_length=leg_length, habits=habits) for habits in (found, PEOPLE))
+    slow, fast = (
+        [1.0 / derive_gait(body, speed=speed).step_time for body in (own, people)] for speed in (1.1 / 0.42, 5.0)
+    )
+    assert slow[0] < fast[0]
+    assert fast[0] - slow[0] == pytest.approx(fast[1] - slow[1], rel=1e-3)
 
 
 def test_where_clips_show_no_such_steps_they_are_peoples():

@@ -11,7 +11,7 @@ from tests.planning.terrains import slab, terrain_of
 from usdfoot.errors import PlanError
 from usdfoot.maths import quaternion
 from usdfoot.model.ground import Ground
-from usdfoot.model.plan import PlanDraft
+from usdfoot.model.plan import FootstepPlan, PlanDraft
 from usdfoot.planning.faults import LintLimits
 from usdfoot.planning.lint import lint_plans
 from usdfoot.planning.mend import mend_plans, mend_times
@@ -201,13 +201,13 @@ def test_times_are_mended_or_refused():
     styles = tuple(f"style{step}" for step in range(8))
     shuffled = replace(draft, **arrays, styles=tuple(styles[step] for step in order))
     with pytest.raises(PlanError):
-        shuffled.checked()
-    assert_allclose(mend_times(shuffled).checked().positions, plan.positions)
+        FootstepPlan.checked(shuffled)
+    assert_allclose(FootstepPlan.checked(mend_times(shuffled)).positions, plan.positions)
     assert mend_times(shuffled).styles == styles
     liftoffs = plan.liftoff_times.copy()
     liftoffs[2], liftoffs[5] = 0.0, 99.0
-    mended = mend_times(replace(draft, liftoff_times=liftoffs)).checked()
+    mended = FootstepPlan.checked(mend_times(replace(draft, liftoff_times=liftoffs)))
     kept = np.isin(np.arange(8), [2, 5], invert=True)
     assert_allclose(mended.liftoff_times[kept], plan.liftoff_times[kept])
     with pytest.raises(PlanError, match="both left"):
-        mend_times(replace(draft, sides=np.zeros(8, dtype=int))).checked()
+        FootstepPlan.checked(mend_times(replace(draft, sides=np.zeros(8, dtype=int))))

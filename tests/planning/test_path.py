@@ -69,6 +69,18 @@ def test_steps_become_shorter_in_curves_and_on_slopes_both_ways():
     assert len(down) > 1.3 * len(plan_path(straight(), LEVEL))
 
 
+@pytest.mark.parametrize("speed", [1.3, 3.0])
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_the_steeper_the_shorter_also_where_it_is_too_steep_to_stand(speed, way):
+    lengths = []
+    for slope in way * np.tan(np.radians(np.arange(1.0, 50.0, 4.0))):
+        ramp = Ground(terrain_of([slab((-9.0, 9.0), (-1.0, 13.0), (-slope, 13.0 * slope))]))
+        path = WalkingPath(name="/Up", points=np.array([(0.0, 0.0, 0.0), (0.0, 12.0 * slope, 12.0)]), speed=speed)
+        lengths.append(np.diff(plan_path(path, ramp).positions[:, 2])[2:-2].mean())
+    assert np.all(np.diff(lengths) <= 0.06 * lengths[-1])  # treads are looked for at every 0.035 of a step
+    assert lengths[-1] < 0.4 * lengths[0]
+
+
 @pytest.mark.parametrize("speed", [1.4, 2.2, 3.0])
 def test_who_turns_slows_down_in_time(speed):
     turn = np.linspace(0.0, np.pi, 40)
@@ -91,6 +103,20 @@ def test_feet_have_time_to_swing_up_and_down_however_short_the_way():
     up = plan_path(straight(1.4, speed=1.9), block)
     rises = up.positions[2:, 1] - up.positions[:-2, 1]
     assert swings(up)[rises > 0.1].min() > 0.5 > 0.39 > swings(plan_path(straight(8.0, speed=1.9), LEVEL)).min()
+
+
+def test_on_treads_no_step_is_quicker_than_the_quickest_however_short():
+    """Stones at odd distances: steps from one to the next are shorter than the path asks for."""
+    starts = np.cumsum([0.0, 0.5, 0.42, 0.5, 0.38, 0.5, 0.44, 0.4, 0.5, 0.45])
+    stones = Ground(terrain_of([slab((-0.4, 0.4), (z, z + 0.3), (0.1, 0.1)) for z in starts]))
+    times = [
+        np.diff(plan_path(straight(4.3, speed=0.9, step_length=0.45, quickest_step=quickest), stones).strike_times)[
+            2:-1
+        ]
+        for quickest in (0.0, 0.5)
+    ]
+    assert times[0].min() < 0.49 and times[1].min() == pytest.approx(0.5)
+    assert_allclose(times[1], np.maximum(times[0], 0.5))
 
 
 def test_a_foot_that_swings_over_a_beam_has_time_for_its_height():
@@ -183,6 +209,11 @@ def twisted(ways, before, sample, side, footholds, body):
     return (max(-apart, 0.0) / (0.25 * body.foot_length)) ** 2 + (max(abs(turn) - 0.9, 0.0) / 0.9) ** 2
 
 
+def relative(arcs, wanted, before, sample):
+    """How long a step is over how long it should be."""
+    return (arcs[sample] - arcs[before]) / (0.5 * (wanted[before] + wanted[sample]))
+
+
 def test_treads_are_the_cheapest_way_over_samples_and_feet():
     """Against a search over the graph of all steps, edge by edge."""
     ridge = slab((-9.0, 9.0), (1.95, 2.05), (1.3, 1.3))
@@ -215,9 +246,10 @@ def test_treads_are_the_cheapest_way_over_samples_and_feet():
                     (
                         best[before, 1 - side][0]
                         + 1e-3
-                        + ((arcs[sample] - arcs[before]) / (0.5 * (wanted[before] + wanted[sample])) - 1.0) ** 2
+                        + (relative(arcs, wanted, before, sample) - 1.0) ** 2
                         + (climbed(heights, before, sample, side) / (0.22 * body.leg_length)) ** 4
                         + costs[sample, side]
+                        * (max(relative(arcs, wanted, before, sample), 1.0) if costs[sample, side] >= 100.0 else 1.0)
                         + twisted(ways, own.start + before, own.start + sample, side, footholds, body),
                         [*best[before, 1 - side][1], sample],
                     )
@@ -294,12 +326,15 @@ def test_paths_too_short_or_empty_are_refused():
     assert len(plan_path(straight(0.3), LEVEL)) == 4
 
 
-def test_who_runs_faster_steps_longer_and_never_slower():
-    speeds = np.linspace(2.5, 8.0, 56)  # beyond 4 m/s longer leaps are no faster
+def test_who_runs_faster_steps_longer_and_quicker_as_people_do():
+    """Their stride frequency is 0.026 v^2 - 0.111 v + 1.398 a second at v m/s (Minetti 1998)."""
+    speeds = np.linspace(2.5, 6.0, 36)  # beyond 4 m/s as well, which single leaps do not reach
     lengths = natural_lengths(speeds, TimingRule())
-    cadences = speeds / lengths
     assert np.all(np.diff(lengths) > 0.0)
-    assert cadences == pytest.approx(np.full(56, cadences[0]), rel=1e-6)
+    people = 2.0 * np.polyval([0.026, -0.111, 1.398], speeds)
+    assert_allclose(speeds / lengths, people, rtol=0.055)
+    small = natural_lengths(0.5 * speeds, TimingRule(leg_length=0.25 * TimingRule().leg_length))
+    assert_allclose(small, 0.25 * lengths)  # equal Froude numbers
 
 
 def test_what_is_not_given_follows_from_the_body():

@@ -21,7 +21,7 @@ from usdfoot.planning.path import plan_path
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.reach import Reach, step_costs
 from usdfoot.planning.stone_tops import given_stones, stones_on
-from usdfoot.planning.stones import find_crossing, plan_stones
+from usdfoot.planning.stones import find_crossing, plan_crossings, plan_stones
 
 REACH = Reach(
     outline=np.array([(-0.05, -0.3), (0.5, -0.3), (0.5, 0.9), (-0.05, 0.9)]),
@@ -137,6 +137,26 @@ def test_between_stones_in_pairs_it_strides_and_only_leaps_if_it_may(leaps):
     flights = plan.strike_times[1:] - plan.liftoff_times[:-1]
     assert (flights.max() > 0.0) == leaps
     assert not lint_steps(plan, body)
+
+
+def test_many_plans_made_together_are_those_of_each_alone(generator):
+    """Over the same stones, from and to anywhere, one that has no way among them."""
+    stones = stones_at(generator.uniform([-0.9, 0.2], [0.9, 3.4], size=(50, 2)))
+    starts = [stance_at(np.array([0.1 * number - 0.2, 0.0, 0.0]), 0.2 * number, REACH) for number in range(5)]
+    goals = [stance_at(np.array([0.2 - 0.1 * number, 0.0, 3.8]), 0.1 * number, REACH) for number in range(4)]
+    goals.insert(2, stance_at(np.array([0.0, 0.0, 9.0]), 0.0, REACH))
+    speeds, names = [0.0, 0.5, 0.0, 0.9, 0.0], [f"/Plan_{number}" for number in range(5)]
+    plans = plan_crossings(stones, starts, goals, reach=REACH, speeds=speeds, names=names)
+    for start, goal, speed, name, plan in zip(starts, goals, speeds, names, plans, strict=True):
+        if isinstance(plan, PlanError):
+            with pytest.raises(PlanError) as caught:
+                plan_stones(stones, start, goal, reach=REACH, speed=speed, name=name)
+            assert str(caught.value) == str(plan)
+            continue
+        alone = plan_stones(stones, start, goal, reach=REACH, speed=speed, name=name)
+        for field in ("sides", "positions", "orientations", "strike_times", "liftoff_times"):
+            assert getattr(plan, field).tobytes() == getattr(alone, field).tobytes(), (name, field)
+    assert [isinstance(plan, PlanError) for plan in plans] == [False, False, True, False, False]
 
 
 def test_where_there_is_no_way_the_error_says_how_far_one_leads():

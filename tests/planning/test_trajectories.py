@@ -47,6 +47,19 @@ def test_a_steady_walk_is_kept_to_a_centimetre(speed):
     assert flight.all() == (speed > 2.1)
 
 
+def test_who_runs_and_brakes_to_a_walk_flies_as_long_as_it_runs():
+    """In the last step of the run the body goes as fast as in the one before it, whatever follows."""
+    speeds = np.concatenate([np.full(30, 3.4), np.linspace(3.4, 0.8, 6), np.full(40, 0.8)])
+    places = np.concatenate([[0.0], np.cumsum(0.1 * speeds)])
+    positions = np.stack([np.zeros_like(places), np.zeros_like(places), places], axis=1)
+    brakes = RootTrajectory(name="/Brakes", times=0.1 * np.arange(len(places)), positions=positions)
+    for smoothing in (0.05, 0.1, 0.3):
+        (plan,) = plan_trajectories([brakes], LEVEL, options=TrajectoryOptions(smoothing_time=smoothing))
+        assert lint_plans([plan], LEVEL, bodies=[Proportions()]) == []
+        steps = np.diff(plan.positions[:, 2]) / np.diff(plan.strike_times)
+        assert ((plan.liftoff_times[:-1] < plan.strike_times[1:]) | (steps < 2.2)).all()
+
+
 def test_who_stands_does_not_step_and_who_stops_stands_side_by_side():
     still = RootTrajectory(
         name="/Still", times=np.array([0.0, 9.0]), positions=np.array([(0.0, 0.0, 0.0)] * 2), rest_yaw=0.3

@@ -15,9 +15,9 @@ from usdfoot.planning.habits import Habits
 from usdfoot.planning.lint import lint_plans, lint_steps
 from usdfoot.planning.path import plan_path
 from usdfoot.planning.proportions import Proportions
-from usdfoot.planning.routes import find_route
-from usdfoot.planning.wander import News, WanderOptions, join_footsteps, plan_wander, wander
-from usdfoot.planning.world import Obstacle, World, box_outline, clearances, has_room
+from usdfoot.planning.routes import RouteFinder
+from usdfoot.planning.wander import News, WanderOptions, join_footsteps, plan_wander, plan_wanders, wander
+from usdfoot.planning.world import Obstacle, World, box_outline, clearances
 
 SQUARE = box_outline((-5.0, -5.0), (5.0, 5.0))
 WALL = Obstacle(name="/Wall", outline=box_outline((-4.0, 1.0), (5.0, 1.4)), margin=0.1)
@@ -46,28 +46,51 @@ def test_who_is_level_with_a_corner_but_for_rounding_is_outside():
     assert clearances(World(obstacles=(Obstacle(name="/Rock", outline=outline),)), beside).min() > 0.0
 
 
-def test_there_is_room_exactly_where_clearances_say_so():
-    generator = np.random.default_rng(2)
-    places = generator.uniform(-4.0, 4.0, size=(30, 2))
+def distance_from(outline: np.ndarray, point: np.ndarray) -> float:
+    """Of a point from a polygon, negative inside, edge by edge."""
+    nearest, turns = np.inf, 0.0
+    for begin, end in zip(outline, np.roll(outline, -1, axis=0), strict=True):
+        edge = end - begin
+        along = np.clip(np.dot(point - begin, edge) / np.dot(edge, edge), 0.0, 1.0)
+        nearest = min(nearest, float(np.linalg.norm(point - begin - along * edge)))
+        turns += float(planar.wrap_angle(planar.yaw_of(end - point) - planar.yaw_of(begin - point)))
+    return -nearest if abs(turns) > np.pi else nearest
+
+
+def test_distances_among_many_outlines_are_those_of_the_nearest(generator):
+    """Against every outline alone, one after the other."""
+    places = generator.uniform(-4.0, 4.0, size=(12, 2))
     heights = [(-np.inf, np.inf), (0.0, 0.5), (2.5, 3.0)]
-    obstacles = tuple(
+    obstacles = [
         Obstacle(
-            name="/L", outline=0.3 * L_SHAPE + place, margin=0.1 * (index % 2), heights=heights[index % len(heights)]
+            name="/L",
+            outline=0.3 * L_SHAPE + place,
+            margin=0.4 * (index % 2),
+            heights=heights[index % len(heights)],
+            velocity=(0.5 * (index % 4), -0.2) if index % 5 else None,
         )
         for index, place in enumerate(places)
-    )
-    points, ground = generator.uniform(-6.0, 6.0, size=(4000, 2)), generator.choice([0.0, 1.0, 4.0], size=4000)
-    for world in (World(), World(bounds=SQUARE), World(bounds=SQUARE, obstacles=obstacles), World(obstacles=obstacles)):
-        room = has_room(world, points, ground, radius=0.25)
-        assert_array_equal(room, clearances(world, points, ground) >= 0.25)
-    assert 0 < room.sum() < len(room)
+    ]
+    points, ground = generator.uniform(-6.0, 6.0, size=(200, 2)), generator.choice([0.0, 1.0, 4.0], size=200)
+    times = generator.uniform(0.0, 3.0, size=200)
+    expected = np.array([-distance_from(SQUARE, point) for point in points])
+    for obstacle in obstacles:
+        lowest, highest = obstacle.heights
+        for row, point in enumerate(points):
+            if ground[row] + 1.8 > lowest and ground[row] - 0.1 < highest:
+                place = point - times[row] * np.array(obstacle.velocity or (0.0, 0.0))
+                expected[row] = min(expected[row], distance_from(obstacle.outline, place) - obstacle.margin)
+    world = World(bounds=SQUARE, obstacles=tuple(obstacles))
+    assert_allclose(clearances(world, points, ground, times=times), expected, atol=1e-12)
+    inside = np.abs(points).max(axis=1) < 5.0
+    assert expected[inside].min() < -0.4 and expected[inside].max() > 0.4
 
 
 def test_the_way_around_a_wall_is_as_long_as_geometry_says():
     world = World(bounds=SQUARE, obstacles=(WALL,))
     start, goal = np.array([2.0, 0.0, -1.0]), np.array([2.0, 0.0, 3.0])
-    route = find_route(world, start, goal, radius=0.3, step=0.4, headroom=1.8)
-    length = route.distances[route.find(start)]
+    route = RouteFinder(world, step=0.4, headroom=1.8).find(start, goal, radius=0.3)
+    (length,) = route.distances[route.find(start[None])]
     corners = np.array([(-4.4, 1.0), (-4.4, 1.4)])  # radius and margin off the end of the wall
     points = [start[[0, 2]], *corners, goal[[0, 2]]]
     shortest = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
@@ -93,6 +116,46 @@ def test_the_same_seed_gives_the_same_bytes_and_another_does_not():
         and one.strike_times.tobytes() == same.strike_times.tobytes()
     )
     assert one.positions.tobytes() != other.positions.tobytes()
+
+
+def test_many_plans_made_together_are_those_of_each_alone():
+    """At random, to goals of their own or of others, by levels, past what moves, who cannot start, in any company."""
+    ground = Ground(storeys())
+    trees = tuple(Obstacle(name="/Tree", outline=box_outline((x, 2.0), (x + 0.4, 2.4))) for x in (-3.0, -1.0, 1.0, 3.0))
+    near, far = np.array([1.0, 0.0, 4.0]), np.array([-3.0, 0.0, -4.0])
+    flat = World(bounds=SQUARE, obstacles=trees)
+    cases = [
+        (
+            flat,
+            [(0.0, 0.0, 0.0), (3.2, 0.0, 2.2), (0.0, 0.0, -3.0), (2.0, 0.0, -1.0)],
+            [[], [], [near, far], [near]],
+            None,
+        ),
+        (World(ground=ground), [(2.0, 0.0, 2.0), (2.0, 0.0, 2.5)], [[np.array([2.0, 2.7, 3.0])], []], None),
+        (flat, [(0.0, 0.0, -4.0), (0.5, 0.0, -4.5), (1.0, 0.0, -4.0)], [[], [near], [near]], True),
+    ]
+    for world, starts, goals, moves in cases:
+
+        def later(time: float, world: World = world) -> World:
+            return World(bounds=SQUARE, obstacles=(*world.obstacles, cart_at(time, (1.2, 0.0))))
+
+        count, places = len(starts), np.array(starts, dtype=float)
+        yaws, speeds = 0.7 * np.arange(count), np.where(np.arange(count) % 2, 1.0, 0.0)
+        how = {"steps": 30, "later": later if moves else None}
+        names = [f"/Plan_{number}" for number in range(count)]
+        generators = [np.random.default_rng(number) for number in range(count)]
+        plans = plan_wanders(world, places, yaws, generators=generators, names=names, goals=goals, speeds=speeds, **how)
+        for number, plan in enumerate(plans):
+            generator, options = np.random.default_rng(number), WanderOptions(speed=float(speeds[number]))
+            own = {"generator": generator, "goals": goals[number], "options": options, "name": names[number], **how}
+            if isinstance(plan, PlanError):
+                with pytest.raises(PlanError, match="too close"):
+                    plan_wander(world, places[number], yaws[number], **own)
+                continue
+            alone = plan_wander(world, places[number], yaws[number], **own)
+            for field in ("sides", "positions", "orientations", "strike_times", "liftoff_times"):
+                assert getattr(plan, field).tobytes() == getattr(alone, field).tobytes(), (plan.name, field)
+        assert sum(isinstance(plan, PlanError) for plan in plans) == (places[:, 0] == 3.2).sum()
 
 
 def test_goals_are_reached_around_a_wall_and_it_stands_there():

@@ -1,6 +1,7 @@
 """Opening stages and reading their metadata."""
 
 import logging
+import os
 
 import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdUtils
@@ -50,6 +51,21 @@ def test_text_that_is_not_utf_8_is_named(tmp_path):
 def test_an_open_stage_is_taken_as_it_is():
     stage = new_stage()
     assert open_stage(stage) is stage
+
+
+def test_a_file_is_opened_as_others_wrote_it_meanwhile(tmp_path):
+    """USD gives what a notebook has open of it; the crowd made of that was then told unchanged for good."""
+    scene, part = tmp_path / "scene.usda", tmp_path / "part.usda"
+    scene.write_text("#usda 1.0\n(\n    subLayers = [@./part.usda@]\n)\n")
+    part.write_text('#usda 1.0\ndef "Before"\n{\n}\n')
+    held = Usd.Stage.Open(str(scene))
+    assert held.GetPrimAtPath("/Before")
+    part.write_text("#usda 1.0\n(\n    subLayers = [@./other.usda@]\n)\n")
+    (tmp_path / "other.usda").write_text('#usda 1.0\ndef "After"\n{\n}\n')
+    os.utime(part, ns=(0, part.stat().st_mtime_ns + 10**9))
+    held.DefinePrim("/Unsaved")
+    opened = open_stage(scene)
+    assert sorted(prim.GetName() for prim in opened.GetPseudoRoot().GetChildren()) == ["After", "Unsaved"]
 
 
 def test_metadata_is_read(tmp_path):

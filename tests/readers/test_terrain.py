@@ -91,13 +91,20 @@ def test_no_terrain_is_no_error():
     assert problems == ()
 
 
-def test_a_cube_named_ground_is_named_only_where_no_mesh_is_the_ground():
+@pytest.mark.parametrize(
+    ("shape", "remedy"), [("Cube", "apply UsdfootTerrainAPI to it"), ("Sphere", "convert it to a Mesh")]
+)
+def test_a_shape_named_ground_is_named_only_where_no_mesh_is_the_ground(shape, remedy):
+    """With what helps: marked, cubes and planes are read as they are, as game engines write their floors."""
     stage = new_stage()
-    UsdGeom.Cube.Define(stage, "/World/Ground")
+    ground = stage.DefinePrim("/World/Ground", shape)
     UsdGeom.Plane.Define(stage, "/World/Lake")
     terrain, (problem,) = read(stage)
     assert not terrain.meshes and problem.severity == "warning" and problem.where == "/World/Ground"
-    assert "a Cube is no mesh" in problem.message and "convert it to a Mesh" in problem.message
+    assert f"a {shape} is no mesh" in problem.message and remedy in problem.message
+    ground.AddAppliedSchema("UsdfootTerrainAPI")
+    assert bool(read(stage)[0].meshes) == (shape == "Cube")
+    ground.RemoveAppliedSchema("UsdfootTerrainAPI")
     add_ground(stage, "/World/Terrain", Units())
     assert read(stage)[1] == ()
 

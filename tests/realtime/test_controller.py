@@ -234,6 +234,28 @@ def test_steered_agents_go_as_fast_and_as_wanted_turn_and_stop(library):
         assert (steps.min(axis=1) < 1e-3).mean() > 0.95  # a walk: one foot stands at any time, without sliding
 
 
+@pytest.mark.parametrize("until", [4.5, 9.0])
+def test_who_is_steered_while_nobody_looks_is_where_it_would_be(library, until):
+    """As after a file was loaded or a program stood still: agents began anew at the origin, or went on at 10 m/s."""
+    usual, late = stand(library), stand(library)
+    for controller in (usual, late):
+        controller.steer(np.zeros(1, dtype=int), np.array([[0.3, 1.1]]), np.full(1, 0.2))
+    times = np.arange(0.0, until + 2.0, 1.0 / RATE)
+    seen = {float(time): usual.pose(float(time)) for time in times}
+    for time in times[(times < 2.0) | (times >= until)].tolist():
+        pose = late.pose(time)
+        assert_allclose(pose.root_positions, seen[time].root_positions, atol=1e-6)
+        assert_allclose(pose.rotations, seen[time].rotations, atol=1e-5)
+
+
+def test_nobody_has_no_footsteps_and_nobody_goes_at_any_speed(library):
+    controller = stand(library)
+    assert controller.plan(np.zeros(0, dtype=int), footsteps(from_stand(controller, 4), range(0))) == ()
+    [problem] = controller.steer(np.zeros(1, dtype=int), np.array([[0.0, 1e300]]), AHEAD)
+    assert problem.message.endswith("velocity is beyond 1000 m/s")
+    assert controller.pose(2.0).halted.all()
+
+
 def test_steered_agents_stand_with_whole_soles_on_treads(library):
     controller = stand(library, terrain=stairs(0.15, 0.36))
     controller.steer(np.zeros(1, dtype=int), np.array([[0.0, 0.6]]), AHEAD)

@@ -23,7 +23,7 @@ RATE = 25.0
 
 def footsteps(plan: FootstepPlan, rows: Sequence[int]) -> Footsteps:
     """Some footsteps of a plan."""
-    own = np.array(rows)
+    own = np.array(rows, dtype=int)
     return Footsteps(
         sides=plan.sides[own],
         positions=plan.positions[own],

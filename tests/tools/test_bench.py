@@ -76,6 +76,14 @@ def test_physics_figures(tools, monkeypatch):
     assert all(value > 0.0 for value in figures.values())
 
 
+def test_plan_figures(tools):
+    from benching.plans import plan_times
+
+    figures = plan_times(together=2, repeats=1)
+    assert {"path, stairs", "wander, level", "wander, to one goal", "trajectories"} <= set(figures)
+    assert all(value > 0.0 for parts in figures.values() for value in parts.values())
+
+
 def test_the_stopwatch_sees_named_functions(tools):
     from benching.stopwatch import best_time, function_times
 

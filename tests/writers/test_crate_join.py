@@ -90,6 +90,22 @@ def test_joined_layers_are_what_usd_makes_of_them(counts, tmp_path):
     assert Sdf.Layer.FindOrOpen(str(tmp_path / "edited.usdc")).ExportToString() == expected.ExportToString()
 
 
+def test_what_fields_share_is_renumbered_once(tmp_path):
+    expected, parts = new_layer(), []
+    for name in ("A", "B"):
+        layer = new_layer()
+        prim = Sdf.CreatePrimInLayer(layer, f"{SCOPE}/{name}")
+        Sdf.CreatePrimInLayer(layer, f"{SCOPE}/{name}/Left{name}")  # names of children and of properties are one list
+        Sdf.AttributeSpec(prim, f"Left{name}", Types.Token).default = f"other{name}"
+        Sdf.CopySpec(layer, prim.path, expected, prim.path)
+        parts.append(tmp_path / f"{name}.usdc")
+        layer.Export(str(parts[-1]))
+    joined = tmp_path / "joined.usdc"
+    new_layer().Export(str(joined))
+    join_layers(joined, parts, scope=SCOPE)
+    assert Sdf.Layer.OpenAsAnonymous(str(joined)).ExportToString() == expected.ExportToString()
+
+
 def test_what_cannot_be_joined_is_named(tmp_path):
     layer, joined, part = new_layer(), tmp_path / "joined.usdc", tmp_path / "part.usdc"
     layer.Export(str(joined))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from usdfoot.model.agent import Agent, Follower
 from usdfoot.model.limits import Limits
 from usdfoot.physics.motion_options import MotionOptions
 
-__all__ = ["ChunkTask", "EarlyTask", "agents_a_chunk", "cut_chunks", "early_task", "inputs_of", "with_earlier"]
+__all__ = ["ChunkTask", "EarlyTask", "agents_a_chunk", "cut_chunks", "early_task", "inputs_of"]
 
 LARGE_CROWD = 4
 """From so many chunks on a crowd keeps its clips' analysis: of a smaller one that would be much of what it is."""
@@ -139,11 +139,6 @@ def early_task(task: ChunkTask) -> EarlyTask:
     )
 
 
-def with_earlier(task: ChunkTask, made: Mapping[tuple[str, str], ChunkFiles]) -> ChunkTask:
-    """The task with what there is of its agents, `made` by name and hash."""
-    return replace(task, earlier=tuple(made.get(key) for key in zip(task.agents, task.hashes, strict=True)))
-
-
 def inputs_of(layers: Sequence[str], folder: Path) -> str:
     """Hash of the sizes and times of a scene's files, and of what artists changed; those in memory have none."""
     layers = (*layers, str(folder / File.OVERRIDES))
@@ -158,7 +153,7 @@ class _Hashes:
         stage, crowd = scene.stage, scene.crowd
         versions = {"usdfoot": __version__, **library_versions()}
         self._times = crowd.frame_times
-        self._frames = scene.plan_frames
+        self._placements = scene.placements
         self._visibility = scene.visibility
         self._own_attributes = scene.own_attributes
         self._common = content_hash(
@@ -182,7 +177,7 @@ class _Hashes:
         return tuple(self._hash_of(agent, between) for agent, between in zip(agents, frames, strict=True))
 
     def _hash_of(self, agent: Agent | Follower, frames: tuple[float, float]) -> str:
-        said = (self._frames, self._visibility, self._own_attributes)
+        said = (self._placements, self._visibility, self._own_attributes)
         placed = [by_name.get(agent.name) for by_name in said]
         shared = self._common, self._libraries[agent.library], self._characters[agent.character]
         return content_hash(replace(agent, library=0, character=0), placed, frames, *shared)  # others change numbers

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from usdfoot.bridge.own_attributes import OwnAttributes
+from usdfoot.bridge.placements import Placement
 from usdfoot.bridge.similarity import Similarity
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths.types import FloatArray, IntArray
@@ -40,6 +41,8 @@ class StageInfo:
     """Last time code: authored, else 0."""
     layers: tuple[str, ...]
     """Files of all layers the stage uses, sorted; what the result depends on."""
+    as_saved: bool = True
+    """Whether these files say all: nothing of the stage is edited, hidden or left out in memory alone."""
 
     @property
     def start_time(self) -> float:
@@ -130,9 +133,8 @@ class Scene:
     """What `Agent.character` counts."""
     frame_codes: FloatArray
     """Time codes of the crowd's frames, whole numbers, shape (F,)."""
-    plan_frames: Mapping[str, FloatArray] = field(default_factory=dict)
-    """From the written plan prim to the world, of agents whose plan prim artists moved (row vectors, stage units),
-    by agent name, shape (4, 4)."""
+    placements: Mapping[str, Placement] = field(default_factory=dict)
+    """Of agents that artists placed, or whose plans they changed, by agent name."""
     visibility: Mapping[str, Visibility] = field(default_factory=dict)
     """Of agents that are not always to be seen, by agent name."""
     own_attributes: Mapping[str, OwnAttributes] = field(default_factory=dict)

@@ -140,6 +140,21 @@ class Agent:
     COMFORT: Final = "usdfoot:agent:comfort"
 
 
+class Op:
+    """Transforms that are authored on written agents and their plans; the turn about the up axis by `turn_op`."""
+
+    TRANSLATE: Final = "xformOp:translate"
+    ORIENT_STANCE: Final = "xformOp:orient:stance"
+    SCALE_STANCE: Final = "xformOp:scale:stance"
+    MOVED: Final = "moved"
+    """Suffix of those on the plan of an agent that artists moved."""
+
+
+def turn_op(up_axis: str, suffix: str = "") -> str:
+    """Name of the turn about a stage's up axis."""
+    return f"xformOp:rotate{up_axis}" + (f":{suffix}" if suffix else "")
+
+
 class Motion:
     """Values of `Agent.MOTION`."""
 

@@ -49,7 +49,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--reach",
         choices=("clips", "biped"),
         default="clips",
-        help="how far a step goes: as far as the clips land, or as the legs allow (default: %(default)s)",
+        help="how far a step goes: as far as the clips land, or as the legs allow, from hips spaced as "
+        "usdfoot:agent:hipSpacing says (default: %(default)s)",
     )
     parser.add_argument("--leaps", action="store_true", help="count clips with a flight too")
 

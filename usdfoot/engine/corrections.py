@@ -9,6 +9,7 @@ import numpy as np
 import warp as wp
 
 from usdfoot.engine.correction_kernel import CorrectedStep, CorrectionOptions, correct_each
+from usdfoot.engine.edge_kernel import edge_each
 from usdfoot.engine.landing_kernel import BlendArrays
 from usdfoot.engine.poses import Setup
 from usdfoot.engine.queries import StepQueries, asked_landings
@@ -21,6 +22,10 @@ from usdfoot.spaces.library import FootstepSpaces
 from usdfoot.spaces.tetrahedra import SPEED_SCALE
 
 __all__ = ["CorrectedSteps", "correct_steps", "empty_blends"]
+
+
+ON_HULL = 1e-9
+"""A footstep this near to a hull is on it [m]: distances to hulls that are lines are rounded."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +52,8 @@ def correct_steps(
     The blended landing is measured and the query moved by what it missed; the chosen examples are weighed anew, twice,
     before others are chosen. Beyond an edge of theirs, those that adjoin there follow. Of all tries the best is kept.
     Where that still misses a footstep inside the hull, other examples around it are tried, those most like the step
-    first. In the 3-D space they are chosen anew each time.
+    first. Footsteps that are missed still and lie between an edge of the hull and where its blends land are outside. In
+    the 3-D space they are chosen anew each time.
 
     Args:
         setup: Library and options.
@@ -84,6 +90,14 @@ def correct_steps(
             inputs=[setup.library, device, chosen, wp.array(again, dtype=wp.int32), space, side, places, wanted],
             outputs=[blends, corrected],
         )
+    beyond = _missing(corrected.numpy(), chosen)
+    if beyond.size:
+        wp.launch(
+            edge_each,
+            dim=beyond.size,
+            inputs=[setup.library, device, wp.array(beyond, dtype=wp.int32), space, side, places],
+            outputs=[blends, corrected],
+        )
     found, examples, weights = corrected.numpy(), blends.examples.numpy().astype(np.intp), blends.weights.numpy()
     missed = left_landings(found["missed"], sides)
     if setup.options.frame == "root":
@@ -111,7 +125,7 @@ def _missing(corrected: Any, options: CorrectionOptions) -> IntArray:
     """The steps that miss a footstep inside the hull, where other examples may be tried."""
     tried = options.by_features and options.corrections > 0
     missed = np.linalg.norm(corrected["missed"], axis=1) > options.choice_near
-    return np.flatnonzero(tried & missed & (corrected["hull_distance"] == 0.0))
+    return np.flatnonzero(tried & missed & (corrected["hull_distance"] < ON_HULL))
 
 
 def empty_blends(count: int, width: int) -> BlendArrays:

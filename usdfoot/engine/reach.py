@@ -13,8 +13,18 @@ from usdfoot.model.agent import Agent
 from usdfoot.model.motion import Motion
 from usdfoot.model.report import Problem
 
-__all__ = ["beyond_reach", "find_high_steps", "find_long_steps", "give_way", "steps_off_terrain", "unreached_steps"]
+__all__ = [
+    "PLACED",
+    "beyond_reach",
+    "find_high_steps",
+    "find_long_steps",
+    "give_way",
+    "steps_off_terrain",
+    "unreached_steps",
+]
 
+PLACED = 0.003
+"""A step placed worse than this, or whose ball slides farther, did not keep its promise [m]."""
 TURNED_AWAY = 0.5
 """A root trajectory that faces farther off the feet than this at a missed footstep is why it is missed [rad]."""
 
@@ -99,15 +109,20 @@ def unreached_steps(agents: Sequence[Agent], motions: Sequence[Motion]) -> list[
     problems = []
     for motion in motions:
         agent, statuses = by_name[motion.name], np.array(motion.results.status)
-        shown = np.isfinite(motion.results.placement_error)
+        shown, limited = np.isfinite(motion.results.placement_error), statuses == "ikLimited"
         far = np.flatnonzero(shown & (statuses == "unreachable"))
-        pulled = np.flatnonzero(shown & (statuses == "ikLimited") & (motion.results.blend_error > agent.ik_reach))
+        is_pulled = motion.results.blend_error > agent.ik_reach
+        pulled = np.flatnonzero(shown & limited & is_pulled)
+        short = np.flatnonzero(limited & ~is_pulled & (motion.results.placement_error > PLACED))
         if far.size:
             remedy = "put them nearer, or a footstep between (`usdfoot plan lint` names each)"
             problems.append(_missed(agent, motion, far, "out of reach", remedy))
         if pulled.size:
             remedy = "raise usdfoot:agent:ikReach, or add clips that step there"
             problems.append(_missed(agent, motion, pulled, "farther from what the clips step than IK may pull", remedy))
+        if short.size:
+            remedy = "put them nearer to where the other foot stands then"
+            problems.append(_missed(agent, motion, short, "missed, as the legs are too short for both", remedy))
     return problems
 
 

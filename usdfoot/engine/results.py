@@ -12,6 +12,7 @@ from usdfoot.analysis.figures import FRAME_TOLERANCE, FrameRanges, contact_figur
 from usdfoot.engine.contact_feet import ContactFeet
 from usdfoot.engine.frames import Frames
 from usdfoot.engine.poses import Feet, Layout, Setup, StepBlend
+from usdfoot.engine.reach import PLACED
 from usdfoot.engine.weights import Landings
 from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
@@ -21,7 +22,6 @@ from usdfoot.model.motion import Motion, StepResults
 from usdfoot.model.report import Problem
 
 __all__ = [
-    "PLACED",
     "ContactFigures",
     "achieved_contacts",
     "measure_contacts",
@@ -30,9 +30,6 @@ __all__ = [
     "step_ranges",
     "unmeasured_steps",
 ]
-
-PLACED = 0.003
-"""A step placed worse than this, or whose ball slides farther, did not keep its promise [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -30,6 +30,8 @@ class WalkingPath:
     """[m]; 0 = derive."""
     step_width: float = 0.0
     """[m]; 0 = derive."""
+    quickest_step: float = 0.0
+    """No step takes less [s]; 0 = whatever they should take."""
     start_time: float = 0.0
     """Time of the first strike [s]."""
     style: str = ""

@@ -9,7 +9,7 @@ from usdfoot.errors import UsdfootError
 
 __all__ = ["BodyTuning"]
 
-RANGES = {"hip_spacing": (0.0, 10.0), "crouch": (-0.2, 0.6)}
+RANGES = {"hip_spacing": (0.1, 10.0), "crouch": (-0.2, 0.6)}
 POSITIVE = ("gravity", "comfort")
 
 

@@ -19,9 +19,8 @@ from usdfoot.engine.animate import (
 )
 from usdfoot.engine.planting import Planting, cut_motions, plant_samples, prepare_planting
 from usdfoot.engine.poses import ClipPoses, Layout
-from usdfoot.engine.reach import steps_off_terrain, unreached_steps
+from usdfoot.engine.reach import PLACED, steps_off_terrain, unreached_steps
 from usdfoot.engine.results import (
-    PLACED,
     ContactFigures,
     measure_contacts,
     measure_steps,

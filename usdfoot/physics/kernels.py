@@ -67,12 +67,16 @@ def lead_foot(rig: LegRig, gait: GaitArrays, side: int, contact: int, time: floa
     """Ankle of a foot that stands or swings, in the agent's world.
 
     In the swing the ball goes from print to print, the foot turns about one axis, and the virtual leg is retracted: it
-    is no longer than a length that shrinks to the retracted one in mid swing ([P] 2.5).
+    is no longer than a length that shrinks to the retracted one in mid swing ([P] 2.5). Nor is a leg that stands longer
+    than where a swing begins or ends: what is too far away is planted by and by, not with a jerk at the strike.
     """
     liftoff = gait.liftoffs[contact]
+    longest = longest_leg(rig, leg)
     if time <= liftoff:
         rotation = foot_rotation(gait, side, gait.yaws[contact], stance_pitch(gait, contact, time))
-        return wp.transformf(gait.balls[contact] - wp.quat_rotate(rotation, rig.ball_offsets[side]), rotation)
+        standing = gait.balls[contact] - wp.quat_rotate(rotation, rig.ball_offsets[side]) - leg.hip
+        stretched = wp.max(wp.length(standing) / longest, 1.0)
+        return wp.transformf(leg.hip + standing / stretched, rotation)
     share = wp.clamp((time - liftoff) / (gait.strikes[contact + 2] - liftoff), 0.0, 1.0)
     turn = gait.yaws[contact + 2] - gait.yaws[contact]
     yaw = gait.yaws[contact] + smootherstep(share) * wp.atan2(wp.sin(turn), wp.cos(turn))
@@ -83,7 +87,6 @@ def lead_foot(rig: LegRig, gait: GaitArrays, side: int, contact: int, time: floa
     bump = 16.0 * share * share * (1.0 - share) * (1.0 - share)
     across = ankle - leg.hip
     length = wp.length(across)
-    longest = longest_leg(rig, leg)
     allowed = longest + bump * (gait.retracted[contact] - longest)
     shortened = length - soft_positive(length - allowed, 0.04 * gait.nominal * bump)
     return wp.transformf(leg.hip + across * (shortened / wp.max(length, 1.0e-6)), turned)

@@ -22,8 +22,9 @@ from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.provenance import CHUNK_SIZE, CallRecord, provenance_of
 from usdfoot.pipeline.report import AnimateReport, report_json
 from usdfoot.pipeline.unchanged import EarlierCrowd, find_earlier
-from usdfoot.readers.chunks import find_agents, is_intact, read_record
-from usdfoot.readers.stage import has_marked, identifier_of, layers_of, open_stage
+from usdfoot.readers.chunks import is_intact, read_record
+from usdfoot.readers.stage import has_marked, identifier_of, is_as_saved, layers_of, open_stage
+from usdfoot.writers.folder_lock import lock_folder
 from usdfoot.writers.paths import folder_path
 
 if TYPE_CHECKING:  # imported where something is to be made: that takes longer than to find that nothing is
@@ -60,7 +61,7 @@ def animate(
     made from the same scene, clips, characters and options are kept, and of the other chunks the agents that were.
 
     Args:
-        scene_file: The USD scene; never changed.
+        scene_file: The USD scene, or an open stage; never changed.
         folder: Where crowd.usd and its layers go.
         agents: Glob on agents' names or paths, or several.
         frames: First and last time code to write; None = all of the plans.
@@ -69,7 +70,7 @@ def animate(
         levels: Of detail (UsdLod), for characters that have such variants.
         chunk_size: Agents a chunk, fewer where the shot is long; a worker has no more than one chunk in memory.
         limits: How much of a scene is read before it is refused.
-        executor: Whose workers make the chunks, if there are several to make; None = this process does.
+        executor: Whose workers make the chunks, if there are several and the scene is saved; None = this process does.
         beside: Whether this process makes chunks beside the executor's workers, and a few without them.
         progress: Told what begins or goes on, how much of it is done, and of how much: "read", "animate", "write".
 
@@ -78,20 +79,36 @@ def animate(
 
     Raises:
         SceneError: If the scene cannot be opened or no agent can be used.
-        OutputError: If the folder cannot be written to, the output would replace the input, or a worker vanished.
+        OutputError: If the folder cannot be written to, another run is writing into it, the output would replace the
+            input, or a worker vanished.
     """
     progress("read", 0, 0)
-    options, target = options or MotionOptions(), folder_path(folder)
+    stage, options, target = open_stage(scene_file), options or MotionOptions(), folder_path(folder)
     call = CallRecord(
         agents=agents, frames=frames, chunk_size=chunk_size, collect=collect, levels=levels, limits=limits
     )
-    earlier = find_earlier(stage := open_stage(scene_file), target, options=options, call=call)
+    with lock_folder(target):
+        return _animate(stage, target, call, options=options, executor=executor, beside=beside, progress=progress)
+
+
+def _animate(
+    stage: Any,
+    folder: Path,
+    call: CallRecord,
+    *,
+    options: MotionOptions,
+    executor: Executor | None,
+    beside: bool,
+    progress: Callable[[str, int, int], None],
+) -> AnimateReport:
+    """What is asked for of an open stage, in a folder that nobody else writes into; otherwise as `animate`."""
+    earlier = find_earlier(stage, folder, options=options, call=call)
     if earlier.unchanged:
         return earlier.unchanged
-    shot = _open_shot(stage, target, call, options=options, executor=None if earlier.is_there else executor)
+    shot = _open_shot(stage, folder, call, options=options, executor=None if earlier.is_there else executor)
     records = _make_chunks(shot, executor, beside, progress, earlier=earlier)
     problems = _distinct((*shot.scene.crowd.problems, *(problem for record in records for problem in record.problems)))
-    _require_agents(scene_file, records, problems)
+    _require_agents(shot.scene.stage.identifier, records, problems)
     progress("write", 0, 0)
     report = report_json(shot.scene, records, options=shot.options, problems=problems, folder=shot.folder)
     from usdfoot.batch.analysed import tidy_examples
@@ -103,7 +120,7 @@ def animate(
         shot.folder,
         chunks=[task.files for task, record in zip(shot.tasks, records, strict=True) if record.agents],
         characters=shot.characters,
-        collect=collect,
+        collect=call.collect,
         provenance=provenance_of(shot.scene, shot.options, shot.folder, call=call, inputs=report["inputs"]),
         report=report,
         intact=earlier.intact or {},
@@ -152,7 +169,8 @@ def animate_chunk(
         SceneError: If the scene cannot be opened, no agent can be used, or there is no such chunk.
         OutputError: If the folder cannot be written to or the output would replace the input.
     """
-    from usdfoot.batch.tasks import agents_a_chunk, with_earlier
+    from usdfoot.batch.earlier import find_agents, with_earlier
+    from usdfoot.batch.tasks import agents_a_chunk
 
     options, target = options or MotionOptions(), folder_path(folder)
     call = CallRecord(
@@ -229,7 +247,7 @@ def _open_shot(
 
     starting: list[Future[None]] = []
     many = 2 * FEW_CHUNKS * call.chunk_size  # an agent and its plan are two prims
-    if executor and call.agents == "*" and has_marked(stage, more_than=many):
+    if executor and is_as_saved(stage) and call.agents == "*" and has_marked(stage, more_than=many):
         early = EarlyTask(
             scene=identifier_of(stage.GetRootLayer()),
             inputs=inputs_of(layers_of(stage), folder),
@@ -288,8 +306,9 @@ def _make_chunks(
     earlier: EarlierCrowd,
 ) -> tuple[ChunkRecord, ...]:
     """Records of all chunks, kept or made."""
+    from usdfoot.batch.earlier import find_agents, with_earlier
     from usdfoot.batch.running import run_chunks
-    from usdfoot.batch.tasks import early_task, with_earlier
+    from usdfoot.batch.tasks import early_task
 
     tasks = shot.tasks
     records = [_kept_record(task, shot.folder, earlier) for task in tasks]
@@ -297,7 +316,8 @@ def _make_chunks(
     settled = [task.files for task, record in zip(tasks, records, strict=True) if record is not None]
     made_before = find_agents(shot.folder, intact=earlier.intact, kept=settled) if pending else {}
     tasks = [with_earlier(task, made_before) for task in tasks]
-    executor = executor if len(pending) > (FEW_CHUNKS if beside else 1) else None
+    few = FEW_CHUNKS if beside else 1
+    executor = executor if len(pending) > few and shot.scene.stage.as_saved else None  # workers open the file
     starting = shot.starting
     if executor and beside:
         starting = starting or open_scene_early(executor, early_task(tasks[pending[0]]))

@@ -17,6 +17,7 @@ from usdfoot.bridge.units import StageUnits
 from usdfoot.engine.options import EngineOptions
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.report import Problem
+from usdfoot.planning.habits import fastest_step
 from usdfoot.readers.goals import GoalAgent, read_agent_libraries
 from usdfoot.readers.stage import authored
 
@@ -67,5 +68,4 @@ def _top_speed(library: ClipLibrary) -> float:
     if not library.clips:
         return float("inf")
     examples, _ = build_once(library, samples=EngineOptions().samples)
-    speeds = np.linalg.norm(examples.landings, axis=1) / examples.durations
-    return float(speeds.max(initial=0.0)) or float("inf")
+    return fastest_step(examples)

@@ -169,7 +169,7 @@ def _read_plans(
         try:
             draft, _ = read_draft(prim, info.units, most=most)
             try:
-                plans[name] = draft.checked()
+                plans[name] = FootstepPlan.checked(draft)
             except PlanError as error:
                 if not mend:
                     raise
@@ -184,7 +184,7 @@ def _read_plans(
 def _mended(draft: PlanDraft, error: PlanError) -> FootstepPlan:
     """The plan with its times mended; raises what is wrong with it as it stands if that is not enough."""
     try:
-        return mend_times(draft).checked()
+        return FootstepPlan.checked(mend_times(draft))
     except PlanError:
         raise error from None
 

@@ -24,6 +24,7 @@ from usdfoot.planning.path import PathOptions
 from usdfoot.readers.casting import Casting
 from usdfoot.readers.habits import HabitsReader
 from usdfoot.readers.listing import list_scene
+from usdfoot.readers.moving_obstacles import MovingObstacles
 from usdfoot.readers.obstacles import read_obstacles
 from usdfoot.readers.terrain import read_terrain
 from usdfoot.readers.walkers import Walker, plan_walkers, read_walkers
@@ -83,6 +84,7 @@ def plan_scene_paths(
     walkers, errors = read_walkers(stage, prims, info.units, sources=sources, free_paths=agents == "*", habits=habits)
     progress("plan", 0, 0)
     obstacles, obstacle_problems = read_obstacles(stage, prims, info.units)
+    moving = MovingObstacles(prims, info.units)
     found = plan_walkers(walkers, terrain, obstacles=obstacles, options=options)
     errors |= {name: plan for name, plan in found.items() if isinstance(plan, UsdfootError)}
     problems = [_problem(error) for error in errors.values()] + [*terrain_problems, *obstacle_problems]
@@ -105,7 +107,14 @@ def plan_scene_paths(
     problems += [doubt for walker in walked for doubt in walker.doubts()]
     problems += [doubt for walker in walked if (doubt := walker.style_doubt())]
     problems += _detours(planned, walked)
-    problems += find_doubts(planned, terrain, bodies=[walker.proportions for walker in walked], obstacles=obstacles)
+    problems += moving.doubts()
+    problems += find_doubts(
+        planned,
+        terrain,
+        bodies=[walker.proportions for walker in walked],
+        obstacles=moving.others(obstacles),
+        moving=moving.at if moving else None,
+    )
     progress("write", 0, 0)
     chosen = {name: value for name, value in asdict(options).items() if value is not None}
     file = save_plans(planned, output, info, made_by={"planner": "path", "options": chosen})

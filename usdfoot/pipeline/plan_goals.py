@@ -24,11 +24,15 @@ from usdfoot.pipeline.goal_speeds import slow_to_clips
 from usdfoot.pipeline.plan import PlanReport
 from usdfoot.pipeline.stone_crossings import StoneOptions, cross_stones
 from usdfoot.planning.crowd import CrowdOptions, plan_crowd
+from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.scenario import Scenario
-from usdfoot.planning.wander import WanderOptions, plan_wander
+from usdfoot.planning.wander import WanderOptions, plan_wanders
 from usdfoot.planning.world import World
 
 __all__ = ["GoalOptions", "plan_scene_crowd", "plan_scene_stones", "plan_scene_wander"]
+
+TOGETHER = 500
+"""Those who wander at random, or to the same goals, are planned so many at a time, for memory's sake."""
 
 Progress = Callable[[str, int, int], None]
 
@@ -71,7 +75,7 @@ def plan_scene_crowd(
         found,
         made,
         output,
-        problems=(*slowed, *problems),
+        problems=(*found.moving.doubts(), *slowed, *problems),
         made_by={"planner": "crowd", "duration": duration, "options": asdict(options)},
         timed=False,
     )
@@ -112,28 +116,35 @@ def plan_scene_wander(
     progress("read", 0, 0)
     found = read_goal_scene(scene, options, with_goals=False, limits=limits)
     outline = None if bounds is None else np.array(bounds)[[[0, 1], [0, 3], [2, 3], [2, 1]]]
-    generators = np.random.default_rng(seed).spawn(len(found.agents))
     terrain = Ground(found.terrain)
+    world_at = _world_of(found, outline, terrain if terrain.has_terrain else None)
+    generators = np.random.default_rng(seed).spawn(len(found.agents))
     made, problems = {}, []
-    for index, (agent, generator) in enumerate(zip(found.agents, generators, strict=True)):
-        progress("plan", index, len(found.agents))
-        seeker = agent.seeker
-        ground = terrain.falling_back(float(seeker.start[1]))
-        world_at = _world_of(found, outline, ground)
-        try:
-            made[seeker.name] = plan_wander(
-                world_at(0.0),
-                on_ground(ground, seeker.start),
-                float(seeker.yaw or 0.0),
-                generator=generator,
-                goals=list(seeker.goals),
-                steps=steps,
-                options=WanderOptions(body=seeker.body, speed=agent.authored_speed, radius=options.radius),
-                later=world_at if found.moving else None,
-                name=seeker.name,
-            )
-        except PlanError as error:
-            problems.append(agent_problem(seeker.name, error))
+    alike: dict[tuple[Proportions, bytes], list[int]] = {}
+    for number, agent in enumerate(found.agents):
+        alike.setdefault((agent.seeker.body, agent.seeker.goals.tobytes()), []).append(number)
+    parts = [own[first : first + TOGETHER] for own in alike.values() for first in range(0, len(own), TOGETHER)]
+    for index, part in enumerate(parts):
+        progress("plan", index, len(parts))
+        agents = [found.agents[number] for number in part]
+        seekers = [agent.seeker for agent in agents]
+        plans = plan_wanders(
+            world_at(0.0),
+            np.array([on_ground(terrain, seeker.start) for seeker in seekers]),
+            np.array([float(seeker.yaw or 0.0) for seeker in seekers]),
+            generators=[generators[number] for number in part],
+            names=[seeker.name for seeker in seekers],
+            goals=[list(seeker.goals) for seeker in seekers],
+            speeds=np.array([agent.authored_speed for agent in agents]),
+            steps=steps,
+            options=WanderOptions(body=seekers[0].body, radius=options.radius),
+            later=world_at if found.moving else None,
+        )
+        for seeker, plan in zip(seekers, plans, strict=True):
+            if isinstance(plan, PlanError):
+                problems.append(agent_problem(seeker.name, plan))
+            else:
+                made[seeker.name] = plan
     progress("write", 0, 0)
     made_by = {"planner": "wander", "steps": steps, "seed": seed, "options": asdict(options)}
     return save_goal_plans(found, made, output, problems=problems, made_by=made_by, alone=True)
@@ -171,18 +182,24 @@ def plan_scene_stones(
     options, ways = options or GoalOptions(), StoneOptions(on=on, spacing=spacing, reach=reach, leaps=leaps)
     progress("read", 0, 0)
     found = read_goal_scene(scene, options, with_goals=True, limits=limits)
-    made, problems = cross_stones(found, ways, progress=progress)
+    made, faults = cross_stones(found, ways, progress=progress)
+    problems = (*found.moving.doubts(), *faults)
     progress("write", 0, 0)
     made_by = {"planner": "stones", "reach": reach, "leaps": leaps, "spacing": spacing, "options": asdict(options)}
     return save_goal_plans(found, made, output, problems=problems, made_by=made_by, alone=True)
 
 
-def _world_of(found: GoalScene, outline: FloatArray | None, ground: Ground) -> Callable[[float], World]:
-    """What one wanders in a time after the stage's start [s]."""
+def _world_of(found: GoalScene, outline: FloatArray | None, ground: Ground | None) -> Callable[[float], World]:
+    """What one wanders in a time after the stage's start [s]; the same for all who ask while nothing moves on."""
     still = World(bounds=outline, obstacles=found.moving.others(found.obstacles), ground=ground)
+    known: dict[int, World] = {}
 
     def at(time: float) -> World:
-        moving = found.moving.at(found.info.start_time + time) if found.moving else ()
-        return replace(still, obstacles=(*still.obstacles, *moving))
+        if not found.moving:
+            return still
+        moving = found.moving.at(found.info.start_time + time)
+        if id(moving) not in known:
+            known[id(moving)] = replace(still, obstacles=(*still.obstacles, *moving))
+        return known[id(moving)]
 
     return at

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
@@ -24,6 +24,7 @@ from usdfoot.planning.trajectories import TrajectoryOptions, plan_trajectories
 from usdfoot.planning.world import Obstacle
 from usdfoot.readers.listing import ListedScene, list_scene
 from usdfoot.readers.movers import Mover, read_movers
+from usdfoot.readers.moving_obstacles import MovingObstacles
 from usdfoot.readers.obstacles import read_obstacles
 from usdfoot.readers.terrain import read_terrain
 from usdfoot.readers.walkers import only_proportions
@@ -66,6 +67,9 @@ class _Surroundings:
     body: Proportions
     problems: tuple[Problem, ...]
     obstacles: tuple[Obstacle, ...] = ()
+    """That stay where they are."""
+    moving: Callable[[float], Sequence[Obstacle]] | None = None
+    """Others at a time [s]; None = there are none."""
 
 
 def plan_scene_trajectories(
@@ -168,7 +172,13 @@ def _planned(
         PlannedAgent(name=mover.name, plan=plan, size=around.body.foot_length, agent=mover.agent)
         for mover, plan in zip(movers, plans, strict=True)
     ]
-    doubts = find_doubts(planned, around.terrain, bodies=[around.body] * len(planned), obstacles=around.obstacles)
+    doubts = find_doubts(
+        planned,
+        around.terrain,
+        bodies=[around.body] * len(planned),
+        obstacles=around.obstacles,
+        moving=around.moving,
+    )
     progress("write", 0, 0)
     made_by = {"planner": "trajectories", "options": asdict(options)}
     file = save_plans(planned, output, around.info, made_by=made_by)
@@ -179,12 +189,14 @@ def _surroundings_of(listed: ListedScene, limits: Limits) -> _Surroundings:
     info, prims = listed.info, listed.prims
     terrain, terrain_problems = read_terrain(listed.stage, prims, info.units, limits=limits)
     obstacles, obstacle_problems = read_obstacles(listed.stage, prims, info.units)
+    moving = MovingObstacles(prims, info.units)
     return _Surroundings(
         info=info,
         terrain=terrain,
         body=only_proportions(prims, info.units, foreign=tuple(source.plan for source in listed.everyone)),
         problems=(*listed.problems, *terrain_problems, *obstacle_problems),
-        obstacles=obstacles,
+        obstacles=moving.others(obstacles),
+        moving=moving.at if moving else None,
     )
 
 

@@ -46,12 +46,12 @@ def provenance_of(
     """What crowd.usd says about its making: program, options, scene, and a hash of everything that was read (`inputs`).
 
     The scene's path is relative to the folder. It is a string, not an asset: the crowd does not depend on the scene,
-    but `usdfoot validate` finds the terrain there.
+    but `usdfoot validate` finds the terrain there. Of a stage that was edited in memory no files have the hash.
     """
     return {
         "version": __version__,
         "scene": relative_path(scene.stage.identifier, folder),
-        "contentHash": combined_hash(inputs),
+        "contentHash": combined_hash(inputs) if scene.stage.as_saved else "",
         "options": _given(asdict(options)),
         "call": {
             "agents": "\n".join([call.agents] if isinstance(call.agents, str) else call.agents),

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
+from usdfoot.analysis.hip_spacing import hip_width
 from usdfoot.batch.analysed import build_once
 from usdfoot.engine.options import EngineOptions
-from usdfoot.errors import UsdfootError
+from usdfoot.errors import PlanError, UsdfootError
 from usdfoot.maths import planar
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.ground import Ground
@@ -19,7 +20,7 @@ from usdfoot.planning.crossings import Stones, stance_at
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.reach import Reach, reach_of_biped, reach_of_examples
 from usdfoot.planning.scenario import Seeker
-from usdfoot.planning.stones import plan_stones
+from usdfoot.planning.stones import plan_crossings
 from usdfoot.planning.world import World, clearances
 from usdfoot.readers.goals import GoalAgent, read_agent_libraries
 from usdfoot.readers.stones import read_stones
@@ -56,34 +57,39 @@ def cross_stones(
     Args:
         found: The scene.
         options: Where and how far.
-        progress: Told of every agent.
+        progress: Told of all agents of one body and clips.
     """
     libraries, problems = read_agent_libraries(
         found.stage, found.prims, found.info.units, sources=[agent.source for agent in found.agents]
     )
     made, faults = {}, list(problems)
-    reaches: dict[int, Reach] = {}
+    alike: dict[tuple[int, Proportions], list[GoalAgent]] = {}
+    for agent in found.agents:
+        if agent.source.name in libraries:
+            alike.setdefault((id(libraries[agent.source.name]), agent.seeker.body), []).append(agent)
     tops: dict[Proportions, Stones] = {}
-    for index, agent in enumerate(found.agents):
-        progress("plan", index, len(found.agents))
-        library = libraries.get(agent.source.name)
-        if library is None:
-            continue
+    for index, agents in enumerate(alike.values()):
+        progress("plan", index, len(alike))
+        body = agents[0].seeker.body
         try:
-            if id(library) not in reaches:
-                reaches[id(library)] = _reach_of(library, options)
-            if agent.seeker.body not in tops:
-                tops[agent.seeker.body] = _stones_for(found, agent.seeker, options)
-            made[agent.seeker.name] = _cross(found, agent, reaches[id(library)], tops[agent.seeker.body])
+            reach = _reach_of(libraries[agents[0].source.name], options)
+            if body not in tops:
+                tops[body] = _stones_for(found, agents[0].seeker, options)
+            plans: list[FootstepPlan | UsdfootError] = [*_cross(found, agents, reach, tops[body])]
         except UsdfootError as error:
-            faults.append(agent_problem(agent.seeker.name, error))
+            plans = [error] * len(agents)
+        for agent, plan in zip(agents, plans, strict=True):
+            if isinstance(plan, UsdfootError):
+                faults.append(agent_problem(agent.seeker.name, plan))
+            else:
+                made[agent.seeker.name] = plan
     return made, faults
 
 
 def _reach_of(library: ClipLibrary, options: StoneOptions) -> Reach:
-    """How far a library's steps go; without clips as far as its legs allow."""
+    """How far a library's steps go; without clips as far as its legs allow, from hips as far apart as its own are."""
     if options.reach == "biped" or not library.clips:
-        return reach_of_biped(library.biped)
+        return reach_of_biped(library.biped, hip_width=hip_width(library.skeleton, library.biped))
     examples, _ = build_once(library, samples=EngineOptions().samples)
     return reach_of_examples(examples, library.biped, leaps=options.leaps)
 
@@ -101,20 +107,23 @@ def _stones_for(found: GoalScene, seeker: Seeker, options: StoneOptions) -> Ston
     return stones.only(clearances(world, places[:, [0, 2]], places[:, 1]) >= seeker.radius)
 
 
-def _cross(found: GoalScene, agent: GoalAgent, reach: Reach, stones: Stones) -> FootstepPlan:
-    """The agent's plan from where it stands to its last goal, where it faces as it came."""
-    seeker = agent.seeker
-    ground = Ground(found.terrain, fallback_height=float(seeker.start[1]))
-    start, goal = on_ground(ground, seeker.start), on_ground(ground, seeker.goals[-1])
-    ahead = float(planar.yaw_of((goal - start)[[0, 2]]))
-    yaw = ahead if seeker.yaw is None else seeker.yaw
-    plan = plan_stones(
+def _cross(
+    found: GoalScene, agents: Sequence[GoalAgent], reach: Reach, stones: Stones
+) -> list[FootstepPlan | PlanError]:
+    """The agents' plans from where each stands to its last goal, where it faces as it came."""
+    terrain, starts, goals = Ground(found.terrain), [], []
+    for seeker in (agent.seeker for agent in agents):
+        ground = terrain.falling_back(float(seeker.start[1]))
+        start, goal = on_ground(ground, seeker.start), on_ground(ground, seeker.goals[-1])
+        ahead = float(planar.yaw_of((goal - start)[[0, 2]]))
+        starts.append(stance_at(start, ahead if seeker.yaw is None else seeker.yaw, reach))
+        goals.append(stance_at(goal, ahead, reach))
+    return plan_crossings(
         stones,
-        stance_at(start, yaw, reach),
-        stance_at(goal, ahead, reach),
+        starts,
+        goals,
         reach=reach,
-        body=seeker.body,
-        speed=agent.authored_speed,
-        name=seeker.name,
+        body=agents[0].seeker.body,
+        speeds=[agent.authored_speed for agent in agents],
+        names=[agent.seeker.name for agent in agents],
     )
-    return replace(plan, name=seeker.name)

@@ -48,8 +48,8 @@ class EarlierCrowd:
 def find_earlier(scene: Any, folder: Path, *, options: MotionOptions, call: CallRecord) -> EarlierCrowd:
     """The crowd of a folder, and whether it is what would be made.
 
-    Nothing of the scene is read but which files it consists of. Of a crowd that might come out otherwise, files are
-    not read that are older than its report.
+    Nothing of the scene is read but which files it consists of, and nothing of the crowd's files that the report's own
+    time vouches for.
 
     Args:
         scene: File or open stage.
@@ -65,7 +65,7 @@ def find_earlier(scene: Any, folder: Path, *, options: MotionOptions, call: Call
     if read is None:
         return EarlierCrowd()
     report, records = read
-    intact = intact_files(report["files"], folder, since=None if is_same else folder / File.REPORT)
+    intact = intact_files(report["files"], folder, marked=folder / File.REPORT)
     if is_same and intact == report["files"]:
         return EarlierCrowd(unchanged=_report_of(report, records, folder), intact=intact)
     return EarlierCrowd(intact=intact, records={record.anims: record for record in records})
@@ -90,9 +90,10 @@ def _is_same(scene: Any, folder: Path, options: MotionOptions, call: CallRecord)
 def _read_report(folder: Path) -> tuple[dict[str, Any], list[ChunkRecord]] | None:
     """report.json without its agents, which are most of it, and its chunks' records; None if of other versions."""
     try:
-        before, _, text = (folder / File.REPORT).read_text(encoding="utf-8").partition(_AGENTS)
-        agents, _, after = text.partition(_END)
-        report = json.loads(f"{before}{_AGENTS}{_END}{after}")
+        text = (folder / File.REPORT).read_text(encoding="utf-8")
+        start = text.index(_AGENTS) + len(_AGENTS)
+        end = text.index(_END, start)
+        agents, report = text[start:end], json.loads(text[:start] + text[end:])
         is_ours = report["versions"] == {"usdfoot": __version__, **library_versions()}
         is_ours = is_ours and isinstance(report["files"], dict)
         return (report, read_records(report["chunks"], agents.split(",\n"))) if is_ours else None

@@ -1,148 +1,215 @@
-"""Crossing graph: every step between footholds, and every turn before it, with what it costs."""
+"""Crossing graph: which footholds are within a step of which, and the best ways over them, turns and all."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
+import warp as wp
 from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
-from usdfoot.model.biped import LEFT, RIGHT
-from usdfoot.planning.crossed import apart_midway
+from usdfoot.model.device import start_warp
+from usdfoot.planning.crossing_kernel import Footing, Searches, StepRules, find_ways
 from usdfoot.planning.crossings import Stance, Stones
-from usdfoot.planning.reach import Reach, step_costs
+from usdfoot.planning.reach import Reach
 
-__all__ = ["HEADINGS", "ROUNDED", "CrossingGraph", "build_graph"]
+__all__ = ["HEADINGS", "ROUNDED", "CrossingGraph", "Way", "build_graph"]
 
 HEADINGS = 24
 """Headings the search tells apart."""
 ROUNDED = 1e-9
 """Feet one behind the other do not cross [m]."""
+TURNED = 1e-9
+"""Turns may be larger than the largest by rounding [rad]."""
+MOST_NODES = 4_000_000
+"""Of all searches at once at most, for memory's sake."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Way:
+    """The best way of one search, S steps from its start to its goal."""
+
+    positions: FloatArray
+    """Of all places: two of the start, two of the goal, N footholds [m], shape (4 + N, 3)."""
+    yaws: FloatArray
+    """Of all headings [rad], from the start's on, shape (K,)."""
+    places: IntArray
+    """Stood on one after the other, shape (S + 1,); none where no way leads to the goal."""
+    sides: IntArray
+    """Of the feet there, shape (S + 1,)."""
+    headings: IntArray
+    """Shape (S + 1,)."""
+    cost: float
+    """Of the way, infinite where there is none."""
+    reached: BoolArray
+    """Whether a way leads there, of places looked at before the goal, shape (4 + N,)."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class CrossingGraph:
-    """Nodes count (place, foot, heading, layer); places: start stance, goal stance, footholds.
+    """N footholds and which of them are within a step of each other, for any number of searches."""
 
-    Layer 0 is before the turn, layer n after one of the n turns into the heading that lead most to the side of the foot
-    that swings next.
-    """
+    stones: Stones
+    reach: Reach
+    first: IntArray
+    """First of each foothold's neighbours, shape (N + 1,)."""
+    beside: IntArray
+    """Neighbours of all, ascending, shape (E,)."""
 
-    positions: FloatArray
-    """Of all places [m], shape (P, 3)."""
-    yaws: FloatArray
-    """Of all headings [rad], shape (K,), from the start's on."""
-    goal_heading: int
-    layers: int
-    edges: csr_array
-    """Costs, shape (2 P K L, 2 P K L)."""
+    @cached_property
+    def _least(self) -> csr_array:
+        """What a step from each foothold to each neighbour costs at least, the other way round, shape (N, N)."""
+        owners = np.repeat(np.arange(len(self.first) - 1), np.diff(self.first))
+        places = self.stones.positions
+        costs = self._least_costs(places[self.beside] - places[owners]) + self.stones.costs[self.beside]
+        possible = np.isfinite(costs)
+        pairs = self.beside[possible], owners[possible]
+        return csr_array((costs[possible], pairs), shape=(len(places), len(places)))
 
-    def nodes(self, places: IntArray, sides: IntArray, headings: IntArray) -> IntArray:
-        """Nodes before the turn."""
-        return ((places * 2 + sides) * len(self.yaws) + headings) * self.layers
+    def _least_costs(self, offsets: FloatArray) -> FloatArray:
+        """What steps by offsets (E, 3) cost at least, whatever the heading, shape (E,)."""
+        lengths = np.hypot(offsets[:, 0], offsets[:, 2])
+        longer = lengths - np.linalg.norm(self.reach.comfortable)
+        costs = 1.0 + (longer / self.reach.spread.max()) ** 2 + (offsets[:, 1] / (0.5 * self.reach.rise)) ** 2
+        possible = (lengths <= self.reach.farthest * (1.0 + 1e-9)) & (np.abs(offsets[:, 1]) <= self.reach.rise)
+        return np.where(possible, costs * (1.0 - 1e-9), np.inf)
 
-    def steps(self, nodes: IntArray) -> tuple[IntArray, IntArray, IntArray]:
-        """Places, sides and headings of the nodes before a turn."""
-        standing = nodes[nodes % self.layers == 0] // self.layers
-        headings = standing % len(self.yaws)
-        feet = standing // len(self.yaws)
-        return feet // 2, feet % 2, headings
+    def search(self, starts: Sequence[Stance], goals: Sequence[Stance]) -> list[Way]:
+        """The best ways from stances to stances, M of each: a turn, then a step.
 
+        A* over (place, foot, heading), led by what the steps to the goal cost at least.
+        """
+        nodes = 2 * HEADINGS * (4 + len(self.stones.positions))
+        parts = -(-len(starts) * nodes // MOST_NODES)
+        rows = np.array_split(np.arange(len(starts)), parts) if len(starts) else []
+        return [
+            way
+            for own in rows
+            for way in self._search_some([starts[int(row)] for row in own], [goals[int(row)] for row in own])
+        ]
 
-def build_graph(stones: Stones, start: Stance, goal: Stance, *, reach: Reach) -> CrossingGraph:
-    """The graph of all footholds and the stances; the two of a stance come first, then those of the goal."""
-    positions = np.concatenate([start.positions, goal.positions, stones.positions])
-    discomforts = np.concatenate([np.zeros(4), stones.costs])
-    yaws = start.yaw + np.arange(HEADINGS) * (2.0 * np.pi / HEADINGS)
-    goal_heading = int(np.argmin(np.abs(planar.wrap_angle(yaws - goal.yaw))))
-    yaws[goal_heading] = goal.yaw if goal_heading else start.yaw
-    turns = [[_turns_into(yaws, heading, side, reach) for side in (LEFT, RIGHT)] for heading in range(HEADINGS)]
-    layers = 1 + max(len(befores) for both in turns for befores, _ in both)
-    rows, columns, costs = (
-        np.concatenate(part)
-        for part in zip(
-            *_step_edges(positions, discomforts, yaws, goal_heading, reach, turns, layers),
-            *_turn_edges(len(positions), turns, layers, reach),
-            strict=True,
+    def _search_some(self, starts: Sequence[Stance], goals: Sequence[Stance]) -> list[Way]:
+        count, nodes = len(starts), 2 * HEADINGS * (4 + len(self.stones.positions))
+        stances = np.stack([np.stack([stance.positions for stance in ends]) for ends in (starts, goals)], axis=1)
+        stances = stances.reshape(count, 4, 3)
+        yaws, goal_headings = _headings(starts, goals)
+        start_warp()
+        footing: Any = Footing()
+        for name, values, dtype in (
+            ("stances", stances, wp.vec3d),
+            ("stones", self.stones.positions, wp.vec3d),
+            ("discomforts", self.stones.costs, wp.float64),
+            ("first", self.first.astype(np.int32), wp.int32),
+            ("beside", self.beside.astype(np.int32), wp.int32),
+            *_turn_tables(yaws, self.reach),
+            ("goal_headings", goal_headings.astype(np.int32), wp.int32),
+            ("ahead", self._ahead(stances[:, 2:]), wp.float64),
+        ):
+            setattr(footing, name, wp.array(values, dtype=dtype, device="cpu"))
+        searches, arrived = _begin((count, nodes)), wp.empty(count, dtype=wp.int32, device="cpu")
+        wp.launch(find_ways, dim=count, inputs=[footing, _rules(self.reach), searches, arrived], device="cpu")
+        found = zip(stances, yaws, searches.costs.numpy(), searches.before.numpy(), arrived.numpy(), strict=True)
+        return [self._way(*own) for own in found]
+
+    def _ahead(self, goals: FloatArray) -> FloatArray:
+        """What the steps from each foothold to each goal (M, 2, 3) cost at least, 0 where there is no way, (M, N)."""
+        places, count = self.stones.positions, len(goals)
+        tree = cKDTree(places[:, [0, 2]])
+        near = tree.query_ball_point(goals[:, :, [0, 2]].reshape(-1, 2), self.reach.farthest)
+        owners = np.repeat(np.arange(2 * count), [len(own) for own in near])
+        stones = np.array([stone for own in near for stone in own], dtype=np.intp)
+        costs = self._least_costs(goals.reshape(-1, 3)[owners] - places[stones])
+        rows = np.full((count, len(places)), np.inf)
+        np.minimum.at(rows, (owners // 2, stones), costs)
+        goal, stone = np.nonzero(np.isfinite(rows))
+        least = self._least.tocoo()
+        size = len(places) + count
+        entries = np.concatenate([least.data, rows[goal, stone]])
+        pairs = np.concatenate([least.row, len(places) + goal]), np.concatenate([least.col, stone])
+        links = csr_array((entries, pairs), shape=(size, size))
+        found = dijkstra(links, indices=len(places) + np.arange(count))[:, : len(places)]
+        return np.where(np.isfinite(found), found, 0.0)
+
+    def _way(self, stances: FloatArray, yaws: FloatArray, costs: FloatArray, before: IntArray, arrived: int) -> Way:
+        """The way to a node, from what a search found of all nodes."""
+        nodes = []
+        while arrived >= 0:
+            nodes.append(arrived)
+            arrived = int(before[arrived])
+        standing = np.array(nodes[::-1], dtype=int)
+        feet, headings = np.divmod(standing, HEADINGS)
+        return Way(
+            positions=np.concatenate([stances, self.stones.positions]),
+            yaws=yaws,
+            places=feet // 2,
+            sides=feet % 2,
+            headings=headings,
+            cost=float(costs[standing[-1]]) if nodes else np.inf,
+            reached=np.asarray(np.isfinite(costs).reshape(-1, 2 * HEADINGS).any(axis=1)),
         )
-    )
-    size = 2 * HEADINGS * layers * len(positions)
-    edges = csr_array((costs, (rows, columns)), shape=(size, size))
-    return CrossingGraph(positions=positions, yaws=yaws, goal_heading=goal_heading, layers=layers, edges=edges)
 
 
-def _turns_into(yaws: FloatArray, heading: int, side: int, reach: Reach) -> tuple[IntArray, FloatArray]:
-    """Headings from which one can turn into a heading, and the turns [rad], those to the side of a swing foot first."""
-    turns = planar.wrap_angle(yaws[heading] - yaws)
-    befores = np.flatnonzero(np.abs(turns) <= reach.turn + 1e-9)
-    befores = befores[np.argsort(turns[befores] * (1.0 if side == RIGHT else -1.0))]
-    return befores, turns[befores]
-
-
-def _step_edges(
-    positions: FloatArray,
-    discomforts: FloatArray,
-    yaws: FloatArray,
-    goal_heading: int,
-    reach: Reach,
-    turns: list[list[tuple[IntArray, FloatArray]]],
-    layers: int,
-) -> list[tuple[IntArray, IntArray, FloatArray]]:
-    """Edges from a foot after the turn to the other foot, half a step's least cost taken off for the turn.
-
-    A step ahead crosses the legs midway if its turn leads too far away from the swing foot's side: it leaves from the
-    layer of those that do not. One that crosses them in the turn to that side, going back, is not taken.
-    """
-    tree = cKDTree(positions[:, [0, 2]])
+def build_graph(stones: Stones, *, reach: Reach) -> CrossingGraph:
+    """The graph of footholds for steps of a reach."""
+    tree = cKDTree(stones.positions[:, [0, 2]])
     pairs = tree.query_pairs(reach.farthest, output_type="ndarray").astype(np.intp)
     pairs = np.concatenate([pairs, pairs[:, ::-1]])
-    pairs = pairs[(pairs[:, 0] < 2) | (pairs[:, 0] > 3)]  # a foot at the goal has arrived
-    pairs = pairs[pairs[:, 1] > 1]  # the start is not come back to
-    offsets = positions[pairs[:, 1]] - positions[pairs[:, 0]]
-    parts = []
-    for heading, yaw in enumerate(yaws):
-        landings = planar.rotate(-yaw, offsets[:, [0, 2]])
-        for side in (LEFT, RIGHT):
-            costs = step_costs(reach, landings, np.full(len(pairs), side), rises=offsets[:, 1])
-            possible = np.flatnonzero(np.isfinite(costs) & _may_end(pairs[:, 1], side, heading == goal_heading))
-            layer = _uncrossed(offsets[possible][:, [0, 2]], side, yaw, turns[heading][side][1])
-            possible, layer = possible[layer > 0], layer[layer > 0]
-            source, target = pairs[possible].T
-            rows = ((source * 2 + 1 - side) * len(yaws) + heading) * layers + layer
-            columns = ((target * 2 + side) * len(yaws) + heading) * layers
-            parts.append((rows, columns, costs[possible] - 0.5 + discomforts[target]))
-    return parts
+    pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+    first = np.searchsorted(pairs[:, 0], np.arange(len(stones.positions) + 1))
+    return CrossingGraph(stones=stones, reach=reach, first=first, beside=pairs[:, 1])
 
 
-def _may_end(places: IntArray, side: int, is_goal_heading: bool) -> BoolArray:
-    """Whether a foot may stand at the places: at the goal each has its own, with the goal's heading."""
-    at_goal = (places == 2) | (places == 3)
-    return ~at_goal | ((places == 2 + side) & is_goal_heading)
+def _headings(starts: Sequence[Stance], goals: Sequence[Stance]) -> tuple[FloatArray, IntArray]:
+    """Headings (M, K) [rad] from the starts' on, those nearest to the goals' as these are, and which they are (M,)."""
+    begins, ends = (np.array([stance.yaw for stance in stances]) for stances in (starts, goals))
+    yaws = begins[:, None] + np.arange(HEADINGS) * (2.0 * np.pi / HEADINGS)
+    nearest = np.argmin(np.abs(planar.wrap_angle(yaws - ends[:, None])), axis=1)
+    yaws[np.arange(len(yaws)), nearest] = np.where(nearest > 0, ends, begins)
+    return yaws, nearest
 
 
-def _uncrossed(offsets: FloatArray, side: int, yaw: float, turns: FloatArray) -> IntArray:
-    """With how many of the first turns (T,) into a heading [rad] steps (N, 2) [m] do not cross the legs, shape (N,)."""
-    apart = apart_midway(offsets[None], np.array(side), yaws_before=(yaw - turns)[:, None], turns=turns[:, None])
-    return np.asarray(np.cumprod(apart >= -ROUNDED, axis=0).sum(axis=0))
+def _turn_tables(yaws: FloatArray, reach: Reach) -> list[tuple[str, Any, Any]]:
+    """What kernels ask of headings (M, K) [rad] and the turns between them, by name with types."""
+    turns = planar.wrap_angle(yaws[:, :, None] - yaws[:, None])  # (M, K, K)
+    turns = np.where(np.abs(turns) <= reach.turn + TURNED, turns, np.inf)
+    most = int(np.isfinite(turns).sum(axis=2).max(initial=1))
+    befores = np.argsort(turns, axis=2, kind="stable")[..., :most]
+    turns = np.take_along_axis(turns, befores, axis=2)
+    midways = planar.direction(yaws[..., None] - 0.5 * np.where(np.isfinite(turns), turns, 0.0))
+    return [
+        ("forward", planar.direction(yaws), wp.vec2d),
+        ("befores", befores.astype(np.int32), wp.int32),
+        ("turns", turns, wp.float64),
+        ("midways", midways, wp.vec2d),
+    ]
 
 
-def _turn_edges(
-    count: int, turns: list[list[tuple[IntArray, FloatArray]]], layers: int, reach: Reach
-) -> list[tuple[IntArray, IntArray, FloatArray]]:
-    """Edges from a foot before the turn to the same after it; the largest turn costs a step.
+def _begin(shape: tuple[int, int]) -> Any:
+    """Searches that know of no node, (M, 2 P K)."""
+    searches: Any = Searches()
+    searches.costs = wp.full(shape, np.inf, dtype=wp.float64, device="cpu")
+    searches.keys = wp.empty(shape, dtype=wp.float64, device="cpu")
+    searches.before = wp.full(shape, -1, dtype=wp.int32, device="cpu")
+    searches.slots = wp.full(shape, -1, dtype=wp.int32, device="cpu")
+    searches.heap = wp.empty(shape, dtype=wp.int32, device="cpu")
+    return searches
 
-    The turns are those into each heading, before the left and before the right foot swings.
-    """
-    parts: list[tuple[IntArray, IntArray, FloatArray]] = []
-    for heading, both in enumerate(turns):
-        for side, (befores, angles) in enumerate(both):
-            feet = ((np.arange(count) * 2 + 1 - side) * len(turns))[:, None]
-            rank, layer = np.triu_indices(len(befores))
-            rows = (feet + befores[rank]) * layers
-            columns = (feet + heading) * layers + layer + 1
-            costs = 0.5 + (angles[rank] / reach.turn) ** 2
-            parts.append((rows.ravel(), columns.ravel(), np.tile(costs, count)))
-    return parts
+
+def _rules(reach: Reach) -> Any:
+    """What kernels ask of a reach."""
+    edges = np.roll(reach.outline, -1, axis=0) - reach.outline
+    normals = np.stack([edges[:, 1], -edges[:, 0]], axis=1)  # outward
+    rules: Any = StepRules()
+    rules.normals = wp.array(normals, dtype=wp.vec2d, device="cpu")
+    rules.rims = wp.array(np.sum(reach.outline * normals, axis=1) + 1e-9, dtype=wp.float64, device="cpu")
+    rules.lowest, rules.highest = wp.vec2d(*reach.outline.min(axis=0)), wp.vec2d(*reach.outline.max(axis=0))
+    rules.comfortable, rules.spread = wp.vec2d(*reach.comfortable), wp.vec2d(*reach.spread)
+    rules.rise, rules.turn, rules.apart, rules.rounded = reach.rise, reach.turn, reach.apart, ROUNDED
+    return rules

@@ -223,7 +223,8 @@ def tread_steps(
 
     On stairs these are the treads. A shortest path over (sample, foot): a step costs the square of how much its length
     differs from what it should be there, and a little more for a high rise, over what lies between too, for feet that
-    cross, for a far turn, and for a foot that would swing through a wall from where it stood before.
+    cross, for a far turn, and for a foot that would swing through a wall from where it stood before. On ground where no
+    foot can stand, steps longer than they should be cost as much more as they are longer.
 
     Args:
         ways: Samples at even spacing.
@@ -263,7 +264,7 @@ def tread_steps(
     wp.launch(
         choose_treads,
         dim=len(gaits),
-        inputs=[*(wp.array(values, dtype=dtype) for values, dtype in tables), EASY_TURN, GRAZED, support, STEP],
+        inputs=[*(wp.array(values, dtype=dtype) for values, dtype in tables), EASY_TURN, GRAZED, support, STEP, BAD],
         outputs=[wp.full((count, 2), np.inf, dtype=wp.float64), wp.full((count, 2), -1, dtype=wp.int32), taken],
         device="cpu",
     )

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from usdfoot.maths import planar
-from usdfoot.maths.types import FloatArray
-from usdfoot.planning.routes import Route, aim_along
+from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.planning.routes import Route, aims_along
 from usdfoot.planning.spots import STEEPEST
-from usdfoot.planning.wanderer import SIDEWAYS, Wanderer, WanderOptions
+from usdfoot.planning.wanderer import SIDEWAYS, Wanderers, WanderOptions, rows_of
 from usdfoot.planning.world import World, clearances
 
-__all__ = ["choose_facing", "choose_step"]
+__all__ = ["DRAWS", "choose_facings", "choose_steps"]
 
 SLOPE = 8
 """Samples of the way ahead between which the ground may not rise more than a slope and half a step."""
@@ -23,70 +23,123 @@ DRAWS = 24
 """Directions tried when the one wanted leads too close to something."""
 
 
-def choose_step(
-    wanderer: Wanderer, world: World, routes: Sequence[Route], *, generator: np.random.Generator, options: WanderOptions
-) -> tuple[float, float, int]:
-    """Length [m] and turn [rad] of the next step, and the side to which it turns out of a dead end, 0 if in none."""
-    easy = options.easy_step
-    wanted, farthest, needed = generator.normal(scale=options.wobble), easy, options.look_ahead
-    aim = None
-    if routes:
-        aim = aim_along(routes[0], wanderer.position, ahead=4.0 * options.look_ahead)
-    if aim is not None:
-        wanted = float(planar.wrap_angle(planar.yaw_of(aim - wanderer.place) - wanderer.yaw))
-        farthest = min(easy, float(np.linalg.norm(aim - wanderer.place)))
-        needed = farthest
-    draws = generator.normal(size=DRAWS) * np.linspace(0.2, 3.0, DRAWS)
-    turns = np.clip(np.append(wanted, wanted + draws), -options.turn, options.turn)
-    radius = routes[0].radius if routes else options.radius
-    free = _free_ways(wanderer, turns[:1], needed, world, options, radius=radius)
-    if free[0] < needed:
-        free = _free_ways(wanderer, turns, needed, world, options, radius=radius)
-    chosen, spin = int(np.argmax(free)), 0  # the first of those that are wholly free
-    if free[chosen] < min(0.5 * easy, needed):
-        spin = wanderer.spin or (1 if wanted > 0.0 else -1)
-        turns, chosen = np.array([spin * options.turn]), 0
-        free = _free_ways(wanderer, turns, needed, world, options, radius=radius)
-    slower = 1.0 - 0.6 * abs(turns[chosen]) / options.turn
-    return float(min(free[chosen], farthest * slower)), float(turns[chosen]), spin
+def choose_steps(
+    wanderers: Wanderers,
+    world: World,
+    routes: Sequence[Route | None],
+    *,
+    draws: FloatArray,
+    options: WanderOptions,
+) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Lengths [m] and turns [rad] of the next steps, and the sides to which they turn out of dead ends, 0 if in none.
+
+    Args:
+        wanderers: N of them.
+        world: In which all of them are.
+        routes: Of each to its goal, None = at random.
+        draws: Random numbers, normally distributed, shape (N, 1 + DRAWS).
+        options: How they wander.
+
+    Returns:
+        Shape (N,) each.
+    """
+    easy, count = wanderers.easy_steps, len(wanderers)
+    wanted, farthest = options.wobble * draws[:, 0], easy
+    needed, radii = np.full(count, options.look_ahead), _radii(routes, options)
+    led, aims = _aims(wanderers, routes, ahead=4.0 * options.look_ahead)
+    if led.size:
+        vectors, wanted, farthest = aims - wanderers.places[led], wanted.copy(), easy.copy()
+        wanted[led] = planar.wrap_angle(planar.yaw_of(vectors) - wanderers.yaws[led])
+        farthest[led] = needed[led] = np.minimum(easy[led], np.linalg.norm(vectors, axis=1))
+    around = wanted[:, None] + draws[:, 1:] * np.linspace(0.2, 3.0, DRAWS)
+    turns = np.clip(np.column_stack([wanted, around]), -options.turn, options.turn)
+    chosen, free = turns[:, 0].copy(), _free_ways(wanderers, turns[:, :1], needed, radii, world, options)[:, 0]
+    barred = np.flatnonzero(free < needed)
+    if barred.size:
+        ways = _free_ways(rows_of(wanderers, barred), turns[barred], needed[barred], radii[barred], world, options)
+        best = np.argmax(ways, axis=1)  # the first of those that are wholly free
+        chosen[barred], free[barred] = turns[barred, best], ways[np.arange(len(barred)), best]
+    spins = np.zeros(count, dtype=int)
+    dead = np.flatnonzero(free < np.minimum(0.5 * easy, needed))
+    if dead.size:
+        spins[dead] = np.where(wanderers.spins, wanderers.spins, np.where(wanted > 0.0, 1, -1))[dead]
+        chosen[dead] = spins[dead] * options.turn
+        ends = rows_of(wanderers, dead)
+        free[dead] = _free_ways(ends, chosen[dead, None], needed[dead], radii[dead], world, options)[:, 0]
+    slower = 1.0 - 0.6 * np.abs(chosen) / options.turn
+    return np.minimum(free, farthest * slower), chosen, spins
 
 
-def choose_facing(
-    wanderer: Wanderer, turn: float, world: World, *, routes: Sequence[Route], options: WanderOptions
-) -> float:
-    """How far it looks to the right of where it goes in the next step: sideways where a narrow way leads."""
-    ahead = np.linspace(0.0, SHOULDERS, 9)[:, None]
-    points = wanderer.place + ahead * planar.direction(np.array(wanderer.yaw + turn))
-    narrow = bool(routes) and routes[0].radius < options.radius
-    narrow = narrow and clearances(world, points, np.full(len(points), wanderer.height)).min() < options.radius
-    change = (SIDEWAYS if narrow else 0.0) - wanderer.facing
-    return wanderer.facing + float(np.clip(change, -options.turn, options.turn))
+def choose_facings(
+    wanderers: Wanderers, turns: FloatArray, world: World, *, routes: Sequence[Route | None], options: WanderOptions
+) -> FloatArray:
+    """How far they look to the right of where they go in the next step: sideways where a narrow way leads."""
+    narrow = _radii(routes, options) < options.radius
+    rows = np.flatnonzero(narrow)
+    if rows.size:
+        ahead = np.linspace(0.0, SHOULDERS, 9)[:, None]
+        forward = planar.direction(wanderers.yaws[rows] + turns[rows])
+        points = wanderers.places[rows, None] + ahead * forward[:, None]  # (M, 9, 2)
+        room = clearances(world, points.reshape(-1, 2), np.repeat(wanderers.heights[rows], len(ahead)))
+        narrow[rows] = room.reshape(len(rows), -1).min(axis=1) < options.radius
+    changes = np.where(narrow, SIDEWAYS, 0.0) - wanderers.facings
+    return wanderers.facings + np.clip(changes, -options.turn, options.turn)
+
+
+def _radii(routes: Sequence[Route | None], options: WanderOptions) -> FloatArray:
+    """Half the width that each needs on its way [m], shape (N,)."""
+    return np.array([route.radius if route else options.radius for route in routes])
+
+
+def _aims(wanderers: Wanderers, routes: Sequence[Route | None], *, ahead: float) -> tuple[IntArray, FloatArray]:
+    """Who has a way to its goal (M,), and the points (x, z) in plain view on it, at most `ahead` [m] on, (M, 2)."""
+    numbers = np.array([id(route) if route else 0 for route in routes])
+    rows: list[IntArray] = [np.zeros(0, dtype=int)]
+    aims: list[FloatArray] = [np.zeros((0, 2))]
+    for route in {id(route): route for route in routes if route}.values():
+        own = np.flatnonzero(numbers == id(route))
+        led, points = aims_along(route, wanderers.positions[own], ahead=ahead)
+        rows.append(own[led])
+        aims.append(points)
+    return np.concatenate(rows), np.concatenate(aims)
 
 
 def _free_ways(
-    wanderer: Wanderer, turns: FloatArray, ahead: float, world: World, options: WanderOptions, *, radius: float
+    wanderers: Wanderers,
+    turns: FloatArray,
+    ahead: FloatArray,
+    radii: FloatArray,
+    world: World,
+    options: WanderOptions,
 ) -> FloatArray:
-    """How far each direction is free [m] for a body of a radius [m], at most `ahead`, shape (T,).
+    """How far directions (N, T) are free [m] for bodies of radii (N,) [m], at most `ahead` (N,), shape (N, T).
 
     Who is already too close to something may walk where it does not come closer. What moves is where it will be when
     the wanderer gets there.
     """
-    spacing = 0.5 * radius
-    distances = np.arange(1, max(1, int(np.ceil(ahead / spacing))) + 1) * spacing
-    points = wanderer.place + distances[:, None] * planar.direction(wanderer.yaw + turns)[:, None]  # (T, D, 2)
-    heights = np.full((len(turns), len(distances) + 1), wanderer.height)
-    passable = np.ones((len(turns), len(distances)), dtype=bool)
+    spacings = 0.5 * radii
+    counts = np.maximum(np.ceil(ahead / spacings).astype(int), 1)
+    most, shape = int(counts.max(initial=1)), turns.shape
+    distances = np.arange(1, most + 1) * spacings[:, None]  # (N, D)
+    forward = planar.direction(wanderers.yaws[:, None] + turns)
+    points = wanderers.places[:, None, None] + distances[:, None, :, None] * forward[:, :, None]  # (N, T, D, 2)
+    heights = np.empty((*shape, most + 1))
+    heights[:] = wanderers.heights[:, None, None]
+    passable = np.ones((*shape, most), dtype=bool)
     if world.ground is not None:
-        ways = np.concatenate([np.broadcast_to(wanderer.place, (len(turns), 1, 2)), points], axis=1).reshape(-1, 2)
-        first = np.arange(len(turns) + 1) * (len(distances) + 1)
-        sample = world.ground.follow(ways, np.full(len(ways), wanderer.height), first=first, step_up=options.step)
-        heights[:, 1:] = sample.heights.reshape(heights.shape)[:, 1:]
-        passable = sample.walkable.reshape(heights.shape)[:, 1:] & (np.abs(np.diff(heights)) <= options.step)
-        rises = np.abs(heights[:, SLOPE:] - heights[:, :-SLOPE])
-        passable[:, SLOPE - 1 :] &= rises <= SLOPE * spacing * np.tan(STEEPEST) + 0.5 * options.step
-    here = float(clearances(world, wanderer.place[None], np.array([wanderer.height]))[0])
-    times = np.tile(distances / options.pace, len(turns))
-    free = clearances(world, points.reshape(-1, 2), heights[:, 1:].ravel(), times=times) >= min(radius, here)
-    clear = free.reshape(len(turns), -1) & passable
-    first_blocked = np.where(clear.all(axis=1), len(distances), np.argmin(clear, axis=1))
-    return np.minimum(first_blocked * spacing, ahead)
+        begins = np.broadcast_to(wanderers.places[:, None, None], (*shape, 1, 2))
+        ways = np.concatenate([begins, points], axis=2).reshape(-1, 2)
+        first = np.arange(turns.size + 1) * (most + 1)
+        sample = world.ground.follow(ways, heights.ravel(), first=first, step_up=options.step)
+        heights[..., 1:] = sample.heights.reshape(heights.shape)[..., 1:]
+        passable = sample.walkable.reshape(heights.shape)[..., 1:] & (np.abs(np.diff(heights)) <= options.step)
+        rises = np.abs(heights[..., SLOPE:] - heights[..., :-SLOPE])
+        highest = SLOPE * spacings * np.tan(STEEPEST) + 0.5 * options.step
+        passable[..., SLOPE - 1 :] &= rises <= highest[:, None, None]
+    here = clearances(world, wanderers.places, wanderers.heights)
+    times = np.broadcast_to((distances / wanderers.paces[:, None])[:, None], passable.shape).ravel()
+    room = clearances(world, points.reshape(-1, 2), heights[..., 1:].ravel(), times=times).reshape(passable.shape)
+    clear = passable & (room >= np.minimum(radii, here)[:, None, None])
+    clear |= np.arange(most) >= counts[:, None, None]
+    first_blocked = np.where(clear.all(axis=2), counts[:, None], np.argmin(clear, axis=2))
+    return np.minimum(first_blocked * spacings[:, None], ahead[:, None])

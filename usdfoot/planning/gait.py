@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from usdfoot.analysis.gaits import RUNNING_FROUDE
-from usdfoot.analysis.timing import TimingRule, time_steps
-from usdfoot.maths.types import FloatArray
+from usdfoot.analysis.timing import EARTH_GRAVITY, HUMAN_LEG, QUICKENING, TimingRule, contact_overlaps, time_steps
+from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.planning.proportions import Proportions
 
 __all__ = ["TOE_OUT", "Gait", "derive_gait", "longest_time", "natural_lengths", "overlap_shares"]
@@ -34,6 +34,8 @@ class Gait:
     """Ball to ball across the way [m]."""
     walked_length: float
     """How far a step without a flight goes along the way at most [m]."""
+    quickest_time: float = 0.0
+    """No step takes less, however short [s]."""
     toe_out: float = TOE_OUT
     """[rad]."""
     rule: TimingRule = field(default_factory=TimingRule)
@@ -61,6 +63,7 @@ def derive_gait(
     speed: float = 0.0,
     step_length: float = 0.0,
     step_width: float = 0.0,
+    quickest_time: float = 0.0,
 ) -> Gait:
     """The gait with what is given; what is 0 is derived as people of these proportions would ([P] 2.1, 4.1).
 
@@ -69,20 +72,28 @@ def derive_gait(
         speed: [m/s].
         step_length: [m].
         step_width: [m].
+        quickest_time: Of a step [s]; 0 = any.
     """
     body = proportions or Proportions()
     rule, width = body.timing, step_width or body.step_width
     step_length = step_length or _unasked_length(body, rule, speed=speed, width=width)
     step_time = step_length / speed if speed else float(time_steps(np.array([step_length]), rule).step_times[0])
     walked = _walked_length(body, width)
-    return Gait(step_length=step_length, step_time=step_time, step_width=width, walked_length=walked, rule=rule)
+    return Gait(
+        step_length=step_length,
+        step_time=step_time,
+        step_width=width,
+        walked_length=walked,
+        quickest_time=quickest_time,
+        rule=rule,
+    )
 
 
 def _unasked_length(body: Proportions, rule: TimingRule, *, speed: float, width: float) -> float:
     """Length of a step at a speed [m/s], 0 = of an easy one; in a walk no longer than the legs span [m]."""
     easy = body.habits.easy_step * body.leg_length
     length = float(natural_lengths(np.array([speed]), rule)[0]) if speed else easy
-    if time_steps(np.array([length]), rule).flies[0]:
+    if speed and _runs(np.array([speed]), rule)[0]:
         return length
     return min(length, _walked_length(body, width))
 
@@ -101,23 +112,24 @@ def longest_time(rule: TimingRule) -> float:
 def natural_lengths(speeds: FloatArray, rule: TimingRule) -> FloatArray:
     """Step lengths [m] people of a timing rule choose at speeds [m/s], shape (N,).
 
-    Who goes faster than the rule's leaps carry anybody takes longer steps in the same time.
+    Steps of a run are the quicker the longer they are (`QUICKENING`), also where it is faster than leaps carry anybody.
     """
     lengths = rule.leg_length * np.linspace(0.0, LONGEST_TABLED, 2000)[1:]
     timing = time_steps(lengths, rule)
-    known = lengths / timing.step_times
     walks = ~timing.flies
-    walked = np.interp(speeds, known[walks], lengths[walks], left=0.0)
-    walked = np.where(speeds < known[walks][0], speeds * timing.step_times[0], walked)
-    runs = ~walks & (known < known.max() * (1.0 - 1e-9))  # longer leaps are no faster
-    run = walked
-    if runs.any():
-        quickest = timing.step_times[runs][-1]
-        run = np.where(speeds > known[runs][-1], speeds * quickest, np.interp(speeds, known[runs], lengths[runs]))
-    return np.where(np.asarray(speeds) > known[walks].max(), run, walked)
+    lengths, known, slowest = lengths[walks], (lengths / timing.step_times)[walks], timing.step_times[0]
+    walked = np.where(speeds < known[0], speeds * slowest, np.interp(speeds, known, lengths, left=0.0))
+    size = rule.leg_length / HUMAN_LEG
+    pace = np.asarray(speeds) / np.sqrt(size * rule.gravity / EARTH_GRAVITY)
+    run = size * pace / (1.0 / rule.run_step + QUICKENING * pace)
+    return np.where(_runs(speeds, rule), run, walked)
 
 
 def overlap_shares(speeds: FloatArray, rule: TimingRule) -> FloatArray:
     """Double support over step time at speeds [m/s], negative where people fly, shape (N,)."""
-    timing = time_steps(natural_lengths(speeds, rule), rule)
-    return timing.overlaps / timing.step_times
+    return contact_overlaps(np.asarray(speeds) / np.sqrt(rule.gravity * rule.leg_length), _runs(speeds, rule))
+
+
+def _runs(speeds: FloatArray, rule: TimingRule) -> BoolArray:
+    """Whether people run at speeds [m/s], shape (N,)."""
+    return np.asarray(np.asarray(speeds) > np.sqrt(RUNNING_FROUDE * rule.gravity * rule.leg_length))

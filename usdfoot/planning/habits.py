@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdfoot.analysis.gaits import RUNNING_FROUDE, has_flight
-from usdfoot.analysis.timing import EARTH_GRAVITY, HUMAN_LEG, TimingRule
+from usdfoot.analysis.timing import EARTH_GRAVITY, HUMAN_LEG, QUICKENING, TimingRule
 from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.examples import Examples
 from usdfoot.spaces.landings import end_landings, left_landings, root_velocities
 
-__all__ = ["PEOPLE", "Habits", "find_habits"]
+__all__ = ["PEOPLE", "Habits", "fastest_step", "find_habits"]
 
 STEADY = 0.3
 """A steady step is as long as the one before it, up to this part of their mean, and goes no more than this part of its
@@ -23,6 +23,8 @@ LEVEL = 0.06
 """And rises or falls by no more than this, over the leg length."""
 SLOWEST = 0.25
 """Speed over sqrt(gravity leg length) from which people keep their walk ratio; slower steps all take as long."""
+LONGEST = 3.0
+"""Longer running steps say nothing of shorter ones, for a leg of 0.86 m [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +34,7 @@ class Habits:
     walk_ratio: float = TimingRule.walk_ratio
     """Step length by cadence in walks [m per step/min]."""
     run_step: float = TimingRule.run_step
-    """A running step takes this long [s]."""
+    """What the shortest running steps take [s]."""
     easy_step: float = 0.8
     """Length of an easy walking step over the leg length."""
     step_width: float = 0.0
@@ -70,13 +72,20 @@ def find_habits(examples: Examples, *, leg_length: float) -> Habits:
     flies = has_flight(durations, examples.support_liftoffs, landings, leg_length=leg_length)
     walks = steady & ~flies & (froude >= SLOWEST)
     runs = steady & flies & (froude > np.sqrt(RUNNING_FROUDE))
+    shortest = durations / np.sqrt(size) / (1.0 - QUICKENING * np.minimum(speeds * durations / size, LONGEST))
     ratio = _median(speeds * durations**2 / 60.0 / size**1.5, walks, PEOPLE.walk_ratio)
     return Habits(
         walk_ratio=ratio,
-        run_step=_median(durations / np.sqrt(size), runs, PEOPLE.run_step * float(np.sqrt(ratio / PEOPLE.walk_ratio))),
+        run_step=_median(shortest, runs, PEOPLE.run_step * float(np.sqrt(ratio / PEOPLE.walk_ratio))),
         easy_step=_median(speeds * durations / leg_length, walks, PEOPLE.easy_step),
         step_width=_median(landings[:, 0] / leg_length, walks, PEOPLE.step_width),
     )
+
+
+def fastest_step(examples: Examples) -> float:
+    """Speed of the fastest step of clips [m/s]; without any step there is no limit."""
+    speeds = np.linalg.norm(examples.landings, axis=1) / examples.durations
+    return float(speeds.max(initial=0.0)) or float("inf")
 
 
 def _steady(examples: Examples, leg_length: float) -> BoolArray:

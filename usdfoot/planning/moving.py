@@ -24,7 +24,7 @@ def measure_velocities(world: World, before: World, *, seconds: float) -> World:
         before: As it was; obstacles of one name in each are the same.
         seconds: How long ago [s].
     """
-    if seconds <= 0.0:
+    if seconds <= 0.0 or world is before:
         return world
     names = [Counter(obstacle.name for obstacle in one.obstacles) for one in (world, before)]
     then = {obstacle.name: obstacle for obstacle in before.obstacles}
@@ -33,7 +33,8 @@ def measure_velocities(world: World, before: World, *, seconds: float) -> World:
         _with_velocity(obstacle, then[obstacle.name], seconds) if obstacle.name in known else obstacle
         for obstacle in world.obstacles
     )
-    return replace(world, obstacles=obstacles)
+    same = all(now is one for now, one in zip(obstacles, world.obstacles, strict=True))
+    return world if same else replace(world, obstacles=obstacles)
 
 
 def with_velocity(obstacles: Sequence[Obstacle], later: Sequence[Obstacle], *, seconds: float) -> list[Obstacle]:
@@ -52,7 +53,7 @@ def with_velocity(obstacles: Sequence[Obstacle], later: Sequence[Obstacle], *, s
 
 def moved_on(world: World, *, seconds: float) -> World:
     """The world with its obstacles where they are after a time [s]; itself if none moves."""
-    if not any(obstacle.moves for obstacle in world.obstacles):
+    if not world.moves:
         return world
     return replace(
         world,
@@ -67,7 +68,7 @@ def moved_on(world: World, *, seconds: float) -> World:
 
 def _with_velocity(obstacle: Obstacle, before: Obstacle, seconds: float) -> Obstacle:
     """The obstacle with the velocity at which it has come from where it was, unless it says one or has changed."""
-    if obstacle.velocity is not None or len(obstacle.outline) != len(before.outline):
+    if obstacle is before or obstacle.velocity is not None or len(obstacle.outline) != len(before.outline):
         return obstacle
     x, z = (obstacle.outline.mean(axis=0) - before.outline.mean(axis=0)) / seconds
     return replace(obstacle, velocity=(float(x), float(z))) if np.hypot(x, z) <= FASTEST else obstacle

@@ -52,19 +52,20 @@ def pace_steps(ways: Ways, gaits: list[Gait], *, rows: IntArray, arcs: FloatArra
         lifts: As from `swing_lifts`, shape (N,).
     """
     known = {gait: gait.longest_time for gait in dict.fromkeys(gaits)}
-    lengths, times, longest = (
+    lengths, times, longest, quickest = (
         np.array(values)[rows]
         for values in (
             [gait.step_length for gait in gaits],
             [gait.step_time for gait in gaits],
             [known[gait] for gait in gaits],
+            [gait.quickest_time for gait in gaits],
         )
     )
     previous = np.concatenate([arcs[:1], arcs[:-1]])
     shares = ways.at(rows, 0.5 * (arcs + previous), ways.shares)
     local = np.minimum(times / shares, np.maximum(times, longest))
     stretches = np.clip((arcs - previous) / (lengths * shares), 1.0 - STRETCH, 1.0 + STRETCH)
-    durations = np.where(arcs > previous, local * stretches, local)
+    durations = np.maximum(np.where(arcs > previous, local * stretches, local), quickest)
     speeds, parts = lengths * shares / local, np.empty(len(rows))
     for rule in dict.fromkeys(gait.rule for gait in gaits):
         own = np.array([gait.rule == rule for gait in gaits])[rows]

@@ -168,9 +168,12 @@ def _laid(
     """The plans along paths, which are walked as they are."""
     if not paths:
         return []
-    sizes = [(body, path.speed, path.step_length, path.step_width) for path, body in zip(paths, bodies, strict=True)]
+    sizes = [
+        (body, path.speed, path.step_length, path.step_width, path.quickest_step)
+        for path, body in zip(paths, bodies, strict=True)
+    ]
     known = {
-        size: derive_gait(size[0], speed=size[1], step_length=size[2], step_width=size[3])
+        size: derive_gait(size[0], speed=size[1], step_length=size[2], step_width=size[3], quickest_time=size[4])
         for size in dict.fromkeys(sizes)
     }
     gaits = [known[size] for size in sizes]

@@ -66,4 +66,4 @@ def plan_times(prints: PlanDraft, body: Proportions, options: TimingOptions | No
     except PlanError as error:
         raise PlanError(prints.name, error.what, error.remedy) from error
     timed = replace(prints, strike_times=times.strike_times, liftoff_times=times.liftoff_times)
-    return timed.checked()
+    return FootstepPlan.checked(timed)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse.csgraph import dijkstra
@@ -10,11 +10,13 @@ from scipy.sparse.csgraph import dijkstra
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.planning.spots import Spots, build_spots
-from usdfoot.planning.world import World, clearances, has_room
+from usdfoot.planning.world import World, clearances
 
-__all__ = ["Route", "aim_along", "find_route"]
+__all__ = ["Route", "RouteFinder", "aims_along"]
 
 MOST_CELLS = 4_000_000
+VIEWS = 15
+"""Places on a straight line at which one looks whether it leads over spots."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,78 +38,105 @@ class Route:
     falls_short: bool = False
     """Whether there is no way to the goal from the start, and the way leads as near to it as one gets from there."""
 
-    def find(self, place: FloatArray) -> int:
-        """The spot with a way to the goal at or beside a place (3,), -1 if there is none."""
-        spot = int(self.spots.at(place[None, [0, 2]], place[[1]], within=self.step)[0])
-        return spot if spot >= 0 and np.isfinite(self.distances[spot]) else -1
+    def find(self, places: FloatArray) -> IntArray:
+        """The spots with a way to the goal at or beside places (N, 3), -1 where there is none, shape (N,)."""
+        spots = self.spots.at(places[:, [0, 2]], places[:, 1], within=self.step)
+        spots[np.append(~np.isfinite(self.distances), True)[spots]] = -1
+        return spots
 
-    def way(self, spot: int, *, length: float = np.inf) -> IntArray:
-        """The spots on the way to the goal from one of them on, for so many metres at most."""
-        way = [spot]
-        while self.following[way[-1]] >= 0 and len(way) * self.spots.cell < length:
-            way.append(int(self.following[way[-1]]))
-        return np.array(way)
+    def ways(self, spots: IntArray, *, length: float) -> IntArray:
+        """The spots on the ways to the goal from some of them (N,) on, for so many metres, the goal last, (N, L)."""
+        ways = [spots]
+        while len(ways) * self.spots.cell < length:
+            following = self.following[ways[-1]]
+            if not (following >= 0).any():
+                break
+            ways.append(np.where(following >= 0, following, ways[-1]))
+        return np.stack(ways, axis=1)
 
 
-def find_route(
-    world: World,
-    start: FloatArray,
-    goal: FloatArray,
-    *,
-    radius: float,
-    step: float,
-    headroom: float,
-    must_be_clear: bool = True,
-) -> Route:
-    """The ways to a goal from everywhere.
+class RouteFinder:
+    """Finds the ways to goals in one world from everywhere, those to one goal once.
 
     Args:
-        world: Bounds, obstacles, terrain; without bounds the route stays within 10 m of start, goal and obstacles.
-        start: (x, y, z) [m], shape (3,).
-        goal: On the ground (x, y, z) [m], shape (3,).
-        radius: Of the body [m]; a cell is half of it.
+        world: Bounds, obstacles, terrain; without bounds routes stay within 10 m of start, goal and obstacles.
         step: Highest rise of the ground from cell to cell [m].
         headroom: Free height that the body needs [m].
-        must_be_clear: Whether a goal that is not clear is an error; else, and where the start has no way to it, the way
-            leads as near to it as one gets.
+    """
+
+    def __init__(self, world: World, *, step: float, headroom: float) -> None:
+        self._world, self._step, self._headroom = world, step, headroom
+        self._found: dict[tuple[object, ...], Route] = {}
+
+    def find(self, start: FloatArray, goal: FloatArray, *, radius: float, must_be_clear: bool = True) -> Route:
+        """The ways to a goal.
+
+        Args:
+            start: (x, y, z) [m], shape (3,).
+            goal: On the ground (x, y, z) [m], shape (3,).
+            radius: Of the body [m]; a cell is half of it.
+            must_be_clear: Whether a goal that is not clear is an error; else, and where the start has no way to it, the
+                way leads as near to it as one gets.
+
+        Raises:
+            PlanError: If the goal is not clear, or the area too large.
+        """
+        world, cell = self._world, 0.5 * radius
+        if must_be_clear and not clearances(world, goal[None, [0, 2]], goal[[1]])[0] >= radius:
+            raise PlanError(_place("goal", goal), *_obstruction(world, goal, radius))
+        corner, shape = _grid(world, start, goal, cell)
+        level = float(start[1]) if world.ground is None else 0.0
+        asked = goal.tobytes(), radius, corner.tobytes(), shape, level
+        if asked not in self._found:
+            self._found[asked] = self._lay(goal, corner, shape, cell, level)
+        route = self._found[asked]
+        begin = int(route.spots.at(start[None, [0, 2]], start[[1]], within=route.step)[0])
+        if must_be_clear or begin < 0 or np.isfinite(route.distances[begin]):
+            return route
+        return _to(replace(route, falls_short=True), _nearest_within_reach(route.spots, begin, goal))
+
+    def _lay(self, goal: FloatArray, corner: FloatArray, shape: tuple[int, int], cell: float, level: float) -> Route:
+        """The ways to a goal on a grid; without terrain all spots are on one level [m]."""
+        world, step = self._world, self._step
+        spots = build_spots(world.ground, corner, shape, cell=cell, step=step, headroom=self._headroom)
+        spots = replace(spots, heights=spots.heights + level)
+        within = step if world.ground is not None and world.ground.has_terrain else np.inf
+        target = spots.at(goal[None, [0, 2]], goal[[1]], within=within)[0]
+        free = (clearances(world, spots.points, spots.heights) >= 2.0 * cell) & ~spots.is_edge
+        free[target] |= target >= 0
+        spots = spots.only(free)
+        target = int(spots.at(goal[None, [0, 2]], goal[[1]], within=within)[0])
+        count = len(spots.heights)
+        route = Route(
+            goal=goal,
+            spots=spots,
+            distances=np.full(count, np.inf),
+            following=np.full(count, -1),
+            step=within,
+            radius=2.0 * cell,
+        )
+        return _to(route, target) if target >= 0 else route
+
+
+def _to(route: Route, target: int) -> Route:
+    """The route with the ways to a spot."""
+    distances, following = dijkstra(route.spots.links, directed=False, indices=target, return_predecessors=True)
+    return replace(route, distances=distances, following=following)
+
+
+def _grid(world: World, start: FloatArray, goal: FloatArray, cell: float) -> tuple[FloatArray, tuple[int, int]]:
+    """Centre of the first cell (x, z) [m] and cells along x and z of a grid with start and goal, the latter a centre.
 
     Raises:
-        PlanError: If the goal is not clear, or the area too large.
+        PlanError: If the area is too large.
     """
-    if must_be_clear and not clearances(world, goal[None, [0, 2]], goal[[1]])[0] >= radius:
-        raise PlanError(_place("goal", goal), *_obstruction(world, goal, radius))
     lowest, highest = _extent(world, np.stack([start, goal])[:, [0, 2]])
-    cell = 0.5 * radius
     counts = np.ceil((highest - lowest) / cell) + 1.0
     if not counts.prod() <= MOST_CELLS:
         size = highest - lowest
         raise PlanError("area", f"is {size[0]:.0f} m by {size[1]:.0f} m, too large for a route", "give narrower bounds")
-    corner = goal[[0, 2]] - np.rint((goal[[0, 2]] - lowest) / cell) * cell  # the goal is the centre of a cell
-    shape = int(counts[0]), int(counts[1])
-    spots = build_spots(world.ground, corner, shape, cell=cell, step=step, headroom=headroom)
-    step = step if world.ground is not None and world.ground.has_terrain else np.inf
-    target = spots.at(goal[None, [0, 2]], goal[[1]], within=step)[0]
-    free = has_room(world, spots.points, spots.heights, radius=radius) & ~spots.is_edge
-    free[target] |= target >= 0
-    spots, count = spots.only(free), int(free.sum())
-    target = spots.at(goal[None, [0, 2]], goal[[1]], within=step)[0]
-    distances, following = np.full(count, np.inf), np.full(count, -1)
-    if target >= 0:
-        distances, following = dijkstra(spots.links, directed=False, indices=target, return_predecessors=True)
-    begin = spots.at(start[None, [0, 2]], start[[1]], within=step)[0]
-    falls_short = bool(not must_be_clear and begin >= 0 and not np.isfinite(distances[begin]))
-    if falls_short:
-        target = _nearest_within_reach(spots, int(begin), goal)
-        distances, following = dijkstra(spots.links, directed=False, indices=target, return_predecessors=True)
-    return Route(
-        goal=goal,
-        spots=spots,
-        distances=distances,
-        following=following,
-        step=step,
-        radius=radius,
-        falls_short=falls_short,
-    )
+    corner = goal[[0, 2]] - np.rint((goal[[0, 2]] - lowest) / cell) * cell
+    return corner, (int(counts[0]), int(counts[1]))
 
 
 def _nearest_within_reach(spots: Spots, begin: int, goal: FloatArray) -> int:
@@ -116,26 +145,30 @@ def _nearest_within_reach(spots: Spots, begin: int, goal: FloatArray) -> int:
     return int(np.argmin(np.where(np.isfinite(dijkstra(spots.links, directed=False, indices=begin)), away, np.inf)))
 
 
-def aim_along(route: Route, place: FloatArray, *, ahead: float) -> FloatArray | None:
-    """The farthest point (x, z) in plain view of the way from a place (3,), at most `ahead` [m] on; None without a way.
+def aims_along(route: Route, places: FloatArray, *, ahead: float) -> tuple[IntArray, FloatArray]:
+    """Which of some places (N, 3) have a way to the goal (M,), and the farthest points in plain view on it.
 
     In plain view is where a straight line leads over spots all the way.
 
     Args:
         route: To the goal.
-        place: (x, y, z) [m], shape (3,).
+        places: (x, y, z) [m], shape (N, 3).
         ahead: How far to look [m].
+
+    Returns:
+        Rows of the places, shape (M,); points (x, z) [m], shape (M, 2).
     """
-    spot = route.find(place)
-    if spot < 0:
-        return None
-    way = route.way(spot, length=ahead)
-    points = np.insert(route.spots.points[way], 1, route.spots.heights[way], axis=1)
-    shares = np.linspace(0.0, 1.0, 16)[1:, None, None]
-    views = (place + shares * (points - place)).reshape(-1, 3)
-    seen = route.spots.at(views[:, [0, 2]], views[:, 1], within=route.step).reshape(15, -1) >= 0
-    visible = np.flatnonzero(seen.all(axis=0))
-    return points[visible[-1] if visible.size else min(1, len(points) - 1), [0, 2]]
+    spots = route.find(places)
+    led = np.flatnonzero(spots >= 0)
+    ways = route.ways(spots[led], length=ahead)
+    points = np.insert(route.spots.points, 1, route.spots.heights, axis=1)[ways]  # (M, L, 3)
+    begins, shares = places[led, None], np.linspace(0.0, 1.0, VIEWS + 1)[1:, None, None, None]
+    views = (begins + shares * (points - begins)).reshape(-1, 3)
+    seen = route.spots.at(views[:, [0, 2]], views[:, 1], within=route.step).reshape(VIEWS, *ways.shape) >= 0
+    visible = np.asarray(seen.all(axis=0))
+    last = visible.shape[1] - 1
+    farthest = np.where(visible.any(axis=1), last - np.argmax(visible[:, ::-1], axis=1), min(1, last))
+    return led, points[np.arange(len(led)), farthest][:, [0, 2]]
 
 
 def _extent(world: World, points: FloatArray) -> tuple[FloatArray, FloatArray]:

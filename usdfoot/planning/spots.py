@@ -89,16 +89,21 @@ class Spots:
             touching: Whether a cell that touches the point's own will do.
         """
         own = np.rint((points - self.corner) / self.cell).astype(np.intp)
-        found = np.full(len(points), -1)
-        for offset in AROUND if touching else AROUND[:1]:
-            index = own + np.array(offset)
-            inside = np.all((index >= 0) & (index < self.shape), axis=1)
-            column = np.where(inside, index[:, 0] * self.shape[1] + index[:, 1], 0)
+        found, left = np.full(len(points), -1), np.arange(len(points))
+        for x, z in AROUND if touching else AROUND[:1]:
+            row, place = own[left, 0] + x, own[left, 1] + z
+            inside = (row >= 0) & (row < self.shape[0]) & (place >= 0) & (place < self.shape[1])
+            here = left[inside]
+            column = row[inside] * self.shape[1] + place[inside]
             for level in range(self.levels):
                 spot = self.first[column] + level
-                usable = inside & (spot < self.first[column + 1]) & (found < 0)
-                spot = np.where(usable, spot, 0)
-                found = np.where(usable & (np.abs(self.heights[spot] - heights) <= within), spot, found)
+                usable = spot < self.first[column + 1]
+                usable[usable] = np.abs(self.heights[spot[usable]] - heights[here[usable]]) <= within
+                usable &= found[here] < 0
+                found[here[usable]] = spot[usable]
+            left = left[found[left] < 0]
+            if not left.size:
+                break
         return found
 
 

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.sparse.csgraph import dijkstra
 
 from usdfoot.analysis.timing import STAND_TIME, time_footsteps
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray, IntArray
-from usdfoot.model.biped import LEFT, RIGHT
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.planning.corridor import count_pairs, order_by_way, within_pairs
 from usdfoot.planning.crossed import apart_midway
-from usdfoot.planning.crossing_graph import HEADINGS, ROUNDED, CrossingGraph, build_graph
+from usdfoot.planning.crossing_graph import HEADINGS, ROUNDED, Way, build_graph
 from usdfoot.planning.crossings import Crossing, Stance, Stones
 from usdfoot.planning.prints import print_orientations
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.reach import Reach
 
-__all__ = ["find_crossing", "plan_stones"]
+__all__ = ["find_crossing", "find_crossings", "plan_crossings", "plan_stones"]
 
 MOST_PAIRS = 2_000_000
 """Pairs of footholds within reach of each other that are searched at most, for memory's sake."""
@@ -56,32 +55,70 @@ def plan_stones(
     Raises:
         PlanError: As `find_crossing`.
     """
-    crossing = find_crossing(stones, start, goal, reach=reach)
-    flight_distance = 0.0 if reach.leaps else float(np.hypot(reach.farthest, reach.rise))  # beyond all steps: no flight
-    times = time_footsteps(
-        crossing.positions,
-        replace((body or Proportions()).timing, flight_distance=flight_distance),
-        speed=speed,
+    (plan,) = plan_crossings(
+        stones,
+        [start],
+        [goal],
+        reach=reach,
+        body=body,
+        speeds=[speed],
         start_time=start_time,
-        starts_standing=True,
-        ends_standing=True,
         stand_time=stand_time,
+        names=[name],
     )
-    return FootstepPlan(
-        name=name,
-        sides=crossing.sides,
-        positions=crossing.positions,
-        orientations=print_orientations(crossing.yaws, crossing.normals),
-        strike_times=times.strike_times,
-        liftoff_times=times.liftoff_times,
-        root_weights=np.zeros(len(crossing.sides)),
-    )
+    if isinstance(plan, PlanError):
+        raise plan
+    return plan
+
+
+def plan_crossings(
+    stones: Stones,
+    starts: Sequence[Stance],
+    goals: Sequence[Stance],
+    *,
+    reach: Reach,
+    names: Sequence[str],
+    body: Proportions | None = None,
+    speeds: Sequence[float] | None = None,
+    start_time: float = 0.0,
+    stand_time: float = STAND_TIME,
+) -> list[FootstepPlan | PlanError]:
+    """Plans of many over the same stones, each as by `plan_stones` alone, or why there is none; arguments as there."""
+    crossings = find_crossings(stones, starts, goals, reach=reach)
+    flight_distance = 0.0 if reach.leaps else float(np.hypot(reach.farthest, reach.rise))  # beyond all steps: no flight
+    rule = replace((body or Proportions()).timing, flight_distance=flight_distance)
+    plans: list[FootstepPlan | PlanError] = []
+    for crossing, speed, name in zip(crossings, speeds or [0.0] * len(starts), names, strict=True):
+        if isinstance(crossing, PlanError):
+            plans.append(crossing)
+            continue
+        times = time_footsteps(
+            crossing.positions,
+            rule,
+            speed=speed,
+            start_time=start_time,
+            starts_standing=True,
+            ends_standing=True,
+            stand_time=stand_time,
+        )
+        plans.append(
+            FootstepPlan(
+                name=name,
+                sides=crossing.sides,
+                positions=crossing.positions,
+                orientations=print_orientations(crossing.yaws, crossing.normals),
+                strike_times=times.strike_times,
+                liftoff_times=times.liftoff_times,
+                root_weights=np.zeros(len(crossing.sides)),
+            )
+        )
+    return plans
 
 
 def find_crossing(stones: Stones, start: Stance, goal: Stance, *, reach: Reach) -> Crossing:
     """The most comfortable way from stance to stance over footholds.
 
-    Dijkstra over (foothold, foot on it, heading): a turn, then a step. A step costs 1 when it is comfortable, and more
+    A* over (foothold, foot on it, heading): a turn, then a step. A step costs 1 when it is comfortable, and more
     with the square of its difference from that, of its rise and of its turn (`planning/reach.py`). Legs cross neither
     at its end nor midway through its turn. Of more footholds than can be searched at once those are that lie nearest to
     the way that a coarse look over all finds (`planning/corridor.py`), ever more of them until there is a way.
@@ -95,63 +132,67 @@ def find_crossing(stones: Stones, start: Stance, goal: Stance, *, reach: Reach) 
     Raises:
         PlanError: If no way leads to the goal; it says how far one leads.
     """
+    (crossing,) = find_crossings(stones, [start], [goal], reach=reach)
+    if isinstance(crossing, PlanError):
+        raise crossing
+    return crossing
+
+
+def find_crossings(
+    stones: Stones, starts: Sequence[Stance], goals: Sequence[Stance], *, reach: Reach
+) -> list[Crossing | PlanError]:
+    """The ways of many over the same footholds, each as by `find_crossing` alone, or why there is none.
+
+    Args:
+        stones: Where feet may stand besides the stances.
+        starts: Where both feet of each are.
+        goals: Where both feet of each shall be.
+        reach: Of all of them.
+    """
     chosen = np.arange(len(stones.positions))
     if count_pairs(stones, reach) <= MOST_PAIRS:
-        return _search(stones, start, goal, reach, chosen)
+        return _search(stones, starts, goals, reach, chosen)
+    return [_search_near_way(stones, start, goal, reach) for start, goal in zip(starts, goals, strict=True)]
+
+
+def _search_near_way(stones: Stones, start: Stance, goal: Stance, reach: Reach) -> Crossing | PlanError:
+    """The most comfortable way over those of very many footholds that lie near a coarse way."""
     order, may_lead = order_by_way(stones, start, goal, reach=reach)
-    for most in FEWER_PAIRS:
-        try:
-            return _search(stones, start, goal, reach, within_pairs(stones, order, reach, most=most))
-        except PlanError:
-            if not may_lead:
-                raise
-    return _search(stones, start, goal, reach, within_pairs(stones, order, reach, most=MOST_PAIRS))
+    for most in (*FEWER_PAIRS, MOST_PAIRS):
+        (found,) = _search(stones, [start], [goal], reach, within_pairs(stones, order, reach, most=most))
+        if not (may_lead and isinstance(found, PlanError)):
+            break
+    return found
 
 
-def _search(stones: Stones, start: Stance, goal: Stance, reach: Reach, chosen: IntArray) -> Crossing:
-    """The most comfortable way over the footholds chosen (K,)."""
-    graph = build_graph(stones.only(chosen), start, goal, reach=reach)
-    nodes = graph.nodes(np.array([0, 1]), np.array([LEFT, RIGHT]), np.zeros(2, dtype=int))
-    costs, before, _ = dijkstra(graph.edges, indices=nodes, min_only=True, return_predecessors=True)
-    arrived = graph.nodes(np.array([2, 3]), np.array([LEFT, RIGHT]), np.full(2, graph.goal_heading))
-    best = int(arrived[np.argmin(costs[arrived])])
-    if not np.isfinite(costs[best]):
-        raise _unreachable(stones, chosen, graph, costs, goal, reach)
-    places, sides, headings = graph.steps(_way_to(before, best))
-    return _crossing(graph, stones, chosen, start, goal, (places, sides, headings), float(costs[best]))
+def _search(
+    stones: Stones, starts: Sequence[Stance], goals: Sequence[Stance], reach: Reach, chosen: IntArray
+) -> list[Crossing | PlanError]:
+    """The most comfortable ways over the footholds chosen (K,)."""
+    ways = build_graph(stones.only(chosen), reach=reach).search(starts, goals)
+    return [
+        _crossing(way, stones, chosen, start, goal)
+        if way.places.size
+        else _unreachable(stones, chosen, way, goal, reach)
+        for way, start, goal in zip(ways, starts, goals, strict=True)
+    ]
 
 
-def _way_to(before: IntArray, node: int) -> IntArray:
-    """Nodes from a source to a node."""
-    way = [node]
-    while before[way[-1]] >= 0:
-        way.append(int(before[way[-1]]))
-    return np.array(way[::-1])
-
-
-def _crossing(
-    graph: CrossingGraph,
-    stones: Stones,
-    chosen: IntArray,
-    start: Stance,
-    goal: Stance,
-    steps: tuple[IntArray, IntArray, IntArray],
-    cost: float,
-) -> Crossing:
+def _crossing(way: Way, stones: Stones, chosen: IntArray, start: Stance, goal: Stance) -> Crossing:
     """Adds the foot that stands beside the first and the one that closes up to the last."""
-    places, sides, headings = steps
-    first, last = 1 - sides[0], 1 - sides[-1]
+    sides, first, last = way.sides, 1 - way.sides[0], 1 - way.sides[-1]
     numbers = np.concatenate([np.full(4, -1), chosen])
     normals = np.concatenate([np.tile([0.0, 1.0, 0.0], (4, 1)), stones.normals[chosen]])
-    yaws = np.concatenate([[start.yaw], graph.yaws[headings], [goal.yaw]])
-    places = np.concatenate([[first], places, [2 + last]])
+    yaws = np.concatenate([[start.yaw], way.yaws[way.headings], [goal.yaw]])
+    places = np.concatenate([[first], way.places, [2 + last]])
+    positions = way.positions[places]
     return Crossing(
         footholds=numbers[places],
         sides=np.concatenate([[first], sides, [last]]),
-        positions=graph.positions[places],
+        positions=positions,
         normals=normals[places],
-        yaws=_smoothed(yaws, np.diff(graph.positions[places][:, [0, 2]], axis=0), np.array([*sides, last])),
-        cost=cost,
+        yaws=_smoothed(yaws, np.diff(positions[:, [0, 2]], axis=0), np.array([*sides, last])),
+        cost=way.cost,
     )
 
 
@@ -175,19 +216,17 @@ def _smoothed(yaws: FloatArray, offsets: FloatArray, sides: IntArray) -> FloatAr
     return smooth
 
 
-def _unreachable(
-    stones: Stones, chosen: IntArray, graph: CrossingGraph, costs: FloatArray, goal: Stance, reach: Reach
-) -> PlanError:
+def _unreachable(stones: Stones, chosen: IntArray, way: Way, goal: Stance, reach: Reach) -> PlanError:
     """The error that says how far the way leads and how far it is from there."""
-    reached = np.min(costs.reshape(len(graph.positions), -1), axis=1) < np.inf
+    reached, positions = way.reached, way.positions
     middle = goal.positions.mean(axis=0)
-    far = np.linalg.norm(graph.positions - middle, axis=1)
+    far = np.linalg.norm(positions - middle, axis=1)
     nearest = int(np.flatnonzero(reached)[np.argmin(far[reached])])
     where = "the start" if nearest < 4 else f"foothold {chosen[nearest - 4]}"
-    x, y, z = graph.positions[nearest]
+    x, y, z = positions[nearest]
     left = np.logical_not(reached)
     left[:2] = False
-    gaps = graph.positions[left] - graph.positions[nearest]
+    gaps = positions[left] - positions[nearest]
     gap = gaps[np.argmin(np.linalg.norm(gaps, axis=1))]
     higher = f", {abs(gap[1]):.2f} m {'higher' if gap[1] > 0.0 else 'lower'}" if abs(gap[1]) > reach.rise else ""
     most = "" if len(chosen) == len(stones.positions) else f", the most promising of {len(stones.positions)},"

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from usdfoot.analysis.gaits import RUNNING_FROUDE
 from usdfoot.analysis.timing import TimingRule
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.ground import Ground
@@ -178,18 +179,24 @@ class _Clock:
 def _liftoffs(
     strikes: FloatArray, speeds: FloatArray, numbers: IntArray, counts: IntArray, rule: TimingRule
 ) -> FloatArray:
-    """Each foot leaves when the overlap after the next strike is over, after a stand just in time for its next step."""
+    """Each foot leaves when the overlap after the next strike is over, after a stand just in time for its next step.
+
+    A step during which somebody runs has a flight, also where a walk follows it.
+    """
     left = np.repeat(counts, counts) - 1 - numbers  # footsteps that follow
     has_next, has_same = left > 0, left > 1
     following = np.arange(len(strikes)) + np.minimum(2, left)
-    speed = np.maximum(speeds[following], 1e-3)
+    run = speeds[np.arange(len(strikes)) + np.minimum(1, left)]  # how far a step goes shows half a step later
+    runs = run > np.sqrt(RUNNING_FROUDE * rule.gravity * rule.leg_length)
+    speed = np.maximum(speeds[following], np.where(runs, run, 1e-3))
     longest = longest_time(rule)
     natural = np.minimum(longest, natural_lengths(speed, rule) / speed)
     shares = overlap_shares(speed, rule)
     other = np.where(has_next, np.roll(strikes, -1), strikes + natural)
     same = np.where(has_same, np.roll(strikes, -2), other + natural)
     spans = np.minimum(natural, same - other)
-    liftoffs = np.maximum(other + shares * spans, same - (1.0 - np.minimum(shares, 0.4)) * natural)
+    swung = np.where(runs & (same - other <= longest), same - other, natural)
+    liftoffs = np.maximum(other + shares * spans, same - (1.0 - np.minimum(shares, 0.4)) * swung)
     swings = np.minimum(SWING * longest, 0.85 * (same - other))
     walks = shares > 0.0
     return np.maximum(np.where(walks, np.minimum(liftoffs, same - swings), liftoffs), strikes + 0.05)

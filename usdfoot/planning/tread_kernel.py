@@ -91,6 +91,7 @@ def choose_treads(
     grazed: wp.float64,
     support: wp.int32,
     least: wp.float64,
+    bad: wp.float64,
     totals: wp.array(dtype=wp.float64, ndim=2),
     before: wp.array(dtype=wp.int32, ndim=2),
     taken: wp.array(dtype=wp.bool),
@@ -112,7 +113,10 @@ def choose_treads(
                 lower = wp.min(heights[sample, side], heights[other, 1 - side])
                 rise = (wp.max(top, heights[other, 1 - side]) - lower) / highs[way]
                 top = wp.max(top, wp.max(heights[other, 0], heights[other, 1]))
-                cost = least + stretch * stretch + rise * rise * rise * rise + costs[sample, side]
+                stands = costs[sample, side]
+                if stands >= bad:  # by the way of the step: where all ground is bad, longer steps are no fewer of them
+                    stands *= wp.max(length, wp.float64(1.0))
+                cost = least + stretch * stretch + rise * rise * rise * rise + stands
                 if totals[other, 1 - side] + cost < totals[sample, side]:
                     cost += twist(
                         points[sample] - points[other],

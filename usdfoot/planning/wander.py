@@ -2,37 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from itertools import islice
+from collections.abc import Callable, Generator, Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from usdfoot.analysis.timing import STAND_TIME, time_footsteps
 from usdfoot.errors import PlanError
-from usdfoot.maths.types import FloatArray
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import LEFT, RIGHT
 from usdfoot.model.plan import FootstepPlan
-from usdfoot.planning.free_ways import choose_facing, choose_step
-from usdfoot.planning.moving import measure_velocities, moved_on
+from usdfoot.planning.aims import Aims, News, find_aims, finder_in
+from usdfoot.planning.free_ways import DRAWS, choose_facings, choose_steps
 from usdfoot.planning.proportions import Proportions
-from usdfoot.planning.routes import Route, find_route
-from usdfoot.planning.spots import HEADROOM
-from usdfoot.planning.wanderer import SIDEWAYS, Footstep, Wanderer, WanderOptions, lay_footstep, take_step
-from usdfoot.planning.world import World, is_clear
+from usdfoot.planning.routes import Route
+from usdfoot.planning.wanderer import (
+    SIDEWAYS,
+    Footstep,
+    Footsteps,
+    Wanderers,
+    WanderOptions,
+    concatenated,
+    joined,
+    lay_footsteps,
+    rows_of,
+    set_out,
+    take_steps,
+)
+from usdfoot.planning.world import World
 
-__all__ = ["Footstep", "News", "WanderOptions", "join_footsteps", "plan_wander", "wander"]
-
-
-@dataclass(frozen=True, kw_only=True)
-class News:
-    """What one that wanders is told before its next step; a world is everybody's, goals are its own."""
-
-    world: World | None = None
-    """As it is now; None = as before."""
-    goals: Sequence[FloatArray] | None = None
-    """Places to go to instead of those it has not reached (x, y, z) [m], each shape (3,); none = wander at random;
-    None = as before."""
+__all__ = ["Footstep", "News", "WanderOptions", "join_footsteps", "plan_wander", "plan_wanders", "wander"]
 
 
 def wander(
@@ -70,101 +69,148 @@ def wander(
         PlanError: If start or a goal is in an obstacle, out of bounds or off the ground, or a goal cannot be reached.
     """
     options = options or WanderOptions()
-    wanderer = Wanderer(place=np.asarray(start, dtype=float)[[0, 2]], height=float(start[1]), yaw=yaw, side=LEFT)
-    here = wanderer.place[None], np.array([wanderer.height])
-    if not is_clear(world, *here, radius=options.radius, step=options.step)[0]:
-        x, z = wanderer.place
-        what = "is too close to an obstacle, out of bounds or off the ground"
-        raise PlanError(f"start ({x:.2f}, {z:.2f}) m", what, "start where there is room to stand")
-    places = [_on_ground(world, np.asarray(goal, dtype=float)) for goal in goals]
-    routes = _routes(world, wanderer.position, places, options)
-    aims = _Aims(
-        known=world,
-        known_at=start_time,
-        world=world,
-        goals=tuple(places),
-        routes=tuple(routes),
-        at_random=not places,
+    starts = np.asarray(start, dtype=float)[None]
+    (aims,) = find_aims(world, starts, [goals], options=options, start_time=start_time)
+    if isinstance(aims, PlanError):
+        raise aims
+    way = _walk(
+        set_out(starts, np.array([yaw], dtype=float), np.array([options.speed]), options=options),
+        [aims],
+        generators=[generator],
+        options=options,
+        start_time=start_time,
     )
-    for before in [lay_footstep(wanderer, side, world, options=options, time=start_time) for side in (RIGHT, LEFT)]:
-        aims = aims.told((yield before), before.strike_time)
-    before = replace(before, strike_time=before.strike_time + options.stand_time)
-    while True:
-        stands = not (aims.goals or aims.at_random)
-        aims = aims.routed(wanderer.position, options)
-        if stands:
-            wanderer = _close_up(wanderer, aims.world, options)
-        else:
-            wanderer = _step_on(wanderer, aims.world, aims.routes, generator, options)
-        before = lay_footstep(wanderer, wanderer.side, aims.world, options=options, before=before)
-        news = yield before
-        aims = aims.passed(wanderer, options).told(news, before.strike_time)
-        if stands and not (aims.goals or aims.at_random):
-            return
+    for _, footsteps in way:
+        news = yield footsteps.of(0)
+        while news is not None:
+            try:
+                _, footsteps = way.send([news])
+            except StopIteration:
+                return
+            news = yield footsteps.of(0)
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Aims:
-    """Where one that wanders wants to go, in the world as it knows it."""
+def _walk(
+    wanderers: Wanderers,
+    aims: Sequence[Aims],
+    *,
+    generators: Sequence[np.random.Generator],
+    options: WanderOptions,
+    start_time: float,
+) -> Generator[tuple[IntArray, Footsteps], Sequence[World | News | None] | None, None]:
+    """Who of N takes another step, and their footsteps; they are told what is sent, in the same order.
 
-    known: World
-    """As it was when somebody told."""
-    known_at: float
-    """[s]"""
-    world: World
-    """As it is now, as far as is known."""
-    goals: tuple[FloatArray, ...]
-    """Not reached yet, on the ground [m], each shape (3,)."""
-    routes: tuple[Route, ...]
-    """To all of them, or none where they are to be found again."""
-    at_random: bool
+    All step at once, each as it would alone.
+    """
+    rows, aims = np.arange(len(wanderers)), list(aims)
+    both = [_lay(wanderers, aims, np.full(len(rows), side), options, time=start_time) for side in (RIGHT, LEFT)]
+    for footsteps in both:
+        aims = _told(aims, (yield rows, footsteps), footsteps)
+    before = replace(both[-1], strike_times=both[-1].strike_times + options.stand_time)
+    while rows.size:
+        stood = np.array([aim.has_arrived for aim in aims])
+        finders = {id(aim.world): finder_in(aim.world, options) for aim in aims}
+        standing = zip(aims, wanderers.positions, strict=True)
+        aims = [aim.routed(place, options, finders[id(aim.world)]) for aim, place in standing]
+        wanderers = _step(wanderers, aims, stood, [generators[int(row)] for row in rows], options)
+        before = _lay(wanderers, aims, wanderers.sides, options, before=before)
+        news = yield rows, before
+        places = wanderers.positions
+        aims = [aim.passed(place, options) for aim, place in zip(aims, places, strict=True)]
+        aims = _told(aims, news, before)
+        kept = np.flatnonzero(~(stood & [aim.has_arrived for aim in aims]))
+        if len(kept) < len(rows):
+            rows, aims = rows[kept], [aims[row] for row in kept]
+            wanderers, before = rows_of(wanderers, kept), rows_of(before, kept)
 
-    def told(self, news: World | News | None, time: float) -> _Aims:
-        """What it aims at after news at a time [s]."""
-        news, elapsed = news if isinstance(news, News) else News(world=news), time - self.known_at
-        if news.world is None:
-            world = moved_on(self.known, seconds=elapsed)
-            aims = replace(self, world=world, routes=self.routes if world is self.world else ())
-        else:
-            known = measure_velocities(news.world, self.known, seconds=elapsed)
-            aims = replace(self, known=known, known_at=time, world=known, routes=())
-        if news.goals is None:
-            return aims
-        goals = tuple(_on_ground(aims.world, np.asarray(goal, dtype=float)) for goal in news.goals)
-        return replace(aims, goals=goals, routes=(), at_random=not goals)
 
-    def routed(self, place: FloatArray, options: WanderOptions) -> _Aims:
-        """The same with routes from a place (3,)."""
-        if self.routes or not self.goals:
-            return self
-        routes = _routes(self.world, place, self.goals, options, must_reach=False)
-        return replace(self, routes=tuple(routes))
+def _told(aims: Sequence[Aims], news: Sequence[World | News | None] | None, footsteps: Footsteps) -> list[Aims]:
+    """What they aim at after news, each as its foot is down."""
+    everyone = zip(aims, news or [None] * len(aims), footsteps.strike_times, strict=True)
+    return [aim.told(own, float(time)) for aim, own, time in everyone]
 
-    def passed(self, wanderer: Wanderer, options: WanderOptions) -> _Aims:
-        """The same without a goal that it is at."""
-        if not (self.routes and _is_at(wanderer, self.routes[0], options)):
-            return self
-        return replace(self, goals=self.goals[1:], routes=self.routes[1:])
+
+def _by_world(aims: Sequence[Aims]) -> list[tuple[World, IntArray]]:
+    """The worlds they are in, and who is in each."""
+    numbers = np.array([id(aim.world) for aim in aims])
+    worlds = {id(aim.world): aim.world for aim in aims}
+    return [(world, np.flatnonzero(numbers == number)) for number, world in worlds.items()]
+
+
+def _lay(
+    wanderers: Wanderers,
+    aims: Sequence[Aims],
+    sides: IntArray,
+    options: WanderOptions,
+    *,
+    before: Footsteps | None = None,
+    time: float = 0.0,
+) -> Footsteps:
+    """The footsteps of one foot of each in its world; see `lay_footsteps`."""
+    parts = [(own, world.ground) for world, own in _by_world(aims)]
+    laid = [
+        lay_footsteps(
+            rows_of(wanderers, own),
+            sides[own],
+            ground=ground,
+            options=options,
+            before=None if before is None else rows_of(before, own),
+            time=time,
+        )
+        for own, ground in parts
+    ]
+    return joined(laid, [own for own, _ in parts])
+
+
+def _step(
+    wanderers: Wanderers,
+    aims: Sequence[Aims],
+    stood: BoolArray,
+    generators: Sequence[np.random.Generator],
+    options: WanderOptions,
+) -> Wanderers:
+    """The wanderers a step on in their worlds; who stands, or waits, closes up its feet."""
+    parts = _by_world(aims)
+    stepped = []
+    for world, own in parts:
+        some, routes = rows_of(wanderers, own), [aims[row].route for row in own]
+        goes = np.flatnonzero(~(stood[own] | _waits(some, routes, options)))
+        draws = np.array([generators[int(row)].standard_normal(1 + DRAWS) for row in own[goes]]).reshape(-1, 1 + DRAWS)
+        stepped.append(_step_on(some, world, routes, goes, draws=draws, options=options))
+    return joined(stepped, [own for _, own in parts])
+
+
+def _waits(wanderers: Wanderers, routes: Sequence[Route | None], options: WanderOptions) -> BoolArray:
+    """Who is where its way ends short of the goal, shape (N,)."""
+    waits = np.zeros(len(wanderers), dtype=bool)
+    for row, route in enumerate(routes):
+        if route and route.falls_short:
+            spot = int(route.find(wanderers.positions[[row]])[0])
+            waits[row] = spot >= 0 and route.distances[spot] <= options.arrival
+    return waits
 
 
 def _step_on(
-    wanderer: Wanderer, world: World, routes: Sequence[Route], generator: np.random.Generator, options: WanderOptions
-) -> Wanderer:
-    """The wanderer a step on, along the first route if there is one; it waits where that gets no nearer to the goal."""
-    if routes and routes[0].falls_short:
-        spot = routes[0].find(wanderer.position)
-        if spot >= 0 and routes[0].distances[spot] <= options.arrival:
-            return _close_up(wanderer, world, options)
-    length, turn, spin = choose_step(wanderer, world, routes, generator=generator, options=options)
-    facing = choose_facing(wanderer, turn, world, routes=routes, options=options)
-    turned = max(facing, wanderer.facing)
-    length = min(length, float(np.interp(turned, (0.0, SIDEWAYS), (length, options.side_step))))
-    return replace(take_step(wanderer, length, turn, world=world, options=options), spin=spin, facing=facing)
-
-
-def _close_up(wanderer: Wanderer, world: World, options: WanderOptions) -> Wanderer:
-    """The wanderer with its feet side by side."""
-    return replace(take_step(wanderer, 0.0, 0.0, world=world, options=options), facing=wanderer.facing)
+    wanderers: Wanderers,
+    world: World,
+    routes: Sequence[Route | None],
+    goes: IntArray,
+    *,
+    draws: FloatArray,
+    options: WanderOptions,
+) -> Wanderers:
+    """Those of a world a step on: who goes (M,) along its route if there is one, the others on the spot."""
+    lengths, turns, facings = np.zeros(len(wanderers)), np.zeros(len(wanderers)), wanderers.facings.copy()
+    spins = np.zeros(len(wanderers), dtype=int)
+    if goes.size:
+        some, own = rows_of(wanderers, goes), [routes[row] for row in goes]
+        free, turns[goes], spins[goes] = choose_steps(some, world, own, draws=draws, options=options)
+        facings[goes] = choose_facings(some, turns[goes], world, routes=own, options=options)
+        turned = np.maximum(facings[goes], some.facings)
+        sidewards = (options.side_step - free) / SIDEWAYS * turned + free
+        lengths[goes] = np.minimum(free, np.where(turned < SIDEWAYS, sidewards, options.side_step))
+    stepped = take_steps(wanderers, lengths, turns, ground=world.ground, options=options)
+    return replace(stepped, spins=spins, facings=facings)
 
 
 def plan_wander(
@@ -187,31 +233,111 @@ def plan_wander(
     Raises:
         PlanError: As `wander`; if there are fewer than two steps.
     """
+    (plan,) = plan_wanders(
+        world,
+        np.asarray(start, dtype=float)[None],
+        np.array([yaw], dtype=float),
+        generators=[generator],
+        goals=[goals],
+        steps=steps,
+        options=options,
+        start_time=start_time,
+        later=later,
+        names=[name],
+    )
+    if isinstance(plan, PlanError):
+        raise plan
+    return plan
+
+
+def plan_wanders(
+    world: World,
+    starts: FloatArray,
+    yaws: FloatArray,
+    *,
+    generators: Sequence[np.random.Generator],
+    names: Sequence[str],
+    goals: Sequence[Sequence[FloatArray]] | None = None,
+    speeds: FloatArray | None = None,
+    steps: int = 40,
+    options: WanderOptions | None = None,
+    start_time: float = 0.0,
+    later: Callable[[float], World] | None = None,
+) -> list[FootstepPlan | PlanError]:
+    """Plans of N who wander in one world, each as by `plan_wander` alone, or why there is none.
+
+    All take each footstep at once. They do not see each other. The route to each goal, 100 bytes a cell of
+    half a radius, is held until all have arrived.
+
+    Args:
+        world: Bounds, obstacles, terrain.
+        starts: Between the feet [m], shape (N, 3).
+        yaws: Where they look [rad], shape (N,).
+        generators: Of each.
+        names: Of the plans.
+        goals: Of each; None = all wander at random.
+        speeds: Of each instead of the options' [m/s], shape (N,); None = all go at that.
+        steps: Footsteps of each at most.
+        options: How they wander.
+        start_time: When they stand there [s].
+        later: The world at a time [s], asked for as each foot is down; None = nobody is told.
+
+    Raises:
+        PlanError: If there are fewer than two steps.
+    """
     options = options or WanderOptions()
-    way = wander(world, start, yaw, generator=generator, goals=goals, options=options, start_time=start_time)
-    told = way if later is None else _told(way, later, start_time + options.stand_time)
-    footsteps = list(islice(told, steps))
-    ends_standing = len(footsteps) < steps
+    count = len(starts)
+    aims = find_aims(world, starts, goals or [()] * count, options=options, start_time=start_time)
+    begun = np.array([number for number, aim in enumerate(aims) if isinstance(aim, Aims)], dtype=int)
+    paced = np.full(count, options.speed) if speeds is None else speeds
+    way = _walk(
+        set_out(starts[begun], yaws[begun], paced[begun], options=options),
+        [aim for aim in aims if isinstance(aim, Aims)],
+        generators=[generators[number] for number in begun],
+        options=options,
+        start_time=start_time,
+    )
+    taken = iter(_first_footsteps(way, steps, later, departure=start_time + options.stand_time) if begun.size else ())
+    return [
+        aim if isinstance(aim, PlanError) else _plan(next(taken), name, options, most=steps)
+        for aim, name in zip(aims, names, strict=True)
+    ]
+
+
+def _first_footsteps(
+    way: Generator[tuple[IntArray, Footsteps], Sequence[World | News | None] | None, None],
+    steps: int,
+    later: Callable[[float], World] | None,
+    *,
+    departure: float,
+) -> list[Footsteps]:
+    """The first footsteps of each on a way, told the world as it is when each is taken, but for stands [s]."""
+    rounds: list[tuple[IntArray, Footsteps]] = []
+    while len(rounds) < steps:
+        news = None
+        if later and rounds:
+            news = [later(max(float(time), departure)) for time in rounds[-1][1].strike_times]
+        try:
+            rounds.append(way.send(news) if news else next(way))
+        except StopIteration:
+            break
+    owners = np.concatenate([rows for rows, _ in rounds])
+    order = np.argsort(owners, kind="stable")
+    ends = np.cumsum(np.bincount(owners))[:-1]
+    together = concatenated([footsteps for _, footsteps in rounds])
+    return [rows_of(together, own) for own in np.split(order, ends)]
+
+
+def _plan(footsteps: Footsteps, name: str, options: WanderOptions, *, most: int) -> FootstepPlan:
+    """The plan of one's footsteps, standing at the end if they are fewer than asked for."""
+    count = len(footsteps.sides)
     return join_footsteps(
-        footsteps,
+        [footsteps.of(row) for row in range(count)],
         name=name,
         body=options.body,
-        ends_standing=ends_standing,
+        ends_standing=count < most,
         stand_time=options.stand_time,
     )
-
-
-def _told(
-    way: Generator[Footstep, World | News | None, None], later: Callable[[float], World], departure: float
-) -> Iterator[Footstep]:
-    """Footsteps of one that is told the world as it is when it takes each, the first at its `departure` [s]."""
-    try:
-        footstep = next(way)
-        while True:
-            yield footstep
-            footstep = way.send(later(max(footstep.strike_time, departure)))
-    except StopIteration:
-        return
 
 
 def join_footsteps(
@@ -256,53 +382,3 @@ def join_footsteps(
         liftoff_times=times.liftoff_times,
         root_weights=np.zeros(len(steps)),
     )
-
-
-def _on_ground(world: World, point: FloatArray) -> FloatArray:
-    """The point (3,) on the ground of the level below or just above it."""
-    if not np.isfinite(point).all():
-        raise PlanError("goal", f"is at {point}", "give a goal three finite numbers")
-    if world.ground is None or not world.ground.has_terrain:
-        return point
-    sample = world.ground.heights(point[None, [0, 2]], point[[1]])
-    return np.array([point[0], sample.heights[0], point[2]]) if sample.hit[0] else point
-
-
-def _routes(
-    world: World, place: FloatArray, goals: Sequence[FloatArray], options: WanderOptions, *, must_reach: bool = True
-) -> list[Route]:
-    """Routes to goals (3,), each reached from the one before, the first from a place (3,).
-
-    Raises:
-        PlanError: If a goal is not clear or, if it must be, cannot be reached.
-    """
-    headroom, routes = HEADROOM * options.body.leg_length, []
-    half_depth = options.body.half_depth(options.radius)
-    for goal in goals:
-        for radius in dict.fromkeys((options.radius, half_depth)):
-            route = find_route(
-                world,
-                place,
-                goal,
-                radius=radius,
-                step=options.step,
-                headroom=headroom,
-                must_be_clear=must_reach,
-            )
-            if route.find(place) >= 0:
-                break
-        if must_reach and route.find(place) < 0:
-            raise PlanError(
-                f"goal ({goal[0]:.2f}, {goal[2]:.2f}) m, height {goal[1]:.2f} m",
-                f"cannot be reached from ({place[0]:.2f}, {place[2]:.2f}) m, height {place[1]:.2f} m, "
-                f"on foot by a body {2 * options.radius:.2f} m wide, sideways {2 * half_depth:.2f} m",
-                "open a way, join the levels by a ramp or stairs, or move the goal",
-            )
-        routes.append(route)
-        place = goal
-    return routes
-
-
-def _is_at(wanderer: Wanderer, route: Route, options: WanderOptions) -> bool:
-    apart = np.abs(wanderer.position - route.goal)
-    return bool(np.hypot(apart[0], apart[2]) <= options.arrival and apart[1] <= route.step)

@@ -1,22 +1,35 @@
-"""Wanderer: where one that wanders is, and its next footstep beside it."""
+"""Wanderers: where they are, and the next footstep of each beside it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from functools import cached_property
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 import numpy as np
 
 from usdfoot.analysis.timing import STAND_TIME, time_steps
 from usdfoot.maths import planar
-from usdfoot.maths.types import FloatArray
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import LEFT
-from usdfoot.planning.gait import Gait, derive_gait
+from usdfoot.model.ground import Ground
+from usdfoot.planning.gait import derive_gait
 from usdfoot.planning.prints import print_orientations, settle_on_treads
 from usdfoot.planning.proportions import Proportions
-from usdfoot.planning.world import World
 
-__all__ = ["SIDEWAYS", "Footstep", "WanderOptions", "Wanderer", "lay_footstep", "take_step"]
+__all__ = [
+    "SIDEWAYS",
+    "Footstep",
+    "Footsteps",
+    "WanderOptions",
+    "Wanderers",
+    "concatenated",
+    "joined",
+    "lay_footsteps",
+    "rows_of",
+    "set_out",
+    "take_steps",
+]
 
 EASY_RISE = 0.42
 """Rise of a step over the leg length above which it is shorter."""
@@ -64,21 +77,6 @@ class WanderOptions:
     arrival: float = 0.3
     """A goal is reached at this distance [m]."""
 
-    @cached_property
-    def _gait(self) -> Gait:
-        """Of steps straight ahead."""
-        return derive_gait(self.body, speed=self.speed)
-
-    @property
-    def easy_step(self) -> float:
-        """How far a step ahead leads at its speed [m]."""
-        return self._gait.step_length
-
-    @property
-    def pace(self) -> float:
-        """How fast easy steps lead ahead [m/s]."""
-        return self._gait.speed
-
     @property
     def side_step(self) -> float:
         """How far a side step leads [m]."""
@@ -86,78 +84,151 @@ class WanderOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Wanderer:
-    """Where one that wanders is."""
+class Footsteps:
+    """One footstep of each of N that wander; fields as those of `Footstep`."""
 
-    place: FloatArray
-    """Middle of the feet (x, z) [m], shape (2,)."""
-    height: float
-    """Of the ground there [m]."""
-    yaw: float
-    side: int
-    """Foot that stepped last."""
-    spin: int = 0
-    """Side to which it is turning out of a dead end, 1 = left, 0 = it is in none."""
-    facing: float = 0.0
-    """How far it looks to the right of where it goes, the left shoulder first [rad]."""
+    sides: IntArray
+    positions: FloatArray
+    orientations: FloatArray
+    strike_times: FloatArray
+
+    def of(self, row: int) -> Footstep:
+        """That of one of them."""
+        return Footstep(
+            side=int(self.sides[row]),
+            position=self.positions[row],
+            orientation=self.orientations[row],
+            strike_time=float(self.strike_times[row]),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wanderers:
+    """Where N that wander are."""
+
+    places: FloatArray
+    """Middles of the feet (x, z) [m], shape (N, 2)."""
+    heights: FloatArray
+    """Of the ground there [m], shape (N,)."""
+    yaws: FloatArray
+    """[rad], shape (N,)."""
+    sides: IntArray
+    """Foot that stepped last, shape (N,)."""
+    spins: IntArray
+    """Side to which each is turning out of a dead end, 1 = left, 0 = it is in none, shape (N,)."""
+    facings: FloatArray
+    """How far each looks to the right of where it goes, the left shoulder first [rad], shape (N,)."""
+    easy_steps: FloatArray
+    """How far a step ahead leads at its speed [m], shape (N,)."""
+    paces: FloatArray
+    """How fast easy steps lead ahead [m/s], shape (N,)."""
 
     @property
-    def position(self) -> FloatArray:
-        """Middle of the feet on the ground [m], shape (3,)."""
-        return np.insert(self.place, 1, self.height)
+    def positions(self) -> FloatArray:
+        """Middles of the feet on the ground [m], shape (N, 3)."""
+        return np.insert(self.places, 1, self.heights, axis=1)
+
+    def __len__(self) -> int:
+        return len(self.places)
 
 
-def take_step(wanderer: Wanderer, length: float, turn: float, *, world: World, options: WanderOptions) -> Wanderer:
-    """The wanderer after a step of the other foot."""
-    yaw, shares = wanderer.yaw + turn, np.array([1.0, 0.75, 0.5, 0.25])
-    places = wanderer.place + shares[:, None] * length * planar.direction(np.array(yaw))
-    if world.ground is None:
-        return Wanderer(place=places[0], height=wanderer.height, yaw=yaw, side=1 - wanderer.side)
-    heights = world.ground.heights(places, np.full(len(places), wanderer.height), step_up=options.step).heights
-    easy = np.abs(heights - wanderer.height) <= EASY_RISE * options.body.leg_length
-    chosen = int(np.argmax(easy))  # onto a ledge, where none is, the whole step
-    return Wanderer(place=places[chosen], height=float(heights[chosen]), yaw=yaw, side=1 - wanderer.side)
+Table = TypeVar("Table", Footsteps, Wanderers)
 
 
-def lay_footstep(
-    wanderer: Wanderer,
-    side: int,
-    world: World,
-    *,
-    options: WanderOptions,
-    before: Footstep | None = None,
-    time: float = 0.0,
-) -> Footstep:
-    """The footstep of one foot beside the wanderer's place; it strikes a step after the one before, else at `time`."""
-    body, yaw = options.body, wanderer.yaw - wanderer.facing
-    outward = 0.5 * np.pi if side == LEFT else -0.5 * np.pi
-    closed_up = 2.0 * body.half_width + BETWEEN + options.side_step
-    width = float(np.interp(np.sin(wanderer.facing), (0.0, 1.0), (body.step_width, closed_up)))
-    point = wanderer.place + 0.5 * width * planar.direction(np.array(yaw + outward))
-    height, normal = wanderer.height, np.array([[0.0, 1.0, 0.0]])
-    if world.ground is not None:
-        point = settle_on_treads(
-            world.ground,
-            point[None],
-            np.array([yaw]),
-            near=np.array([height]),
-            heels=np.array([body.heel]),
-            toes=np.array([body.toe]),
-            half_widths=np.array([body.half_width]),
-        )[0]
-        sample = world.ground.heights(point[None], np.array([height]), step_up=options.step)
-        if not (sample.walkable[0] and abs(sample.heights[0] - height) <= options.step):  # beside a ledge
-            point = wanderer.place
-            sample = world.ground.heights(point[None], np.array([height]), step_up=options.step)
-        height, normal = float(sample.heights[0]), sample.normals
-    position = np.array([point[0], height, point[1]])
-    if before is not None:
-        distance = np.linalg.norm(position - before.position)
-        timing = time_steps(np.array([distance]), body.timing)
-        time = before.strike_time + float(timing.step_times[0])
-    return Footstep(
-        side=side,
-        position=position,
-        orientation=print_orientations(np.array([yaw]), normal)[0],
-        strike_time=time,
+def set_out(starts: FloatArray, yaws: FloatArray, speeds: FloatArray, *, options: WanderOptions) -> Wanderers:
+    """Those who begin between the feet at starts (N, 3), look along yaws (N,) and walk at speeds (N,) [m/s]."""
+    asked, own = np.unique(speeds, return_inverse=True)
+    gaits = [derive_gait(options.body, speed=float(speed)) for speed in asked]
+    count = len(starts)
+    return Wanderers(
+        places=starts[:, [0, 2]],
+        heights=starts[:, 1],
+        yaws=yaws,
+        sides=np.full(count, LEFT),
+        spins=np.zeros(count, dtype=int),
+        facings=np.zeros(count),
+        easy_steps=np.array([gait.step_length for gait in gaits])[own],
+        paces=np.array([gait.speed for gait in gaits])[own],
     )
+
+
+def take_steps(
+    wanderers: Wanderers, lengths: FloatArray, turns: FloatArray, *, ground: Ground | None, options: WanderOptions
+) -> Wanderers:
+    """Those that wander after a step of the other foot of each, no longer in a dead end."""
+    count, shares = len(wanderers), np.array([1.0, 0.75, 0.5, 0.25])
+    yaws = wanderers.yaws + turns
+    places = wanderers.places[:, None] + (shares * lengths[:, None])[..., None] * planar.direction(yaws)[:, None]
+    heights = np.repeat(wanderers.heights[:, None], len(shares), axis=1)  # (N, 4)
+    chosen = np.zeros(count, dtype=int)
+    if ground is not None:
+        near = heights.ravel()
+        sample = ground.heights(places.reshape(-1, 2), near, step_up=options.step)
+        heights = np.where(sample.hit, sample.heights, near).reshape(heights.shape)
+        easy = np.abs(heights - wanderers.heights[:, None]) <= EASY_RISE * options.body.leg_length
+        chosen = np.argmax(easy, axis=1)  # onto a ledge, where none is, the whole step
+    rows = np.arange(count)
+    return replace(
+        wanderers,
+        places=places[rows, chosen],
+        heights=heights[rows, chosen],
+        yaws=yaws,
+        sides=1 - wanderers.sides,
+        spins=np.zeros(count, dtype=int),
+    )
+
+
+def lay_footsteps(
+    wanderers: Wanderers,
+    sides: IntArray,
+    *,
+    ground: Ground | None,
+    options: WanderOptions,
+    before: Footsteps | None = None,
+    time: float = 0.0,
+) -> Footsteps:
+    """The footsteps of one foot of each beside its place; they strike a step after those before, else at a time [s]."""
+    body, yaws, count = options.body, wanderers.yaws - wanderers.facings, len(wanderers)
+    outward = np.where(sides == LEFT, 0.5 * np.pi, -0.5 * np.pi)
+    closed_up = 2.0 * body.half_width + BETWEEN + options.side_step
+    widths = np.interp(np.sin(wanderers.facings), (0.0, 1.0), (body.step_width, closed_up))
+    points: FloatArray = wanderers.places + 0.5 * widths[:, None] * planar.direction(yaws + outward)
+    heights, normals = wanderers.heights, np.tile([0.0, 1.0, 0.0], (count, 1))
+    if ground is not None:
+        heels, toes, half_widths = (np.full(count, size) for size in (body.heel, body.toe, body.half_width))
+        near = wanderers.heights
+        points = settle_on_treads(ground, points, yaws, near=near, heels=heels, toes=toes, half_widths=half_widths)
+        sample = ground.heights(points, near, step_up=options.step)
+        beside = ~(sample.walkable & (np.abs(sample.heights - near) <= options.step))  # a ledge
+        if beside.any():
+            points = np.where(beside[:, None], wanderers.places, points)
+            sample = ground.heights(points, near, step_up=options.step)
+        heights, normals = np.where(sample.hit, sample.heights, near), sample.normals
+    positions = np.stack([points[:, 0], heights, points[:, 1]], axis=1)
+    if before is None:
+        times = np.full(count, time)
+    else:
+        distances = np.sqrt(np.sum((positions - before.positions) ** 2, axis=1))
+        times = before.strike_times + time_steps(distances, body.timing).step_times
+    return Footsteps(
+        sides=sides,
+        positions=positions,
+        orientations=print_orientations(yaws, normals),
+        strike_times=times,
+    )
+
+
+def rows_of(table: Table, rows: IntArray | BoolArray) -> Table:
+    """Some rows of a table."""
+    return replace(table, **{name: values[rows] for name, values in vars(table).items()})
+
+
+def concatenated(parts: Sequence[Table]) -> Table:
+    """The rows of all parts, one after the other."""
+    columns = {name: np.concatenate([vars(part)[name] for part in parts]) for name in vars(parts[0])}
+    return replace(parts[0], **columns)
+
+
+def joined(parts: Sequence[Table], rows: Sequence[IntArray]) -> Table:
+    """The table of which each part holds some rows, all parts all of them."""
+    return parts[0] if len(parts) == 1 else rows_of(concatenated(parts), np.argsort(np.concatenate(rows)))

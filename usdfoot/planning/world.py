@@ -4,21 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+import warp as wp
 
 from usdfoot.errors import PlanError
-from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.maths.types import BoolArray, FloatArray
+from usdfoot.model.device import start_warp
 from usdfoot.model.ground import Ground
+from usdfoot.planning.clearance_kernel import BODY, UNDERFOOT, Outlines, find_clearances
 
-__all__ = ["Obstacle", "World", "box_outline", "clearances", "has_room", "is_beside", "is_clear"]
-
-BODY, UNDERFOOT = 1.8, 0.1
-"""Obstacles higher above the ground, or as far below it, are in nobody's way [m]."""
-BATCH = 2_000_000
-"""Distances from points to edges held at once."""
-SURE = 1e-3
-"""Who is so much farther from a box than wanted [m] is so in spite of rounding."""
+__all__ = ["UNDERFOOT", "Obstacle", "World", "box_outline", "clearances", "is_beside", "is_clear"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,20 +52,6 @@ class Obstacle:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Edges:
-    """Edges of outlines, one outline after the other."""
-
-    starts: FloatArray
-    """(x, z) [m], shape (E, 2)."""
-    ends: FloatArray
-    """(x, z) [m], shape (E, 2)."""
-    first: IntArray
-    """First edge of each outline, shape (O,)."""
-    velocities: FloatArray
-    """At which they move (x, z) [m/s], shape (E, 2)."""
-
-
-@dataclass(frozen=True, kw_only=True)
 class World:
     """Where one may walk: within the bounds, on walkable terrain, away from obstacles."""
 
@@ -76,28 +59,39 @@ class World:
     """Outline to stay in (x, z) [m], shape (K, 2); None = nothing but the terrain ends it."""
     obstacles: tuple[Obstacle, ...] = ()
     ground: Ground | None = None
-    """None = level ground at height 0."""
+    """None = level ground at the height one stands at."""
 
     @cached_property
-    def heights(self) -> tuple[FloatArray, FloatArray]:
-        """Lowest and highest points of the obstacles [m], shape (O,) each."""
-        lowest, highest = np.array([obstacle.heights for obstacle in self.obstacles]).reshape(-1, 2).T
-        return lowest, highest
+    def moves(self) -> bool:
+        """Whether an obstacle is known to move."""
+        return any(obstacle.moves for obstacle in self.obstacles)
 
     @cached_property
-    def edges(self) -> Edges:
-        """Of the obstacles, and of the bounds as the last."""
-        outlines = [obstacle.outline for obstacle in self.obstacles]
-        outlines += [] if self.bounds is None else [self.bounds]
-        velocities = [obstacle.velocity or (0.0, 0.0) for obstacle in self.obstacles]
-        velocities += [] if self.bounds is None else [(0.0, 0.0)]
-        counts = [len(outline) for outline in outlines]
-        return Edges(
-            starts=np.concatenate([np.zeros((0, 2)), *outlines]),
-            ends=np.concatenate([np.zeros((0, 2)), *(np.roll(outline, -1, axis=0) for outline in outlines)]),
-            first=np.cumsum([0, *counts])[:-1],
-            velocities=np.repeat(np.array(velocities).reshape(-1, 2), counts, axis=0),
-        )
+    def outlines(self) -> Any:
+        """Of the obstacles, and of the bounds as the last, for kernels; None without any."""
+        corners = [obstacle.outline for obstacle in self.obstacles]
+        corners += [] if self.bounds is None else [self.bounds]
+        if not corners:
+            return None
+        still, bounded = (0.0, 0.0), len(corners) - len(self.obstacles)
+        tables: dict[str, tuple[Any, Any]] = {
+            "corners": (np.concatenate(corners), wp.vec2d),
+            "first": (np.cumsum([0, *map(len, corners)]).astype(np.int32), wp.int32),
+            "lowest": (np.array([outline.min(axis=0) for outline in corners]), wp.vec2d),
+            "highest": (np.array([outline.max(axis=0) for outline in corners]), wp.vec2d),
+            "margins": (np.array([obstacle.margin for obstacle in self.obstacles] + bounded * [0.0]), wp.float64),
+            "heights": (np.array([obstacle.heights for obstacle in self.obstacles] + bounded * [still]), wp.vec2d),
+            "velocities": (
+                np.array([obstacle.velocity or still for obstacle in self.obstacles] + bounded * [still]),
+                wp.vec2d,
+            ),
+        }
+        start_warp()
+        outlines: Any = Outlines()
+        for name, (values, dtype) in tables.items():
+            setattr(outlines, name, wp.array(values, dtype=dtype, device="cpu"))
+        outlines.bounds = len(self.obstacles) if bounded else -1
+        return outlines
 
 
 def box_outline(lowest: FloatArray, highest: FloatArray) -> FloatArray:
@@ -121,48 +115,21 @@ def clearances(
     Returns:
         Shape (N,), infinite where there is neither.
     """
-    edges = world.edges
-    if not len(edges.first):
-        return np.full(len(points), np.inf)
-    times = np.zeros(len(points)) if times is None else times
-    count = max(1, -(-len(points) * len(edges.starts) // BATCH))
-    batches = zip(np.array_split(points, count), np.array_split(times, count), strict=True)
-    distances = np.concatenate([_signed_distances(edges, batch, instants) for batch, instants in batches])
-    distances[:, : len(world.obstacles)] -= [obstacle.margin for obstacle in world.obstacles]
-    if heights is not None and world.obstacles:
-        own = distances[:, : len(world.obstacles)]
-        own[~_is_between(heights[:, None], *world.heights)] = np.inf
-    if world.bounds is not None:
-        distances[:, -1] *= -1.0
-    return distances.min(axis=1)
-
-
-def has_room(world: World, points: FloatArray, heights: FloatArray, *, radius: float) -> BoolArray:
-    """Whether `clearances` are a radius [m] at least at very many points: each obstacle is asked only about those near.
-
-    Args:
-        world: Bounds and obstacles; terrain does not count here.
-        points: (x, z) [m], shape (N, 2).
-        heights: Of the ground there [m], shape (N,).
-        radius: Of the body [m].
-    """
-    room = clearances(World(bounds=world.bounds), points) >= radius
-    for obstacle in world.obstacles:
-        reach = radius + obstacle.margin + SURE
-        lowest, highest = obstacle.outline.min(axis=0) - reach, obstacle.outline.max(axis=0) + reach
-        near = np.flatnonzero(room & np.all((points >= lowest) & (points <= highest), axis=1))
-        if near.size:
-            room[near] = clearances(World(obstacles=(obstacle,)), points[near], heights[near]) >= radius
-    return room
+    distances = np.full(len(points), np.inf)
+    if world.outlines is None or not len(points):
+        return distances
+    given = (points, *(np.zeros(0) if values is None else values for values in (heights, times)))
+    tables: list[Any] = [
+        wp.array(np.ascontiguousarray(values, dtype=float), dtype=dtype, device="cpu", copy=False)
+        for values, dtype in zip((*given, distances), (wp.vec2d, wp.float64, wp.float64, wp.float64), strict=True)
+    ]
+    wp.launch(find_clearances, dim=len(points), inputs=[world.outlines, *tables], device="cpu")
+    return distances
 
 
 def is_beside(obstacle: Obstacle, heights: FloatArray) -> BoolArray:
     """Whether an obstacle is in the way of bodies on ground at heights (N,) [m], neither above nor below them."""
-    return _is_between(heights, *obstacle.heights)
-
-
-def _is_between(heights: FloatArray, lowest: FloatArray | float, highest: FloatArray | float) -> BoolArray:
-    """Whether bodies on ground at heights [m] are neither wholly above nor below what reaches from low to high [m]."""
+    lowest, highest = obstacle.heights
     return (heights + BODY > lowest) & (heights - UNDERFOOT < highest)
 
 
@@ -181,24 +148,3 @@ def is_clear(world: World, points: FloatArray, heights: FloatArray, *, radius: f
         sample = world.ground.heights(points, heights, step_up=step)
         clear &= sample.walkable & (np.abs(sample.heights - heights) <= step)
     return clear
-
-
-def _signed_distances(edges: Edges, points: FloatArray, times: FloatArray) -> FloatArray:
-    """Distances of points (N, 2) at times (N,) from outlines, negative inside, shape (N, O).
-
-    The nearest edge gives the distance, the number of edges that a ray towards +x crosses gives the sign.
-    """
-    vectors = edges.ends - edges.starts
-    places = points[:, None]  # (N, E, 2), as seen from the edges
-    if edges.velocities.any():
-        places = places - times[:, None, None] * edges.velocities
-    offsets = places - edges.starts
-    lengths = np.maximum(np.sum(vectors**2, axis=1), np.finfo(float).tiny)
-    along = np.clip(np.sum(offsets * vectors, axis=2) / lengths, 0.0, 1.0)
-    distances = np.linalg.norm(offsets - along[..., None] * vectors, axis=2)
-    spans = (places[..., 1] < edges.starts[:, 1]) != (places[..., 1] < edges.ends[:, 1])  # each corner's height alike
-    rises = np.where(vectors[:, 1] == 0.0, 1.0, vectors[:, 1])
-    crosses = spans & (offsets[..., 0] < vectors[:, 0] * offsets[..., 1] / rises)
-    inside = np.add.reduceat(crosses, edges.first, axis=1, dtype=int) % 2 == 1
-    nearest = np.minimum.reduceat(distances, edges.first, axis=1)
-    return np.where(inside, -nearest, nearest)

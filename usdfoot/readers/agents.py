@@ -22,6 +22,7 @@ __all__ = [
     "OPTIONS",
     "AgentOptions",
     "AgentSource",
+    "existing_targets",
     "list_agents",
     "list_agents_without_plans",
     "read_agent_options",
@@ -203,7 +204,7 @@ def _source(
     path = _target(stage, prim, Token.PATH, pointed) if plan is None else None
     trajectory = _target(stage, prim, Token.TRAJECTORY, pointed) if plan is None and path is None else None
     number = authored(prim, Token.ID) if Token.ID in properties else None
-    _existing(stage, prim, Token.CLIPS, pointed)
+    existing_targets(stage, prim, Token.CLIPS, pointed=pointed)
     return AgentSource(
         name=name,
         prim=prim,
@@ -248,11 +249,13 @@ def _default_plan(prim: Usd.Prim, default: Usd.Prim | None) -> Usd.Prim:
 
 
 def _target(stage: Usd.Stage, prim: Usd.Prim, name: str, pointed: Mapping[str, list[Sdf.Path]]) -> Usd.Prim | None:
-    existing = _existing(stage, prim, name, pointed)
+    existing = existing_targets(stage, prim, name, pointed=pointed)
     return existing[0] if existing else None
 
 
-def _existing(stage: Usd.Stage, prim: Usd.Prim, name: str, pointed: Mapping[str, list[Sdf.Path]]) -> list[Usd.Prim]:
+def existing_targets(
+    stage: Usd.Stage, prim: Usd.Prim, name: str, *, pointed: Mapping[str, list[Sdf.Path]]
+) -> list[Usd.Prim]:
     """Targets of a relationship, all of which must exist and be active, as what is below them must."""
     found = pointed.get(name, [])
     prims = [_holder(stage, path) if name == Token.CLIPS else stage.GetPrimAtPath(path) for path in found]

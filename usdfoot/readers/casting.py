@@ -35,7 +35,7 @@ from usdfoot.readers.own_attributes import read_own
 from usdfoot.readers.stage import StagePrims, authored_or_primvar
 from usdfoot.readers.tuning import TUNINGS, read_tuning
 
-__all__ = ["Casting", "skipped"]
+__all__ = ["Casting", "holds_skeleton", "skipped"]
 
 
 _SAYS_MORE = frozenset((*OPTIONS, *TUNINGS))
@@ -178,7 +178,7 @@ class Casting:
 
     def _character(self, source: AgentSource) -> tuple[int, Usd.Prim]:
         """Index of the agent's character, and its prim."""
-        prim = source.character or (source.prim if source.is_authored and _holds_skeleton(source.prim) else None)
+        prim = source.character or (source.prim if source.is_authored and holds_skeleton(source.prim) else None)
         prim = prim or self._only_character()
         spacing = self._tuning(source).given.get("hip_spacing", 1.0)
         place = (prim.GetPath(), spacing)
@@ -311,5 +311,6 @@ def _is_strong(said: OwnAttribute | OwnBinding | None) -> bool:
     return isinstance(said, OwnBinding) and said.strength == UsdShade.Tokens.strongerThanDescendants
 
 
-def _holds_skeleton(prim: Usd.Prim) -> bool:
+def holds_skeleton(prim: Usd.Prim) -> bool:
+    """Whether there is a Skeleton below a prim, or it is one."""
     return any(below.IsA(UsdSkel.Skeleton) for below in Usd.PrimRange(prim, Usd.TraverseInstanceProxies()))

@@ -1,4 +1,4 @@
-"""Chunks of an earlier run: what they and their agents were made from, and their records."""
+"""Chunks of an earlier run: which there are, and their records."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pxr import Sdf, Tf
 
 from usdfoot.bridge.tokens import PROVENANCE, ChunkFiles, File, Record, chunk_folder
 
-__all__ = ["find_agents", "is_intact", "read_record"]
+__all__ = ["is_intact", "list_chunks", "read_record"]
 
 
 def is_intact(folder: Path, files: ChunkFiles, intact: Collection[str]) -> bool:
@@ -36,59 +36,45 @@ def read_record(
         return None
     record = None
     for name in files if place != folder or intact is None else (files.anims,):  # what is intact was made together
-        notes = _notes(_opened(place / name, metadata_only=True))
+        notes = _notes(_opened(place / name))
         if notes.get(Record.CONTENT_HASH) != content_hash:
             return None
         record = notes.get(Record.REPORT, record)
     return record
 
 
-def find_agents(
-    folder: Path, *, intact: Collection[str] | None = None, kept: Collection[ChunkFiles] = ()
-) -> dict[tuple[str, str], ChunkFiles]:
-    """Files, relative to the folder, of agents made before, by name and hash of what each was made from.
+def list_chunks(folder: Path, *, intact: Collection[str] | None = None) -> Iterator[ChunkFiles]:
+    """Files, relative to the folder, of the chunks of the crowd and then of those that wait to become one.
 
     Args:
         folder: Of the crowd.
-        intact: As of `read_record`.
-        kept: Chunks in which nobody need be looked for, as they stay as they are.
+        intact: As of `read_record`; the crowd's chunks with others are left out.
     """
-    settled = {chunk_folder(folder, files) / files.anims for files in kept}
-    found: dict[tuple[str, str], ChunkFiles] = {}
-    for files in _all_chunks(folder):
-        is_waiting = files.anims.startswith(f"{File.PENDING}/")
-        if folder / files.anims in settled or not (is_waiting or _all_in(files, intact)):
-            continue
-        hashes = _notes(_opened(folder / files.anims, metadata_only=True)).get(Record.AGENT_HASHES, {})
-        found.update(dict.fromkeys(hashes.items(), files))
-    return found
-
-
-def _all_in(files: ChunkFiles, intact: Collection[str] | None) -> bool:
-    return intact is None or all(name in intact for name in files)
-
-
-def _all_chunks(folder: Path) -> Iterator[ChunkFiles]:
-    """Chunks of the crowd, then those that wait to become one."""
     anims, agents, footsteps = (str(name).split(".")[0] for name in (File.ANIMS, File.AGENTS, File.FOOTSTEPS))
     for waiting in ("", f"{File.PENDING}/"):
         for path in sorted((folder / waiting).glob(f"{anims}.[0-9]*.usdc")):
             number, among = path.name.removeprefix(anims), f"{File.CHUNKS}/"
             if not (folder / waiting / f"{among}{agents}{number}").exists():  # the only chunk
                 number, among = ".usdc", ""
-            yield ChunkFiles(
+            files = ChunkFiles(
                 agents=f"{waiting}{among}{agents}{number}",
                 footsteps=f"{waiting}{among}{footsteps}{number}",
                 anims=f"{waiting}{path.name}",
             )
+            if waiting or _all_in(files, intact):
+                yield files
 
 
-def _opened(path: Path, *, metadata_only: bool = False) -> Sdf.Layer | None:
-    """The layer as it is on disk now; None if it cannot be read."""
+def _all_in(files: ChunkFiles, intact: Collection[str] | None) -> bool:
+    return intact is None or all(name in intact for name in files)
+
+
+def _opened(path: Path) -> Sdf.Layer | None:
+    """The metadata of a layer as it is on disk now; None if it cannot be read."""
     if not path.is_file():
         return None
     try:
-        return Sdf.Layer.OpenAsAnonymous(str(path), metadataOnly=metadata_only)
+        return Sdf.Layer.OpenAsAnonymous(str(path), metadataOnly=True)
     except Tf.ErrorException:
         return None
 

@@ -15,7 +15,7 @@ from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.examples import Examples
 from usdfoot.model.path import WalkingPath
 from usdfoot.planning.gait import derive_gait
-from usdfoot.planning.habits import PEOPLE, Habits, find_habits
+from usdfoot.planning.habits import PEOPLE, Habits, fastest_step, find_habits
 from usdfoot.planning.hurry import unhurried_time
 from usdfoot.planning.proportions import Proportions
 from usdfoot.readers.agents import AgentSource, read_agent_options
@@ -64,6 +64,14 @@ class HabitsReader:
         except UsdfootError:
             return ()
 
+    def fastest(self, casting: Casting, source: AgentSource) -> float:
+        """Speed of the fastest step of the clips that move an agent [m/s]; no limit where no clips do."""
+        try:
+            library = self._library_of(casting, source)
+            return float("inf") if library is None else fastest_step(self._examples_of(library))
+        except UsdfootError:  # animating it tells why
+            return float("inf")
+
     def body_of(self, casting: Casting, source: AgentSource) -> Proportions:
         """Proportions of an agent's character with its habits; a person's if it has none that can be used."""
         return replace(casting.body_of(source), habits=self.read(casting, source))
@@ -85,7 +93,9 @@ class HabitsReader:
             quickest = unhurried_time(gait, spaces, np.asarray(examples.durations, dtype=float), style=style)
         except UsdfootError:  # animating it tells why
             return path
-        return path if quickest <= gait.step_time else replace(path, speed=path.step_length / quickest)
+        if quickest <= gait.step_time:
+            return path
+        return replace(path, speed=path.step_length / quickest, quickest_step=quickest)
 
     def _library_of(self, casting: Casting, source: AgentSource) -> ClipLibrary | None:
         """Clips that move an agent, None where physics does."""

@@ -8,6 +8,7 @@ from pxr import Usd
 
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import UsdfootError
+from usdfoot.model.report import Problem
 from usdfoot.planning.moving import with_velocity
 from usdfoot.planning.world import Obstacle
 from usdfoot.readers.obstacles import obstacle_prims, obstacles_of
@@ -34,6 +35,7 @@ class MovingObstacles:
         self._moving, self._units = [prim for prim in obstacle_prims(prims) if _is_animated(prim)], units
         self._names = {str(prim.GetPath()) for prim in self._moving}
         self._read: dict[int, dict[str, list[Obstacle]]] = {}
+        self._said: dict[int, tuple[Obstacle, ...]] = {}
 
     def __bool__(self) -> bool:
         return bool(self._moving)
@@ -42,18 +44,30 @@ class MovingObstacles:
         """Those of the obstacles that are not animated."""
         return tuple(obstacle for obstacle in obstacles if obstacle.name not in self._names)
 
+    def doubts(self) -> tuple[Problem, ...]:
+        """A warning of them where plans are made that see them only at the stage's start."""
+        if not self._moving:
+            return ()
+        first, *others = sorted(self._names)
+        more = f" (and {len(others)} more)" if others else ""
+        what = f"{first}: is animated{more}, plans go round where it is at the stage's start"
+        remedy = "whose feet it meets later is told. usdfoot plan wander keeps off it where it will be"
+        return (Problem(severity="warning", where=first, message=f"{what}; {remedy}"),)
+
     def at(self, time: float) -> tuple[Obstacle, ...]:
         """The animated ones where they are at a time of the stage [s], to a fortieth of a second, as they go on there.
 
-        One that cannot be read there is in nobody's way then.
+        One that cannot be read there is in nobody's way then. Times of which the same is said get the same tuple.
         """
         number = round(time / SPACING)
-        now, later = self._all(number), self._all(number + AHEAD)
-        return tuple(
-            obstacle
-            for name, obstacles in now.items()
-            for obstacle in with_velocity(obstacles, later.get(name, obstacles), seconds=SPACING * AHEAD)
-        )
+        if number not in self._said:
+            now, later = self._all(number), self._all(number + AHEAD)
+            self._said[number] = tuple(
+                obstacle
+                for name, obstacles in now.items()
+                for obstacle in with_velocity(obstacles, later.get(name, obstacles), seconds=SPACING * AHEAD)
+            )
+        return self._said[number]
 
     def _all(self, number: int) -> dict[str, list[Obstacle]]:
         if number not in self._read:

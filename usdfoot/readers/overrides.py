@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from pxr import Sdf, Tf, Usd, UsdGeom, Vt
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, Vt
 
-from usdfoot.bridge.tokens import Agent, File, Plan, Prim
+from usdfoot.bridge.tokens import Agent, File, Op, Plan, Prim
 from usdfoot.bridge.units import StageUnits
+from usdfoot.bridge.usd_errors import usd_reason
 from usdfoot.errors import PlanError, SceneError
 from usdfoot.maths.types import FloatArray
+from usdfoot.model.displacement import STILL, Displacement
 from usdfoot.model.limits import DEFAULT_LIMITS
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
@@ -21,10 +24,7 @@ from usdfoot.readers.plans import read_plan
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.stage import start_code, targets
 
-__all__ = ["OverriddenPlan", "Overrides", "read_overrides"]
-
-_OF_THE_SCENE = (Agent.CHARACTER, Agent.CLIPS, Agent.PATH, Agent.TRAJECTORY)
-"""Relationships into the scene, which is not there in the crowd."""
+__all__ = ["OverriddenPlan", "Overrides", "author_move", "new_layer", "read_overrides"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,21 +58,8 @@ class Overrides:
 
     def is_muted(self, name: str) -> bool:
         """Whether an agent is inactive, and so not to be made."""
-        spec = self.layer.GetPrimAtPath(f"{Prim.AGENTS}/{name}") if self.layer else None
-        return bool(spec and spec.HasInfo("active") and not spec.active)
-
-    def unread(self, names: Collection[str]) -> tuple[Problem, ...]:
-        """Warnings of what artists say that no run follows.
-
-        Args:
-            names: Of all agents of the scene.
-        """
-        scopes = [self.stage.GetPrimAtPath(path) if self.stage else None for path in (Prim.AGENTS, Prim.PLANS)]
-        agents, plans = (scope.GetAllChildren() if scope else () for scope in scopes)
-        overs = [prim for prim in (*agents, *plans) if prim.GetSpecifier() == Sdf.SpecifierOver]
-        return tuple(problem for prim in agents for problem in _unread(prim)) + tuple(
-            _nobodys(prim) for prim in overs if prim.GetName() not in names
-        )
+        prim = self.stage.GetPrimAtPath(f"{Prim.AGENTS}/{name}") if self.stage else None
+        return not (prim is None or not prim or prim.IsActive())
 
     def over(self, sources: Sequence[AgentSource]) -> tuple[AgentSource, ...]:
         """Agents with what the artists say of each, without those that they muted."""
@@ -99,14 +86,14 @@ class Overrides:
         if self.stage is None:
             return None
         own, layer = f"{Prim.PLANS}/{name}", self.stage.GetRootLayer()
-        path = _target(self.stage, name) or own
-        if path == own and not layer.GetPrimAtPath(own):
+        path = self.plan_path(name)
+        if path == own and not self.stage.GetPrimAtPath(own):
             return None
         base = plan_of(Sdf.Path(path).name) if path.startswith(f"{Prim.PLANS}/") else None
-        scene = _new_layer(self.units)
+        scene = new_layer(self.units)
         if base is not None:
-            _author_plan(scene, path, base, self.units, over=layer)
-        whole = _new_layer(self.units)
+            _author_plan(scene, path, base, self.units, over=self.stage.GetPrimAtPath(path))
+        whole = new_layer(self.units)
         whole.subLayerPaths = [layer.identifier, scene.identifier]
         stage = Usd.Stage.Open(whole, sessionLayer=None)
         prim = stage.GetPrimAtPath(path)
@@ -117,13 +104,20 @@ class Overrides:
         frame = matrices_of(prim, np.array([start_code(stage).GetValue()]))[0] if path == own else np.eye(4)
         return OverriddenPlan(plan=plan, problems=problems, frame=frame)
 
+    def plan_path(self, name: str) -> str:
+        """Path of the plan that an agent walks, its own if the artists do not say."""
+        return (_target(self.stage, name) if self.stage else None) or f"{Prim.PLANS}/{name}"
+
     def executed_plan(self, name: str) -> FootstepPlan | None:
-        """The plan that an agent last walked; None if it was never made."""
+        """The plan that an agent last walked, as in its prim's own space; None if it was never made."""
         if self.footsteps is None:
             return None
         stage = Usd.Stage.Open(str(self.footsteps))
         stage.Reload()
         prim = stage.GetPrimAtPath(f"{Prim.PLANS}/{name}")
+        if prim:
+            stage.SetEditTarget(stage.GetSessionLayer())
+            UsdGeom.Xformable(prim).SetXformOpOrder([])  # where it stands with an agent that was moved
         plan = read_plan(prim, self.units, most=self.most_footsteps)[0] if prim else None
         return replace(plan, orientations=plan.orientations + 0.0) if plan else None  # no -0.0: one hash, once rounded
 
@@ -149,27 +143,10 @@ def read_overrides(
         layer.Reload()
         stage = Usd.Stage.Open(layer, sessionLayer=None) if layer.rootPrims or layer.subLayerPaths else None
     except Tf.ErrorException as error:
-        raise SceneError(path, "cannot be read", "correct it, or move it away") from error
+        raise SceneError(path, f"cannot be read: {usd_reason(error)}", "correct it, or move it away") from error
     footsteps = path.with_name(File.FOOTSTEPS)
     executed = footsteps if footsteps.is_file() else None
     return Overrides(stage=stage, footsteps=executed, units=units, most_footsteps=most_footsteps)
-
-
-def _unread(prim: Usd.Prim) -> list[Problem]:
-    """A warning for each thing said of one agent that no run follows."""
-    where, said = f"{File.OVERRIDES} {prim.GetPath()}", prim.GetAuthoredPropertyNames()
-    reasons = [f"{name} is not followed here. author it in the scene" for name in _OF_THE_SCENE if name in said]
-    if any(name.startswith("xformOp") for name in said):
-        plan = f"{Prim.PLANS}/{prim.GetName()}"
-        reasons.append(f"the agent is moved off its footsteps. move {plan} instead, and take the transform away")
-    return [Problem(severity="warning", where=where, message=f"{where}: {reason}") for reason in reasons]
-
-
-def _nobodys(prim: Usd.Prim) -> Problem:
-    """The warning for what is said of an agent that the scene has not."""
-    where = f"{File.OVERRIDES} {prim.GetPath()}"
-    message = f"{where}: no agent of the scene has this name. correct it, or take it away"
-    return Problem(severity="warning", where=where, message=message)
 
 
 def _target(stage: Usd.Stage, name: str) -> str | None:
@@ -179,7 +156,7 @@ def _target(stage: Usd.Stage, name: str) -> str | None:
     return str(found[0]) if found else None
 
 
-def _new_layer(units: StageUnits) -> Sdf.Layer:
+def new_layer(units: StageUnits) -> Sdf.Layer:
     """A layer in memory with a stage's units."""
     layer = Sdf.Layer.CreateAnonymous(".usda")
     layer.pseudoRoot.SetInfo("metersPerUnit", units.meters_per_unit)
@@ -188,19 +165,28 @@ def _new_layer(units: StageUnits) -> Sdf.Layer:
     return layer
 
 
-def _author_plan(layer: Sdf.Layer, path: str, plan: FootstepPlan, units: StageUnits, *, over: Sdf.Layer) -> None:
-    """A plan of the scene as the crowd has it; the orientations are exact unless the layer over it has its own."""
+def author_move(plan: UsdGeom.Xformable, move: Displacement, units: StageUnits) -> None:
+    """The transform that usdfoot authors on the plan of an agent that artists moved."""
+    translation = units.points_to_stage(move.translation).tolist()
+    plan.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble, Op.MOVED).Set(Gf.Vec3d(*translation))
+    kind = UsdGeom.XformOp.TypeRotateZ if units.up_axis == "Z" else UsdGeom.XformOp.TypeRotateY
+    plan.AddXformOp(kind, UsdGeom.XformOp.PrecisionDouble, Op.MOVED).Set(math.degrees(move.yaw))
+
+
+def _author_plan(layer: Sdf.Layer, path: str, plan: FootstepPlan, units: StageUnits, *, over: Usd.Prim) -> None:
+    """A plan of the scene as the crowd has it; the orientations are exact unless what is over it has its own."""
     stage = Usd.Stage.Open(layer, sessionLayer=None)
     instancer = UsdGeom.PointInstancer.Define(stage, path)
     instancer.CreateProtoIndicesAttr(Vt.IntArray.FromNumpy(plan.sides.astype(np.int32)))
     positions = np.ascontiguousarray(units.points_to_stage(plan.positions), dtype=np.float32)
     instancer.CreatePositionsAttr(Vt.Vec3fArray.FromNumpy(positions))
     rotations = np.ascontiguousarray(units.rotations_to_stage(plan.orientations), dtype=np.float32)
-    if over.GetAttributeAtPath(f"{path}.orientations"):
+    if over and over.GetAttribute("orientations"):
         half = Vt.QuathArray.FromNumpy(rotations.astype(np.float16))
         instancer.CreateOrientationsAttr(half)
     else:
         instancer.CreateOrientationsfAttr(Vt.QuatfArray.FromNumpy(rotations))
+    author_move(instancer, STILL, units)
     prim = instancer.GetPrim()
     kinds = Sdf.ValueTypeNames
     for name, times in ((Plan.STRIKE_TIMES, plan.strike_times), (Plan.LIFTOFF_TIMES, plan.liftoff_times)):

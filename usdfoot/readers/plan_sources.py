@@ -22,6 +22,8 @@ from usdfoot.readers.transform_codes import changes_place, changes_value
 __all__ = ["PRINTS", "TIMES", "PlanSource", "ask_plan"]
 
 _POSITIONS, _HIDDEN = str(UsdGeom.Tokens.positions), str(UsdGeom.Tokens.invisibleIds)
+_PLACE = str(UsdGeom.Tokens.xformOpOrder)
+"""Attribute without which a prim is where the one above it is."""
 _INACTIVE, _PROTOTYPES = str(UsdGeom.Tokens.inactiveIds), str(UsdGeom.Tokens.prototypes)
 PRINTS = (
     str(UsdGeom.Tokens.protoIndices),
@@ -81,22 +83,21 @@ def ask_plan(
     if not prim.IsA(UsdGeom.PointInstancer):
         kind = prim.GetTypeName() or "an untyped prim"
         raise PlanError(prim.GetPath(), f"is {kind}", "a footstep plan is a PointInstancer with UsdfootPlanAPI")
-    said, transforms = _said(prim, names), transforms or StartTransforms(prim.GetStage())
-    path = str(prim.GetPath())
+    given, transforms = prim.GetAuthoredPropertyNames(), transforms or StartTransforms(prim.GetStage())
+    said, path = _said(prim, given, names), str(prim.GetPath())
     counts = [len(said[name]) for name in _EACH if name in said]
     check_limit(path, "footsteps", max(counts, default=0), limit=most)
     return PlanSource(
         path=path,
         said=said,
-        matrix=transforms.matrix_of(prim),
-        ignored=_ignored(prim, path, said.get(_HIDDEN), transforms),
-        has_root=bool(targets(prim, Token.ROOT_TRAJECTORY)),
+        matrix=transforms.matrix_of(prim if _PLACE in given else prim.GetParent()),
+        ignored=_ignored(prim, path, given, hidden=said.get(_HIDDEN), transforms=transforms),
+        has_root=Token.ROOT_TRAJECTORY in given and bool(targets(prim, Token.ROOT_TRAJECTORY)),
     )
 
 
-def _said(prim: Usd.Prim, names: Collection[str]) -> dict[str, Any]:
-    """Values authored for attributes, by name; those of plans may be primvars, as Houdini writes them."""
-    given = prim.GetAuthoredPropertyNames()
+def _said(prim: Usd.Prim, given: Collection[str], names: Collection[str]) -> dict[str, Any]:
+    """Values of the given attributes, by name; those of plans may be primvars, as Houdini writes them."""
     said = {name: authored(prim, name) for name in given if name in names}
     for name in (_PRIMVARS[primvar] for primvar in given if primvar in _PRIMVARS):
         if name in names and said.get(name) is None:
@@ -104,7 +105,9 @@ def _said(prim: Usd.Prim, names: Collection[str]) -> dict[str, Any]:
     return {name: value for name, value in said.items() if value is not None}
 
 
-def _ignored(prim: Usd.Prim, path: str, hidden: Any, transforms: StartTransforms) -> tuple[Problem, ...]:
+def _ignored(
+    prim: Usd.Prim, path: str, given: Collection[str], *, hidden: Any, transforms: StartTransforms
+) -> tuple[Problem, ...]:
     """Warnings of what viewers show otherwise: feet go by index, hidden prints stay and are counted, and none moves."""
     found = []
     edits = prim.GetMetadata(_INACTIVE)
@@ -122,7 +125,7 @@ def _ignored(prim: Usd.Prim, path: str, hidden: Any, transforms: StartTransforms
         found.append(f"its prototypes are {named}, but index 0 is a left foot. list the left print first")
     if changes_value(prim.GetAttribute(_POSITIONS)):
         found.append("its positions are animated, the first sample is read. author one value, not time samples")
-    if transforms.is_moving(prim) and changes_place(prim):
+    if transforms.is_moving(prim if _PLACE in given else prim.GetParent()) and changes_place(prim):
         found.append("its transform is animated, its prints are read at the stage's start. remove the animation")
     return tuple(Problem(severity="warning", where=path, message=f"{path}: {text}") for text in found)
 

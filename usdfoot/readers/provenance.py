@@ -40,8 +40,8 @@ def read_provenance(folder: Path, *, sublayers: Sequence[str]) -> Mapping[str, A
 def read_scene_files(scene: str | os.PathLike[str] | Usd.Stage, folder: Path) -> StageInfo | None:
     """Metadata of a scene, with its layers; None if their bytes and those of overrides.usda do not say all of it.
 
-    They do not where a layer is changed in memory or no file, and where files are named that are opened later: layers
-    below overrides.usda, and value clips, which `has_value_clips` looks for.
+    They do not where the stage is not as saved, and where files are named that are opened later: layers below
+    overrides.usda, and value clips, which `has_value_clips` looks for.
 
     Args:
         scene: File or open stage.
@@ -53,8 +53,7 @@ def read_scene_files(scene: str | os.PathLike[str] | Usd.Stage, folder: Path) ->
     stage = open_stage(scene)
     info = read_stage_info(stage)
     overrides = read_overrides(folder, info.units).layer
-    layers = [layer for layer in stage.GetUsedLayers() if layer != stage.GetSessionLayer()]
-    if any(layer.anonymous or layer.dirty for layer in layers):
+    if not info.as_saved:
         return None
     if overrides is not None and (overrides.dirty or overrides.GetCompositionAssetDependencies()):
         return None

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from pxr import Usd
 
+from usdfoot.bridge.placements import Placement
 from usdfoot.bridge.scene import Scene, StageInfo
 from usdfoot.bridge.tokens import File
 from usdfoot.errors import SceneError, UsdfootError
@@ -26,15 +27,18 @@ from usdfoot.model.sampling import ALL_FRAMES, SamplingOptions
 from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.model.tuning import BodyTuning
 from usdfoot.readers.agents import AgentSource
-from usdfoot.readers.casting import Casting
+from usdfoot.readers.casting import Casting, skipped
 from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.far_agents import SamplingReader
 from usdfoot.readers.frames import find_frames, frames_problems, rate_problems, spans_of
 from usdfoot.readers.listing import ListedScene, list_scene
 from usdfoot.readers.overrides import read_overrides
+from usdfoot.readers.placements import PlacementReader
+from usdfoot.readers.recasting import recast
 from usdfoot.readers.stage import StagePrims
 from usdfoot.readers.terrain import read_terrain
 from usdfoot.readers.tuning import UNTUNED
+from usdfoot.readers.unfollowed import find_unfollowed
 from usdfoot.readers.visibility import read_visibilities
 from usdfoot.readers.walks import WalkReader
 
@@ -119,7 +123,8 @@ class SceneReader:
         self._motion, self._tuning, self._sampling_options, self._limits = motion, tuning, sampling, limits
         self._overrides = read_overrides(crowd, self.info.units, most_footsteps=limits.footsteps)
         self.names = tuple(source.name for source in listed.chosen)
-        self._chosen = self._overrides.over(listed.chosen)
+        over = self._overrides.over(listed.chosen)
+        self._chosen, self._recast_problems = recast(over, stage, everyone=listed.everyone)
         self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units, limits=limits)
         self._doubts: dict[str, tuple[Problem, ...]] = {}
         self._walks = WalkReader(
@@ -130,6 +135,12 @@ class SceneReader:
             planned=self._plan_paths(stage, prims, motion, build),
             most_footsteps=limits.footsteps,
         )
+        everyone, _ = recast(self._overrides.over(listed.everyone), stage, everyone=listed.everyone)
+        absent = {source.name for source in listed.everyone} - {source.name for source in self._chosen}
+        self._placer = PlacementReader(
+            self._overrides, self._walks, everyone=everyone, absent=absent, units=self.info.units
+        )
+        self._placements: dict[str, Placement] = {}
         spans = spans_of(self._walks.read_all(self._chosen) if foreseen else (), self.info)
         codes = find_frames(spans, self.info, frames, most=limits.frames)
         self._frame_problems = [*rate_problems(self.info, sampling.every), *frames_problems(spans, codes)]
@@ -180,7 +191,7 @@ class SceneReader:
         Raises:
             SceneError: If none of them can be used.
         """
-        casting, frames = self._casting, self._walks.frames
+        casting = self._casting
         wanted = None if names is None else set(names)
         sources = [source for source in self._chosen if wanted is None or source.name in wanted]
         self._walks.ask(sources)
@@ -189,8 +200,10 @@ class SceneReader:
         followers = [performer for performer in everyone if isinstance(performer, Follower)]
         problems = (
             *self._listed.problems,
-            *self._overrides.unread({source.name for source in self._listed.everyone}),
+            *find_unfollowed(self._overrides, {source.name for source in self._listed.everyone}),
+            *self._recast_problems,
             *self._walks.problems,
+            *self._placer.problems,
             *self._frame_problems,
             *casting.problems,
             *casting.unfit_clips(),
@@ -217,7 +230,9 @@ class SceneReader:
             crowd=crowd,
             characters=tuple(casting.characters),
             frame_codes=self._codes,
-            plan_frames={agent.name: frames[agent.name] for agent in cast if agent.name in frames},
+            placements={
+                source.name: self._placements[source.name] for source in seen if source.name in self._placements
+            },
             visibility=read_visibilities(seen),
             own_attributes={name: attributes for name, attributes in own.items() if attributes},
         )
@@ -229,16 +244,22 @@ class SceneReader:
         return self._cast[source.name]
 
     def _read_performer(self, source: AgentSource) -> Agent | Follower | None:
-        walk = self._walks.walk_of(source)
-        if isinstance(walk, RootTrajectory):
-            follower = self._casting.cast_follower(source, walk)
-            return self._sampled(follower, walk) if follower else None
-        if isinstance(walk, FootstepPlan):
-            agent = self._casting.cast(source, walk, self._walks.roots.get(source.name))
-            if agent and self._walks.is_planned(source.name, walk):
-                agent = replace(agent, flights_open=True)
-            return self._sampled(agent, walk) if agent else None
-        return None
+        given = self._walks.walk_of(source)
+        if isinstance(given, UsdfootError):
+            return None
+        try:
+            placed = self._placer.place(source, given, self._casting)
+        except UsdfootError as error:
+            self._placer.problems.append(skipped(source, error))
+            return None
+        self._placements.update({source.name: placed.placement} if placed.placement else {})
+        if isinstance(placed.walk, RootTrajectory):
+            follower = self._casting.cast_follower(source, placed.walk)
+            return self._sampled(follower, placed.walk) if follower else None
+        agent = self._casting.cast(source, placed.walk, placed.root)
+        if agent and self._walks.is_planned(source.name, given):
+            agent = replace(agent, flights_open=True)
+        return self._sampled(agent, placed.walk) if agent else None
 
     def _sampled(self, performer: Walking, walk: FootstepPlan | RootTrajectory) -> Walking:
         """The performer with its frames; one below a transform that moves undoes that at all of them."""

@@ -31,6 +31,7 @@ __all__ = [
     "composition_problems",
     "has_marked",
     "identifier_of",
+    "is_as_saved",
     "is_authored",
     "layers_of",
     "open_stage",
@@ -58,7 +59,9 @@ _EARLIEST = Usd.TimeCode.EarliestTime()
 
 
 def open_stage(scene: str | os.PathLike[str] | Usd.Stage) -> Usd.Stage:
-    """The stage of a file, or the stage given.
+    """The stage of a file as it is on disk now, or the stage given.
+
+    What this process edited of a file and did not save stays.
 
     Raises:
         SceneError: If the file does not exist or is not USD.
@@ -77,6 +80,8 @@ def open_stage(scene: str | os.PathLike[str] | Usd.Stage) -> Usd.Stage:
         raise SceneError(path, "no such file", f"give a {_EXTENSIONS} file")
     try:
         stage = Usd.Stage.Open(path)
+        while stage and _reload_written(stage):  # after which it may have other layers
+            pass
     except Tf.ErrorException as error:
         raise SceneError(path, "cannot be opened as USD", usd_reason(error)) from error
     if not stage:
@@ -113,12 +118,25 @@ def read_stage_info(stage: Usd.Stage) -> StageInfo:
         start_code=stage.GetStartTimeCode(),
         end_code=stage.GetEndTimeCode(),
         layers=layers_of(stage),
+        as_saved=is_as_saved(stage),
     )
 
 
 def layers_of(stage: Usd.Stage) -> tuple[str, ...]:
     """Files of a stage, sorted; layers in memory by their names."""
     return tuple(sorted({identifier_of(layer) for layer in _shared_layers(stage)}))
+
+
+def is_as_saved(stage: Usd.Stage) -> bool:
+    """Whether whoever opens the stage's file sees the same: nothing edited, hidden or left out in memory alone."""
+    return (
+        stage.GetSessionLayer().empty
+        and not any(layer.anonymous or layer.dirty for layer in _shared_layers(stage))
+        and not stage.GetMutedLayers()
+        and stage.GetPopulationMask() == Usd.StagePopulationMask.All()
+        and stage.GetLoadRules() == Usd.StageLoadRules.LoadAll()
+        and stage.GetInterpolationType() == Usd.InterpolationTypeLinear
+    )
 
 
 def identifier_of(layer: Sdf.Layer) -> str:
@@ -277,6 +295,12 @@ def walk_stage(stage: Usd.Stage, *, most: int = DEFAULT_LIMITS.prims) -> Iterato
 
 def _has_rate(stage: Usd.Stage) -> bool:
     return stage.HasAuthoredMetadata("timeCodesPerSecond") or stage.HasAuthoredMetadata("framesPerSecond")
+
+
+def _reload_written(stage: Usd.Stage) -> bool:
+    """Has a stage show what others wrote into files that this process had open; whether there was any."""
+    layers = [layer for layer in _shared_layers(stage) if not (layer.anonymous or layer.dirty)]
+    return any([layer.Reload() for layer in layers])
 
 
 def _shared_layers(stage: Usd.Stage) -> list[Sdf.Layer]:

@@ -97,15 +97,13 @@ def _without_proxies(prims: Sequence[Usd.Prim]) -> list[Usd.Prim]:
 
 def _shapes_named(shapes: Sequence[Usd.Prim]) -> list[Problem]:
     """A warning for each shape that is the ground by its name, where no mesh is."""
-    reason = "is no mesh, so the ground is taken to be the plane through the lowest footstep. convert it to a Mesh"
-    return [
-        Problem(
-            severity="warning",
-            where=str(shape.GetPath()),
-            message=f"{shape.GetPath()}: a {shape.GetTypeName()} {reason}",
-        )
-        for shape in _named(shapes)
-    ]
+    reason = "is no mesh, so the ground is taken to be the plane through the lowest footstep"
+    found = []
+    for shape in _named(shapes):
+        path, kind = shape.GetPath(), shape.GetTypeName()
+        remedy = f"apply {Schema.TERRAIN} to it" if kind in _SOLIDS else "convert it to a Mesh"
+        found.append(Problem(severity="warning", where=str(path), message=f"{path}: a {kind} {reason}. {remedy}"))
+    return found
 
 
 def _without_meshes(marked: Sequence[Usd.Prim], meshes: Sequence[Usd.Prim]) -> list[Problem]:

@@ -18,6 +18,7 @@ from usdfoot.model.path import WalkingPath
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
+from usdfoot.planning.hurry import MOST_HURRY
 from usdfoot.planning.path import PathOptions, plan_each
 from usdfoot.planning.proportions import Proportions, proportions_of
 from usdfoot.planning.world import Obstacle
@@ -47,14 +48,15 @@ class Walker:
     proportions: Proportions
     asked_speed: float = 0.0
     """What the path asks for where that would hurry the clips too much [m/s]; 0 = the path's own speed is as asked."""
-
+    fastest_step: float = float("inf")
+    """Speed of the fastest step of the clips that move the walker [m/s]."""
     is_animated: bool = False
     """Whether the curve is, of which only the start is walked."""
     known_styles: tuple[str, ...] = ()
     """Of the clips that move the walker; empty = none do."""
 
     def doubts(self) -> tuple[Problem, ...]:
-        """Warnings where the walker is slower than asked for, and of a curve that is animated."""
+        """Warnings of speeds that clips do not have or cannot be hurried to, and of a curve that is animated."""
         found = []
         path = self.path
         if self.asked_speed:
@@ -64,6 +66,12 @@ class Walker:
                 f"s; its clips cannot be hurried so much, they take {taken:.2f} s, for {path.speed:.2f} m/s. lower "
                 "usdfoot:path:speed, lengthen usdfoot:path:stepLength, leave one of them out or add clips of quicker "
                 "steps"
+            )
+        if path.speed > MOST_HURRY * self.fastest_step:
+            times = path.speed / self.fastest_step
+            found.append(
+                f"{self.name}: is to go {path.speed:.2f} m/s, {times:.1f} times as fast as its clips, which go up to "
+                f"{self.fastest_step:.2f} m/s: so hurried, they jerk. lower usdfoot:path:speed or add faster clips"
             )
         if self.is_animated:
             found.append(
@@ -133,6 +141,7 @@ def read_walkers(
                     path=slowed,
                     proportions=body,
                     asked_speed=0.0 if slowed is path else path.speed,
+                    fastest_step=finder.fastest(casting, source),
                     is_animated=_is_animated(source.path, moving),
                     known_styles=finder.styles(casting, source) if path.style else (),
                 )

@@ -95,6 +95,16 @@ class WalkReader:
             self._asked.pop(source.name, None)
         return self._walks[source.name]
 
+    def given_walk(self, source: AgentSource) -> FootstepPlan | RootTrajectory:
+        """What the scene has an agent walk, whatever artists changed of it.
+
+        Raises:
+            UsdfootError: If it goes nowhere.
+        """
+        if source.trajectory is not None:
+            return self._trajectories.read(source.trajectory, source.number)
+        return self._scene_plan(source)[0]
+
     def is_planned(self, name: str, walk: FootstepPlan | RootTrajectory) -> bool:
         """Whether what an agent walks is the plan made of the path it follows."""
         return walk is self._planned.get(name)
@@ -106,7 +116,7 @@ class WalkReader:
             self.frames[source.name] = changed.frame
             return changed.plan, changed.problems
         if source.trajectory is not None:
-            return self._trajectories.read(source.trajectory, source.number), ()
+            return self.given_walk(source), ()
         plan, warnings = self._scene_plan(source)
         return plan, (*warnings, *self._read_root(source, plan))
 

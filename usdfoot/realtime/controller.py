@@ -12,7 +12,7 @@ from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.device import start_warp
 from usdfoot.model.ground import Ground
-from usdfoot.model.limits import FARTHEST
+from usdfoot.model.limits import BODILY, FARTHEST
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain, no_terrain
 from usdfoot.planning.predictions import build_gaits
@@ -27,6 +27,9 @@ from usdfoot.realtime.walks import ControllerOptions, Walks
 from usdfoot.realtime.windows import Windows
 
 __all__ = ["Controller", "ControllerOptions"]
+
+LONGEST_WAIT = 0.1
+"""Who is steered is given footsteps at least as often as this, however long nobody asks for a pose [s]."""
 
 
 class Controller:
@@ -219,7 +222,7 @@ class Controller:
             yaws: Headings [rad], shape (M,).
 
         Returns:
-            Those refused, since a value is not finite or there is no such agent.
+            Those refused, since a value is not finite, nobody is as fast, or there is no such agent.
 
         Raises:
             UsdfootError: If the arrays are not of these shapes.
@@ -228,11 +231,14 @@ class Controller:
         velocities = float_array("velocities", velocities, (len(agents), 2))
         yaws = float_array("yaws", yaws, (len(agents),))
         whole, there = np.isfinite(velocities).all(axis=1) & np.isfinite(yaws), self._roster.knows(agents)
-        good = whole & there
+        wild = whole & (np.abs(velocities) > BODILY[1]).any(axis=1)
+        good = whole & there & ~wild
         self._steering.set(agents[good], velocities[good], yaws[good])
         problems = [
             problem_of_agent("error", agent, "velocity or yaw is not a finite number") for agent in agents[~whole]
         ]
+        beyond = f"velocity is beyond {BODILY[1]:g} m/s"
+        problems += [problem_of_agent("error", agent, beyond) for agent in agents[wild]]
         problems += [problem_of_agent("error", agent, self._roster.absence(agent)) for agent in agents[~there]]
         return tuple(problems)
 
@@ -245,13 +251,11 @@ class Controller:
         time = float(float_array("time", time, ()))
         if not self._time <= time < np.inf:
             raise UsdfootError("time", f"is {time}", f"time goes on from {self._time} s")
-        windows = self._windows
-        windows.advance(time)
-        while self._steering.step(windows, self._ground, now=time):
-            pass
-        self._halt(windows.wanting(time))
-        self._walks.prepare(self._time)
-        agents, self._time = self.there, time
+        if self._steering.active.any():
+            for instant in np.arange(self._time, time - LONGEST_WAIT, LONGEST_WAIT):
+                self._go_on(float(instant))
+        self._go_on(time)
+        windows, agents = self._windows, self.there
         if not agents.size:
             return self._rest.pose(time, len(self))
         bodies = self._walks.bodies(agents, time, nudged=True)
@@ -261,6 +265,16 @@ class Controller:
             poses, bodies.roots(), origins=self._walks.origins[agents], time=time, halted=windows.halted[agents]
         )
         return pose if len(agents) == len(self) else pose.among(self._rest.pose(time, len(self)), agents)
+
+    def _go_on(self, time: float) -> None:
+        """What is known of the footsteps by `time` [s] is made ready for poses."""
+        windows = self._windows
+        windows.advance(time)
+        while self._steering.step(windows, self._ground, now=time):
+            pass
+        self._halt(windows.wanting(time))
+        self._walks.prepare(self._time)
+        self._time = time
 
     def _halt(self, agents: IntArray) -> None:
         if agents.size:

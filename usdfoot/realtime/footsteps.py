@@ -55,6 +55,8 @@ class Footsteps:
     def faults(self) -> dict[int, str]:
         """What is wrong with which footstep: its side, a value that is none or beyond all measure, no time to stand."""
         found: dict[int, str] = {}
+        if not len(self):
+            return found
         for name, values in vars(self).items():
             bad = ~np.isfinite(values.reshape(len(self), -1)).all(axis=1)
             found |= {int(row): f"{name} is not a finite number" for row in np.flatnonzero(bad)}

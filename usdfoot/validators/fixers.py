@@ -12,7 +12,7 @@ from usdfoot.bridge import tokens
 from usdfoot.errors import UsdfootError
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import IntArray
-from usdfoot.model.plan import PlanDraft
+from usdfoot.model.plan import FootstepPlan, PlanDraft
 from usdfoot.planning.mend import mend_times, strike_order
 from usdfoot.readers.plans import read_draft
 from usdfoot.readers.stage import authored, read_stage_info
@@ -126,7 +126,7 @@ def _mended(prim: Usd.Prim) -> tuple[PlanDraft, PlanDraft]:
 
 def _is_mendable(prim: Usd.Prim, attribute: str) -> bool:
     try:
-        _mended(prim)[1].checked()
+        FootstepPlan.checked(_mended(prim)[1])
     except UsdfootError:
         return False
     return True

@@ -10,6 +10,7 @@ from pxr import Usd
 from usdfoot.bridge.schema import has_api
 from usdfoot.bridge.tokens import Result, Schema
 from usdfoot.errors import UsdfootError
+from usdfoot.model.plan import FootstepPlan
 from usdfoot.readers.plans import is_plan, read_draft
 from usdfoot.readers.stage import authored, read_stage_info
 from usdfoot.validators.findings import finding
@@ -32,7 +33,7 @@ def check_plan(prim: Usd.Prim, time_range: Any) -> list[Any]:
         if late.size:
             what = f"footstep {late[0] + 1} strikes before footstep {late[0]}"
             return [finding("FootstepOrder", prim, what, remedy="order all arrays by strike time")]
-        draft.checked()
+        FootstepPlan.checked(draft)
     except UsdfootError as error:
         return [finding("PlanInconsistent", prim, error.what, remedy=error.remedy)]
     return _check_results(prim, len(draft.sides)) if has_api(prim, Schema.RESULT) else []

@@ -8,17 +8,17 @@ import numpy as np
 
 from usdfoot.bridge import tokens
 from usdfoot.bridge.own_attributes import BINDING
+from usdfoot.bridge.placements import AgentOps
 from usdfoot.bridge.scene import Character, Visibility
+from usdfoot.bridge.stance import stance_ops
+from usdfoot.bridge.tokens import Op, turn_op
 from usdfoot.bridge.units import StageUnits
 from usdfoot.writers.attributes import Attribute, prim_spec, relationship_spec, sampled_spec, seen_spec, specs_of
 from usdfoot.writers.crate.specs import Reference, Samples, Spec, switch
+from usdfoot.writers.placed import own_root
 from usdfoot.writers.poses import PosedAgent
 
 __all__ = ["agent_spec", "stance_attributes"]
-
-_TRANSLATE = "xformOp:translate"
-UPRIGHT_TOLERANCE = 1e-7
-"""Rotations and scales of a character closer than this to none are left out."""
 
 
 def agent_spec(
@@ -26,6 +26,7 @@ def agent_spec(
     *,
     reference: tuple[str, str],
     units: StageUnits,
+    ops: AgentOps | None = None,
     visibility: Visibility = (),
     own: Mapping[str, Spec] | None = None,
 ) -> Spec:
@@ -35,18 +36,20 @@ def agent_spec(
         agent: Its motion, posed.
         reference: Asset and prim path by which it refers to its character.
         units: Of the written stage.
+        ops: Transforms that artists authored over it.
         visibility: When it is to be seen.
         own: What describes it, as visibility does, on the instance itself, which shares its prototype with
             others whatever it says.
     """
-    motion, codes, turn = agent.motion, agent.codes, f"xformOp:rotate{units.up_axis}"
+    motion, codes, turn = agent.motion, agent.codes, turn_op(units.up_axis)
+    places, yaws = own_root(motion, ops, units)
     sampled = {
-        _TRANSLATE: Samples(type_name="double3", codes=codes, values=units.points_to_stage(motion.root_positions)),
-        turn: Samples(type_name="double", codes=codes, values=np.degrees(motion.root_yaws)),
+        Op.TRANSLATE: Samples(type_name="double3", codes=codes, values=places),
+        turn: Samples(type_name="double", codes=codes, values=np.degrees(yaws)),
         "extent": Samples(type_name="float3[]", codes=codes, values=agent.extents),
     }
     stance = stance_attributes(agent.resting.character)
-    order = Attribute("token[]", [_TRANSLATE, turn, *stance], uniform=True)
+    order = Attribute("token[]", [Op.TRANSLATE, turn, *stance], uniform=True)
     below = {
         **{f".{name}": sampled_spec(samples) for name, samples in sampled.items()},
         ".skel:animationSource": relationship_spec([f"{tokens.Prim.ANIMS}/{motion.name}"]),
@@ -68,10 +71,5 @@ def agent_spec(
 
 def stance_attributes(character: Character) -> dict[str, Attribute]:
     """What stands the referenced prim upright at its size, nothing for most characters, in the order of its ops."""
-    attributes = {}
-    x, y, z, w = character.agent_rotation.tolist()
-    if 1.0 - abs(w) > UPRIGHT_TOLERANCE**2 and max(abs(x), abs(y), abs(z)) > UPRIGHT_TOLERANCE:
-        attributes["xformOp:orient:stance"] = Attribute("quatd", [x, y, z, w])
-    if abs(character.agent_scale - 1.0) > UPRIGHT_TOLERANCE:
-        attributes["xformOp:scale:stance"] = Attribute("double3", [character.agent_scale] * 3)
-    return attributes
+    types = {Op.ORIENT_STANCE: "quatd", Op.SCALE_STANCE: "double3"}
+    return {name: Attribute(types[name], value) for name, value in stance_ops(character).items()}

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from usdfoot.bridge.chunks import ChunkNotes
+from usdfoot.bridge.placements import AgentOps
 from usdfoot.bridge.scene import Scene
 from usdfoot.bridge.tokens import PROVENANCE, ChunkFiles, File, Prim, Record
 from usdfoot.maths.types import FloatArray
@@ -26,6 +27,7 @@ from usdfoot.writers.layers import LayerFormat
 from usdfoot.writers.levels import place_in_levels
 from usdfoot.writers.moving import follow_transforms
 from usdfoot.writers.own_attributes import own_specs
+from usdfoot.writers.placed import hold_root
 from usdfoot.writers.poses import PosedAgent, RestingCharacter, pose_agents, rest_character
 from usdfoot.writers.staging import staged_files
 
@@ -114,10 +116,17 @@ def write_chunk(
 def _pose(scene: Scene, motions: Sequence[Motion], cast: Sequence[RestingCharacter]) -> dict[str, PosedAgent]:
     """The motions posed, by agent."""
     by_name = {agent.name: agent for agent in scene.crowd.agents}
-    held = [
+    followed = [
         follow_transforms(motion, cast[by_name[motion.name].character], scene.crowd.frame_times) for motion in motions
     ]
+    held = [(motion, hold_root(motion, resting, _ops(scene, motion.name))) for motion, resting in followed]
     return {agent.motion.name: agent for agent in pose_agents(held, scene.stage.units)}
+
+
+def _ops(scene: Scene, name: str) -> AgentOps | None:
+    """Transforms that artists authored over an agent."""
+    placement = scene.placements.get(name)
+    return placement.agent if placement else None
 
 
 def _in_order(
@@ -151,6 +160,7 @@ def _agents(scene: Scene, posed: Mapping[str, PosedAgent], references: Sequence[
             agent,
             reference=reference,
             units=scene.stage.units,
+            ops=_ops(scene, name),
             visibility=scene.visibility.get(name, ()),
             own=own_specs(
                 scene.own_attributes.get(name, {}), character=f"{Prim.AGENTS}/{name}{place_in_levels(reference)}"
@@ -176,7 +186,7 @@ def _footsteps(scene: Scene, posed: Mapping[str, PosedAgent], cast: Sequence[Res
             results=agent.motion.results,
             prints=prints[by_name[name].character],
             units=units,
-            frame=scene.plan_frames.get(name),
+            placement=scene.placements.get(name),
         )
         for name, agent in posed.items()
     }

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from usdfoot.bridge.chunks import JsonText
+from usdfoot.bridge.file_hashes import mark_unchanged
 from usdfoot.bridge.scene import Scene
 from usdfoot.bridge.tokens import ChunkFiles, File, Prim, chunk_files, chunk_folder
 from usdfoot.errors import OutputError
@@ -74,11 +75,13 @@ def write_crowd(
             ):
                 files.add_joined(name, scope_layer(layer_format, scope), map(files.place_of, parts), scope=scope)
         files.add_layer(File.EXPANDED, expanded_layer(layer_format, agents))
-        files.add_text(File.REPORT, _readable({**report, "files": files.content_hashes()}) + "\n")
+        hashes = files.content_hashes()
+        files.add_text(File.REPORT, _readable({**report, "files": hashes}) + "\n")
         if not (target / File.OVERRIDES).exists():
             files.add_layer(File.OVERRIDES, stacked_layer(layer_format, (), text=True))
         files.add_layer(File.CROWD, root_layer(layer_format, provenance, has_materials=bool(materials)))
     tidy(target, chunks, has_materials=bool(materials))
+    mark_unchanged([target / name for name in hashes], marked=target / File.REPORT)
     return target / File.CROWD, target / File.REPORT
 
 

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 from pxr import Sdf
 
 from usdfoot.bridge import tokens
+from usdfoot.bridge.placements import Placement
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
+from usdfoot.model.displacement import Displacement
 from usdfoot.model.motion import StepResults
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.writers.attributes import (
@@ -77,7 +80,7 @@ def executed_plan(
     results: StepResults,
     prints: PrintModels,
     units: StageUnits,
-    frame: FloatArray | None = None,
+    placement: Placement | None = None,
 ) -> Spec:
     """Spec of a plan with what became of it.
 
@@ -87,20 +90,33 @@ def executed_plan(
         results: What became of each footstep.
         prints: What its footsteps look like.
         units: Of the written stage.
-        frame: From the prim to the world, as a stronger layer will have it (row vectors, stage units), shape (4, 4);
-            None = nothing moves the prim.
+        placement: Where a stronger layer and its own transform will have the prim; None = nothing moves it.
     """
-    plan = plan if frame is None else in_frame(plan, frame, units)
+    placement = placement or Placement()
+    plan = plan if placement.plan_frame is None else in_frame(plan, placement.plan_frame, units)
     attributes = {
         **_plan_attributes(plan, prints, units),
         "purpose": Attribute("token", "guide", uniform=True),
         tokens.Plan.ROOT_WEIGHTS: Attribute("float[]", plan.root_weights, uniform=True),
         **({tokens.Plan.STYLES: Attribute("token[]", plan.styles, uniform=True)} if plan.styles else {}),
         **_result_attributes(results, units),
+        **_move_attributes(placement.plan_move, units),
     }
     prototypes = relationship_spec(_prototypes(path))
     below = {**specs_of(attributes), ".prototypes": prototypes, PRINTS.strip("/"): prints.spec}
     return prim_spec("PointInstancer", below, schemas=[tokens.Schema.PLAN, tokens.Schema.RESULT])
+
+
+def _move_attributes(move: Displacement | None, units: StageUnits) -> dict[str, Attribute]:
+    """The transform of a plan that goes with its agent."""
+    if move is None:
+        return {}
+    translate, turn = f"{tokens.Op.TRANSLATE}:{tokens.Op.MOVED}", tokens.turn_op(units.up_axis, tokens.Op.MOVED)
+    return {
+        translate: Attribute("double3", units.points_to_stage(move.translation)),
+        turn: Attribute("double", math.degrees(move.yaw)),
+        "xformOpOrder": Attribute("token[]", [translate, turn], uniform=True),
+    }
 
 
 def _prototypes(path: str) -> list[str]:

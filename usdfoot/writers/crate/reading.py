@@ -28,7 +28,7 @@ from usdfoot.writers.crate.specs import (
     Value,
 )
 
-__all__ = ["read_layer"]
+__all__ = ["read_data", "read_layer"]
 
 _PAYLOAD = (1 << 48) - 1
 _SIZES = {
@@ -53,22 +53,25 @@ def read_layer(file: Path, scope: str) -> tuple[dict[str, Any], dict[str, KeptPr
         OSError: If the file cannot be read.
         ValueError, LookupError, struct.error: If something else wrote it.
     """
-    read = _Layer(read_part(file, as_is=True), scope)
-    return read.data(), read.prims()
+    read = _Layer(read_part(file, as_is=True))
+    return read.data(), read.prims(scope)
+
+
+def read_data(file: Path) -> dict[str, Any]:
+    """Custom layer data alone; raises as `read_layer`."""
+    return _Layer(read_part(file, as_is=True)).data()
 
 
 class _Layer:
     """A layer in parts."""
 
-    def __init__(self, part: CratePart, scope: str) -> None:
+    def __init__(self, part: CratePart) -> None:
         self._part = part
         self._tokens = [token.decode() for token in part.tokens]
         if (part.paths != np.arange(len(part.paths))).any():
             raise ValueError("paths are numbered otherwise")
-        self._rows, self._below = part.outline(scope)
-        self._paths = self._named_paths()
+        self._paths: dict[int, str] = {}
         self._times: dict[int, bytes] = {}
-        self._fields = part.field_values.tolist()
 
     def data(self) -> dict[str, Any]:
         """What the layer says of itself."""
@@ -92,13 +95,14 @@ class _Layer:
     def _string(self, number: int) -> str:
         return self._tokens[int(self._part.strings[number])]
 
-    def prims(self) -> dict[str, KeptPrim]:
-        """Prims below the scope by name."""
+    def prims(self, scope: str) -> dict[str, KeptPrim]:
+        """Prims below a scope by name."""
         part, layer = self._part, self._kept()
-        found, row = {}, self._below.start
-        while row < self._below.stop:
+        _, below = part.outline(scope)
+        found, row = {}, below.start
+        while row < below.stop:
             jump = int(part.jumps[row])
-            end = row + jump if jump > 0 else self._below.stop if jump == -1 else row + 1
+            end = row + jump if jump > 0 else below.stop if jump == -1 else row + 1
             if layer.kinds[row] == SpecKind.PRIM:  # else only somebody's path
                 found[self._tokens[part.elements[row]]] = KeptPrim(layer, slice(row, end))
             row = end
@@ -107,13 +111,14 @@ class _Layer:
     def _kept(self) -> KeptLayer:
         """The layer with all of its values read: of what something else wrote nothing is to be kept."""
         part = self._part
+        self._paths = self._named_paths()
         ends = np.flatnonzero(part.field_sets == END_OF_SET)
         sets = SetsOfFields(fields=part.field_sets, starts=np.append(0, ends[:-1] + 1), ends=ends)
         kinds, owns = np.zeros(len(part.paths), dtype=np.int64), np.full(len(part.paths), -1)
         kinds[part.spec_paths] = part.spec_kinds
         owns[part.spec_paths] = np.searchsorted(sets.starts, part.spec_sets)
         names = [self._tokens[name] for name in part.field_names.tolist()]
-        values = [self._value(value) for value in self._fields]
+        values = [self._value(value) for value in part.field_values.tolist()]
         return KeptLayer(
             tokens=self._tokens,
             elements=part.elements,

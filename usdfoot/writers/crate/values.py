@@ -19,8 +19,12 @@ _PLAIN = {*range(1, 10), *range(13, 31), 42, 43, 44, 48, 51, 56}
 _ARRAY, _INLINED = np.uint64(1 << 63), np.uint64(1 << 62)
 _PAYLOAD = np.uint64((1 << 48) - 1)
 _TYPE_PLACE = np.uint64(48)
-_TIMES, _SMALL = 48, 1 << 14
-"""Upper 16 bits of times, and the one of these that says that a value is no place."""
+_TIMES = np.uint64(48)
+"""Upper 16 bits of times."""
+_SAMPLED = np.isin(np.arange(256), [*_PLAIN, _TOKEN])
+"""Whether samples may be of each type."""
+_LISTS = np.array([(flags >> 1).bit_count() for flags in range(256)])
+"""How many lists there are by the flags before them, of which the first says whether they are explicit."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,18 +43,18 @@ def move_values(fields: np.ndarray, values: memoryview, numbers: Renumbering) ->
     """Values of fields as they are in the other file; what they refer to is changed where it is, to what it is there.
 
     Args:
-        fields: 64 bits each, different ones, shape (F,).
+        fields: 64 bits each, shape (F,).
         values: Of the file they are from, from `VALUES_PLACE` on; changed.
         numbers: Of the other file.
 
     Raises:
         ValueError: If a value is of a type that is not known.
     """
-    changes: Mapping[int, Callable[[memoryview, int, Renumbering], None]] = {
+    changes: Mapping[int, Callable[[_Held, np.ndarray, Renumbering], None]] = {
         _TOKEN: _change_tokens,
         _TOKENS: _change_tokens,
-        _TOKEN_LISTS: lambda held, place, to: _change_lists(held, place, to.tokens),
-        _PATH_LISTS: lambda held, place, to: _change_lists(held, place, to.paths),
+        _TOKEN_LISTS: lambda held, places, to: _change_lists(held, places, to.tokens),
+        _PATH_LISTS: lambda held, places, to: _change_lists(held, places, to.paths),
         _REFERENCE_LISTS: _change_references,
         _TIME_SAMPLES: _change_samples,
     }
@@ -58,13 +62,38 @@ def move_values(fields: np.ndarray, values: memoryview, numbers: Renumbering) ->
     unknown = sorted({*kinds.tolist()} - _PLAIN - {_STRING, _ASSET} - set(changes))
     if unknown:
         raise ValueError(f"values of USD's type {unknown[0]} cannot be moved")
-    is_elsewhere = (fields & _INLINED == 0) & (fields & _PAYLOAD != 0)
-    for kind, field in zip(kinds[is_elsewhere].tolist(), fields[is_elsewhere].tolist(), strict=True):
-        if kind in (_STRING, _ASSET):
+    is_elsewhere = _are_elsewhere(fields)
+    held = _Held(values)
+    for kind in sorted({*kinds[is_elsewhere].tolist()} - _PLAIN):
+        if kind not in changes:
             raise ValueError(f"arrays of USD's type {kind} cannot be moved")
-        if kind in changes:
-            changes[kind](values, (field & int(_PAYLOAD)) - VALUES_PLACE, numbers)
+        places = np.unique(fields[is_elsewhere & (kinds == kind)] & _PAYLOAD)  # fields may share what is there
+        changes[kind](held, places.astype(np.int64) - VALUES_PLACE, numbers)
     return _moved(fields, numbers)
+
+
+class _Held:
+    """Values as numbers that begin at any byte.
+
+    Args:
+        values: Which change with them.
+    """
+
+    def __init__(self, values: memoryview) -> None:
+        self.bytes = np.frombuffer(values, dtype=np.uint8)
+        self.halves, self.words = (
+            np.ndarray((max(len(values) - kind.itemsize + 1, 0),), kind, values, strides=(1,))
+            for kind in (np.dtype("<u4"), np.dtype("<u8"))
+        )
+
+    def counts(self, places: np.ndarray) -> np.ndarray:
+        """How much is listed at each place, (P,)."""
+        return self.words[places].astype(np.int64)
+
+    def items(self, places: np.ndarray, counts: np.ndarray, *, size: int) -> np.ndarray:
+        """Where each of so many items of a size is that are listed at places (P,), after how many they are."""
+        firsts = np.cumsum(counts) - counts
+        return np.repeat(places + 8 - size * firsts, counts) + size * np.arange(counts.sum())
 
 
 def _kinds(fields: np.ndarray) -> np.ndarray:
@@ -74,66 +103,68 @@ def _kinds(fields: np.ndarray) -> np.ndarray:
 
 def _moved(fields: np.ndarray, numbers: Renumbering) -> np.ndarray:
     """Values with the places and numbers of the other file."""
-    kinds, payloads = _kinds(fields), fields & _PAYLOAD
-    is_small = fields & _INLINED != 0
-    shifted = payloads + np.uint64(numbers.shift)
-    payloads = np.where(is_small | (payloads == 0), payloads, shifted)  # an empty array is nowhere
+    moved = fields + _are_elsewhere(fields) * np.uint64(numbers.shift)
+    small = np.flatnonzero(fields & _INLINED)
+    kinds = _kinds(fields[small])
     for kind, new in ((_TOKEN, numbers.tokens), (_ASSET, numbers.tokens), (_STRING, numbers.strings)):
-        chosen = is_small & (kinds == kind)
-        payloads[chosen] = new[payloads[chosen].astype(np.int64)]
-    return (fields & ~_PAYLOAD) | payloads
+        chosen = small[kinds == kind]
+        own = fields[chosen]
+        moved[chosen] = (own & ~_PAYLOAD) | new[(own & _PAYLOAD).astype(np.int64)].astype(np.uint64)
+    return np.asarray(moved)
 
 
-def _change_tokens(values: memoryview, place: int, numbers: Renumbering) -> None:
-    _renumber(values, place, numbers.tokens)
+def _are_elsewhere(fields: np.ndarray) -> np.ndarray:
+    """Whether values say where they are, as those do that are not small; an empty array is nowhere."""
+    return np.asarray((fields & _INLINED == 0) & (fields & _PAYLOAD != 0))
 
 
-def _renumber(values: memoryview, place: int, numbers: np.ndarray) -> int:
-    """Gives what is listed at a place its new numbers; where the list ends."""
-    (count,) = struct.unpack_from("<Q", values, place)
-    listed = np.frombuffer(values, dtype="<u4", count=count, offset=place + 8)
-    listed[:] = numbers[listed]
-    return int(place + 8 + 4 * count)
+def _change_tokens(held: _Held, places: np.ndarray, numbers: Renumbering) -> None:
+    _renumber(held, places, numbers.tokens)
 
 
-def _change_lists(values: memoryview, place: int, numbers: np.ndarray) -> None:
-    lists = (values[place] >> 1).bit_count()  # the first bit says whether they are explicit
-    place += 1
-    for _ in range(lists):
-        place = _renumber(values, place, numbers)
+def _renumber(held: _Held, places: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+    """Gives what is listed at places (P,) its new numbers; where the lists end, (P,)."""
+    counts = held.counts(places)
+    items = held.items(places, counts, size=4)
+    held.halves[items] = numbers[held.halves[items]]
+    return np.asarray(places + 8 + 4 * counts)
 
 
-def _change_references(values: memoryview, place: int, numbers: Renumbering) -> None:
-    lists = (values[place] >> 1).bit_count()
-    place += 1
-    for _ in range(lists):
-        (count,) = struct.unpack_from("<Q", values, place)
-        place += 8
-        for _ in range(count):
-            asset, path, _, _, notes = struct.unpack_from("<IIddQ", values, place)
-            if notes:
-                raise ValueError("references with custom data cannot be moved")
-            struct.pack_into("<II", values, place, numbers.strings[asset], numbers.paths[path])
-            place += struct.calcsize("<IIddQ")
+def _change_lists(held: _Held, places: np.ndarray, numbers: np.ndarray) -> None:
+    lists = _LISTS[held.bytes[places]]
+    places = places + 1
+    while lists.any():
+        has_more = lists > 0
+        places, lists = _renumber(held, places[has_more], numbers), lists[has_more] - 1
 
 
-def _change_samples(values: memoryview, place: int, numbers: Renumbering) -> None:
+def _change_references(held: _Held, places: np.ndarray, numbers: Renumbering) -> None:
+    values = held.bytes.data
+    for place in places.tolist():
+        lists = (values[place] >> 1).bit_count()
+        place += 1
+        for _ in range(lists):
+            (count,) = struct.unpack_from("<Q", values, place)
+            place += 8
+            for _ in range(count):
+                asset, path, _, _, notes = struct.unpack_from("<IIddQ", values, place)
+                if notes:
+                    raise ValueError("references with custom data cannot be moved")
+                struct.pack_into("<II", values, place, numbers.strings[asset], numbers.paths[path])
+                place += struct.calcsize("<IIddQ")
+
+
+def _change_samples(held: _Held, places: np.ndarray, numbers: Renumbering) -> None:
     """Times are a value that may be anywhere, and so are the values; each is said to be so far ahead."""
-    place += struct.unpack_from("<q", values, place)[0]
-    (times,) = struct.unpack_from("<Q", values, place)
-    if times >> 48 != _TIMES:
+    places = places + held.counts(places)
+    times = held.words[places]
+    if (times >> _TYPE_PLACE != _TIMES).any():
         raise ValueError("times of samples are no numbers")
-    struct.pack_into("<Q", values, place, times + numbers.shift)
-    place += 8
-    place += struct.unpack_from("<q", values, place)[0]
-    (count,) = struct.unpack_from("<Q", values, place)
-    samples = np.frombuffer(values, dtype="<u8", count=count, offset=place + 8)
-    least, most = int(samples.min()), int(samples.max())
-    upper = least >> 48
-    is_alike = upper == most >> 48 and least & int(_PAYLOAD) != 0  # as nearly always
-    if is_alike and upper & 0xFF in _PLAIN and not upper & _SMALL:
-        samples += np.uint64(numbers.shift)
-        return
-    if not {*_kinds(samples).tolist()} <= _PLAIN | {_TOKEN}:
+    held.words[places] = times + np.uint64(numbers.shift)
+    places = places + 8
+    places = places + held.counts(places)
+    items = held.items(places, held.counts(places), size=8)
+    samples = held.words[items]
+    if not _SAMPLED[_kinds(samples).astype(np.uint8)].all():
         raise ValueError("time samples of this type cannot be moved")
-    samples[:] = _moved(samples, numbers)
+    held.words[items] = _moved(samples, numbers)

@@ -1,0 +1,49 @@
+"""Earlier: agents that a run before made, and in which chunks they are."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from usdfoot.batch.tasks import ChunkTask
+from usdfoot.bridge.tokens import PROVENANCE, ChunkFiles, Record, chunk_folder
+from usdfoot.readers.chunks import list_chunks
+from usdfoot.writers.crate.reading import read_data
+
+__all__ = ["find_agents", "with_earlier"]
+
+
+def find_agents(
+    folder: Path, *, intact: Collection[str] | None = None, kept: Collection[ChunkFiles] = ()
+) -> dict[tuple[str, str], ChunkFiles]:
+    """Files, relative to the folder, of agents made before, by name and hash of what each was made from.
+
+    Args:
+        folder: Of the crowd.
+        intact: Files of the crowd that are as they were written; None = as far as they tell themselves.
+        kept: Chunks in which nobody need be looked for, as they stay as they are.
+    """
+    settled = {chunk_folder(folder, files) / files.anims for files in kept}
+    found: dict[tuple[str, str], ChunkFiles] = {}
+    for files in list_chunks(folder, intact=intact):
+        if folder / files.anims not in settled:
+            hashes = _notes(folder / files.anims).get(Record.AGENT_HASHES, {})
+            found.update(dict.fromkeys(hashes.items(), files))
+    return found
+
+
+def with_earlier(task: ChunkTask, made: Mapping[tuple[str, str], ChunkFiles]) -> ChunkTask:
+    """The task with what there is of its agents, `made` by name and hash."""
+    return replace(task, earlier=tuple(made.get(key) for key in zip(task.agents, task.hashes, strict=True)))
+
+
+def _notes(file: Path) -> Mapping[str, Any]:
+    """What a layer says of its making; nothing if something else wrote it. USD takes many times as long to open it."""
+    try:
+        said: Mapping[str, Any] = read_data(file).get(PROVENANCE, {})
+    except (OSError, ValueError, LookupError, struct.error):
+        return {}
+    return said
