@@ -19,11 +19,13 @@ from tests.batch.conftest import AGENTS, delay_plan, digests, write_crowd_scene
 from usdfoot.analysis.examples import build_examples
 from usdfoot.batch.analysed import KeptExamples, build_once, forget_examples
 from usdfoot.batch.hashing import content_hash
-from usdfoot.bridge.tokens import File
+from usdfoot.batch.workshop import Workshop
+from usdfoot.bridge.tokens import File, chunk_files
 from usdfoot.errors import OutputError
 from usdfoot.pipeline.animate import animate, animate_chunk, count_chunks
 from usdfoot.pipeline.validate import validate
 from usdfoot.readers.scene import SceneReader
+from usdfoot.writers.crowd import CrowdWriter
 
 
 def command(*arguments):
@@ -90,6 +92,25 @@ def test_processes_make_the_same_bytes(crowd, crowd_scene, worker, tmp_path, mon
     )
     assert done == list(range(AGENTS + 1))
     assert digests(tmp_path / "out") == digests(crowd.crowd_file.parent)
+
+
+def test_chunks_are_joined_while_others_are_made(crowd_scene, tmp_path, monkeypatch):
+    happened, add_chunk, make = [], CrowdWriter.add_chunk, Workshop.make
+
+    def adding(self, chunk):
+        happened.append(f"added {chunk.anims}")
+        return add_chunk(self, chunk)
+
+    def making(self, task):
+        assert all(name.startswith((File.PENDING, File.EXAMPLES)) for name in digests(tmp_path / "out"))
+        happened.append(f"made {task.files.anims}")
+        return make(self, task)
+
+    monkeypatch.setattr(CrowdWriter, "add_chunk", adding)
+    monkeypatch.setattr(Workshop, "make", making)
+    animate(crowd_scene, tmp_path / "out", chunk_size=1)
+    names = [chunk_files(index, AGENTS).anims for index in range(AGENTS)]
+    assert happened == [what for name in names for what in (f"made {name}", f"added {name}")]
 
 
 def test_only_the_chunk_of_a_changed_plan_is_made_again(stages, tmp_path):

@@ -75,3 +75,29 @@ class Broken:
 def test_chunks_that_nobody_is_left_for_are_named():
     with pytest.raises(OutputError, match=r"2 of 2 chunks were not made: .*its worker vanished.*run again"):
         list(run_chunks(tasks(2), None, executor=Broken()))
+
+
+def test_a_worker_and_this_process_make_every_other_chunk():
+    """So that all are there as far as anybody has come."""
+    asked, own, ready = [], [], Future()
+    ready.set_result(None)
+
+    class Worker:
+        """Is done with a chunk when this process makes one, and with the last at once."""
+
+        def submit(self, function, task):
+            future = Future()
+            asked.append((task.index, future))
+            if task.index == 6:
+                future.set_result(6)
+            return future
+
+    def make(task):
+        own.append(task.index)
+        index, future = asked[-1]
+        future.set_result(index)
+        return task.index
+
+    made = dict(run_chunks(tasks(7), make, executor=Worker(), starting=[ready]))
+    assert own == [1, 3, 5] and [index for index, _ in asked] == [0, 2, 4, 6]
+    assert made == {index: index for index in range(7)}

@@ -51,6 +51,7 @@ def test_a_worker_lists_a_scene_again_that_changed_after_it_was_opened_early(sce
         options=MotionOptions(),
         limits=DEFAULT_LIMITS,
         folder=str(tmp_path / "out"),
+        chunk_size=1,
         agents=tuple(source.name for source in listed.chosen),
     )
     worker.submit(workshop.open_early, early).result()

@@ -291,13 +291,11 @@ def write_crowd(scene: Scene, motions: Sequence[Motion], folder: Path, *, collec
     cast = {agent.name: references[agent.character] for agent in scene.crowd.agents}
     files = chunk_files(0, 1)
     write_chunk(scene, motions, folder, files=files, references=[cast[motion.name] for motion in motions])
-    return crowd_writer.write_crowd(
-        scene,
-        [motion.name for motion in motions],
-        folder,
-        chunks=[files],
-        characters=characters,
-        provenance={"version": "1"},
-        report={"agents": []},
-        intact={},
-    )
+    with crowd_writer.open_crowd(scene, folder, intact={}) as crowd:
+        crowd.add_chunk(files)
+        return crowd.finish(
+            [motion.name for motion in motions],
+            characters=characters,
+            provenance={"version": "1"},
+            report={"agents": []},
+        )

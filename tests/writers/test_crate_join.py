@@ -6,7 +6,8 @@ from pxr import Gf, Sdf, Vt
 
 from usdfoot.errors import OutputError
 from usdfoot.writers.crate.columns import pack_bytes, pack_column, unpack_bytes, unpack_column
-from usdfoot.writers.crate.join import CrateError, join_layers
+from usdfoot.writers.crate.join import CrateError, JoinedLayer
+from usdfoot.writers.joined import JoinedFile
 from usdfoot.writers.staging import staged_files
 
 SCOPE = "/Crowd/Agents"
@@ -63,6 +64,21 @@ def add_agent(layer, name, seed):
         points.SetInfo("interpolation", "uniform")
 
 
+def join_layers(file, parts):
+    joined = JoinedLayer(file, scope=SCOPE)
+    for part in parts:
+        joined.add(part)
+    joined.finish()
+
+
+def write_joined(folder, parts):
+    with staged_files(folder) as files:
+        joined = JoinedFile(files, "agents.usdc", new_layer(), scope=SCOPE)
+        for part in parts:
+            joined.add(part)
+        joined.finish()
+
+
 @pytest.mark.parametrize("counts", [[1], [3, 2], [12, 1, 7], [2, 0, 1]])
 def test_joined_layers_are_what_usd_makes_of_them(counts, tmp_path):
     names = iter([f"Agent_{number}" for number in range(sum(counts))])
@@ -77,7 +93,7 @@ def test_joined_layers_are_what_usd_makes_of_them(counts, tmp_path):
         layer.Export(str(parts[-1]))
     joined = tmp_path / "joined.usdc"
     new_layer().Export(str(joined))
-    join_layers(joined, parts, scope=SCOPE)
+    join_layers(joined, parts)
     layer = Sdf.Layer.OpenAsAnonymous(str(joined))
     assert layer.ExportToString() == expected.ExportToString()
     paths: list[list[Sdf.Path]] = [[], []]
@@ -102,7 +118,7 @@ def test_what_fields_share_is_renumbered_once(tmp_path):
         layer.Export(str(parts[-1]))
     joined = tmp_path / "joined.usdc"
     new_layer().Export(str(joined))
-    join_layers(joined, parts, scope=SCOPE)
+    join_layers(joined, parts)
     assert Sdf.Layer.OpenAsAnonymous(str(joined)).ExportToString() == expected.ExportToString()
 
 
@@ -112,11 +128,11 @@ def test_what_cannot_be_joined_is_named(tmp_path):
     Sdf.CreatePrimInLayer(layer, f"{SCOPE}/A").customData = {"of": "somebody"}
     layer.Export(str(part))
     with pytest.raises(CrateError, match=r"part.usdc cannot be joined .*type 31"):
-        join_layers(joined, [part], scope=SCOPE)
+        join_layers(joined, [part])
     new_layer().Export(str(joined))
     part.write_text("#usda 1.0\n")
     with pytest.raises(CrateError, match="no layer in USD's binary format"):
-        join_layers(joined, [part], scope=SCOPE)
+        join_layers(joined, [part])
 
 
 def test_what_cannot_be_joined_as_bytes_is_copied_by_usd(tmp_path):
@@ -128,8 +144,7 @@ def test_what_cannot_be_joined_as_bytes_is_copied_by_usd(tmp_path):
         Sdf.CopySpec(layer, f"{SCOPE}/A{seed}", expected, f"{SCOPE}/A{seed}")
         parts.append(tmp_path / f"{seed}.usdc")
         layer.Export(str(parts[-1]))
-    with staged_files(tmp_path / "out") as files:
-        files.add_joined("agents.usdc", new_layer(), parts, scope=SCOPE)
+    write_joined(tmp_path / "out", parts)
     joined = Sdf.Layer.FindOrOpen(str(tmp_path / "out" / "agents.usdc"))
     assert joined.ExportToString() == expected.ExportToString()
 
@@ -137,8 +152,8 @@ def test_what_cannot_be_joined_as_bytes_is_copied_by_usd(tmp_path):
 def test_what_is_no_layer_is_named(tmp_path):
     broken = tmp_path / "broken.usdc"
     broken.write_bytes(b"PXR-USDC")
-    with pytest.raises(OutputError, match=r"broken.usdc: cannot be read"), staged_files(tmp_path / "out") as files:
-        files.add_joined("agents.usdc", new_layer(), [broken], scope=SCOPE)
+    with pytest.raises(OutputError, match=r"broken.usdc: cannot be read"):
+        write_joined(tmp_path / "out", [broken])
     assert not list((tmp_path / "out").iterdir())
 
 

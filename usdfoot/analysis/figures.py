@@ -124,12 +124,13 @@ def largest_distances(points: FloatArray, ranges: FrameRanges) -> FloatArray:
     is_long = ranges.counts > LONG
     short = FrameRanges(first=ranges.first, counts=np.where(is_long, 0, ranges.counts))
     frames, intervals = short.flattened()
-    last = (short.first + short.counts - 1)[intervals]
+    x, y, z = points[frames].T
+    farthest = np.zeros(len(frames))
     for lag in range(1, int(short.counts.max(initial=0))):
-        kept = frames + lag <= last
-        frames, intervals, last = frames[kept], intervals[kept], last[kept]
-        squares = np.sum((points[frames + lag] - points[frames]) ** 2, axis=1)
-        np.maximum.at(largest, intervals, squares)
+        squares = (x[lag:] - x[:-lag]) ** 2 + (y[lag:] - y[:-lag]) ** 2 + (z[lag:] - z[:-lag]) ** 2
+        squares[intervals[lag:] != intervals[:-lag]] = 0.0
+        np.maximum(farthest[:-lag], squares, out=farthest[:-lag])
+    np.maximum.at(largest, intervals, farthest)
     for interval in np.flatnonzero(is_long).tolist():
         first = ranges.first[interval]
         largest[interval] = _largest_square(points[first : first + ranges.counts[interval]])

@@ -38,8 +38,8 @@ def run_chunks(
         tasks: What to make.
         make: Makes a chunk in this process.
         executor: Whose processes make the chunks, from the first on; None = this process does.
-        starting: One a worker, done when it can begin: this process makes chunks too, from the last on, and a worker
-            has none but the one it works at. None = the executor alone has all of them.
+        starting: One a worker, done when it can begin: this process makes chunks too, those between the workers', and a
+            worker has none but the one it works at. None = the executor alone has all of them.
 
     Raises:
         OutputError: After all others are done, if chunks could not be made: their worker vanished or could not write.
@@ -93,8 +93,12 @@ def _shared(
     starting: Sequence[Future[None]],
     make: Callable[[ChunkTask], MadeChunk],
 ) -> Iterator[Outcome]:
-    """Outcomes of chunks of which workers and this process take one at a time; here they are made when asked for."""
-    left, done = deque(range(len(tasks))), SimpleQueue[Outcome]()
+    """Outcomes of chunks of which workers and this process take one at a time; here they are made when asked for.
+
+    Workers begin with every other one (`workshop.open_early`), so that all are there as far as anybody has come.
+    """
+    left = deque([*range(0, len(tasks), 2), *reversed(range(1, len(tasks), 2))])
+    done = SimpleQueue[Outcome]()
 
     def give(last: Future[Any]) -> None:
         if last.cancelled() or isinstance(last.exception(), BrokenExecutor):  # by whom nothing more is made

@@ -71,6 +71,8 @@ class EarlyTask:
     options: MotionOptions
     limits: Limits
     folder: str
+    chunk_size: int
+    """How many agents a chunk is to have."""
     agents: tuple[str, ...] = ()
     """Of a chunk that there is; nobody = everybody will be asked for."""
 
@@ -135,6 +137,7 @@ def early_task(task: ChunkTask) -> EarlyTask:
         options=task.options,
         limits=task.limits,
         folder=task.folder,
+        chunk_size=len(task.agents),
         agents=task.agents,
     )
 

@@ -202,7 +202,8 @@ def open_early(task: EarlyTask) -> None:
         crowd = reader.read(names=names[:1]).crowd
         for library in {agent.library for agent in crowd.everyone if agent.motion != Source.PHYSICS}:
             KeptExamples(Path(task.folder)).find(crowd.libraries[library], samples=task.options.samples)
-        reader.read_walks(names[: len(names) // 2])  # the other process's are the others
+        starts = range(0, len(names), 2 * task.chunk_size)  # chunks between these are the other process's
+        reader.read_walks([name for start in starts for name in names[start : start + task.chunk_size]])
 
 
 @lru_cache(maxsize=1)

@@ -234,7 +234,9 @@ def _highest(places: FloatArray, near: FloatArray, lowest: FloatArray, ground: G
 
 def _lifts(missing: FloatArray) -> FloatArray:
     """Lifts (N, KNOTS) [m] that make good for what is missing (N, FINE) [m]: the highest of the bumps over it."""
-    return np.stack([np.max(missing * bump, axis=1) for bump in BUMPS.T], axis=1)
+    lifts, rows = np.zeros((len(missing), KNOTS)), np.flatnonzero(missing.any(axis=1))
+    lifts[rows] = np.stack([np.max(missing[rows] * bump, axis=1) for bump in BUMPS.T], axis=1)
+    return lifts
 
 
 def _envelope(missing: FloatArray) -> FloatArray:

@@ -32,12 +32,16 @@ def early_heights(
         landing_speed: At which they come down from there [m/s].
     """
     fractions, every = np.linspace(0.0, 1.0, balls.shape[1]), durations[:, None] / (balls.shape[1] - 1)
-    left = (1.0 - fractions) * durations[:, None]
-    away = np.linalg.norm((balls - prints[:, None])[..., [0, 2]], axis=-1)
-    speeds = np.linalg.norm(np.diff(balls, axis=1, append=balls[:, -1:]), axis=-1) / every
-    near, slow = (np.clip(2.0 - values / limit, 0.0, 1.0) for values, limit in ((away, RADIUS), (speeds, SPEED)))
-    landing = np.maximum(balls[:, -1:, 1] - prints[:, None, 1], 0.0)  # over the print at the strike: heels land first
-    return np.asarray(near * slow * np.minimum(landing + left * landing_speed, HEIGHT) * (fractions > 0.5))
+    heights, middle = np.zeros(balls.shape[:2]), np.searchsorted(fractions, 0.5, side="right")
+    late = balls[:, middle:]
+    left = (1.0 - fractions[middle:]) * durations[:, None]
+    away, ahead = late - prints[:, None], np.diff(late, axis=1, append=late[:, -1:])
+    distances = np.sqrt(away[..., 0] ** 2 + away[..., 2] ** 2)
+    speeds = np.sqrt(ahead[..., 0] ** 2 + ahead[..., 1] ** 2 + ahead[..., 2] ** 2) / every
+    near, slow = (np.clip(2.0 - values / limit, 0.0, 1.0) for values, limit in ((distances, RADIUS), (speeds, SPEED)))
+    landing = np.maximum(away[:, -1:, 1], 0.0)  # over the print at the strike: heels land first
+    heights[:, middle:] = near * slow * np.minimum(landing + left * landing_speed, HEIGHT)
+    return heights
 
 
 def still_early(balls: FloatArray, prints: FloatArray, *, durations: FloatArray) -> FloatArray:

@@ -32,6 +32,7 @@ if TYPE_CHECKING:  # imported where something is to be made: that takes longer t
     from usdfoot.batch.workshop import Workshop
     from usdfoot.bridge.scene import Scene
     from usdfoot.readers.scene import SceneReader
+    from usdfoot.writers.crowd import CrowdWriter
     from usdfoot.writers.placing import PlacedCharacter
 
 __all__ = ["animate", "animate_chunk", "count_chunks"]
@@ -106,25 +107,22 @@ def _animate(
     if earlier.unchanged:
         return earlier.unchanged
     shot = _open_shot(stage, folder, call, options=options, executor=None if earlier.is_there else executor)
-    records = _make_chunks(shot, executor, beside, progress, earlier=earlier)
-    problems = _distinct((*shot.scene.crowd.problems, *(problem for record in records for problem in record.problems)))
-    _require_agents(shot.scene.stage.identifier, records, problems)
-    progress("write", 0, 0)
-    report = report_json(shot.scene, records, options=shot.options, problems=problems, folder=shot.folder)
     from usdfoot.batch.analysed import tidy_examples
-    from usdfoot.writers.crowd import write_crowd
+    from usdfoot.writers.crowd import open_crowd
 
-    crowd_file, report_file = write_crowd(
-        shot.scene,
-        [agent.name for record in records for agent in record.agents],
-        shot.folder,
-        chunks=[task.files for task, record in zip(shot.tasks, records, strict=True) if record.agents],
-        characters=shot.characters,
-        collect=call.collect,
-        provenance=provenance_of(shot.scene, shot.options, shot.folder, call=call, inputs=report["inputs"]),
-        report=report,
-        intact=earlier.intact or {},
-    )
+    with open_crowd(shot.scene, shot.folder, intact=earlier.intact or {}) as crowd:
+        records = _make_chunks(shot, executor, beside, progress, earlier=earlier, crowd=crowd)
+        found = (*shot.scene.crowd.problems, *(problem for record in records for problem in record.problems))
+        _require_agents(shot.scene.stage.identifier, records, problems := _distinct(found))
+        progress("write", 0, 0)
+        report = report_json(shot.scene, records, options=shot.options, problems=problems, folder=shot.folder)
+        crowd_file, report_file = crowd.finish(
+            [agent.name for record in records for agent in record.agents],
+            characters=shot.characters,
+            collect=call.collect,
+            provenance=provenance_of(shot.scene, shot.options, shot.folder, call=call, inputs=report["inputs"]),
+            report=report,
+        )
     tidy_examples(shot.folder, shot.scene.crowd.libraries if shot.keep else (), samples=options.samples)
     return AnimateReport(
         crowd_file=crowd_file,
@@ -254,6 +252,7 @@ def _open_shot(
             options=options,
             limits=call.limits,
             folder=str(folder),
+            chunk_size=call.chunk_size,
         )
         starting = open_scene_early(executor, early)
     listed = list_scene(stage, agents=call.agents, limits=call.limits)
@@ -304,8 +303,9 @@ def _make_chunks(
     progress: Callable[[str, int, int], None],
     *,
     earlier: EarlierCrowd,
+    crowd: CrowdWriter,
 ) -> tuple[ChunkRecord, ...]:
-    """Records of all chunks, kept or made."""
+    """Records of all chunks, kept or made, which the crowd gets as they come."""
     from usdfoot.batch.earlier import find_agents, with_earlier
     from usdfoot.batch.running import run_chunks
     from usdfoot.batch.tasks import early_task
@@ -328,10 +328,26 @@ def _make_chunks(
         starting=starting if beside else None,
     )
     progress("animate", 0, len(pending))
+    added = 0
     for done, (index, chunk) in enumerate(made):
         records[pending[index]] = parse_record(chunk.record, kept_agents=chunk.kept_agents)
         progress("animate", done + 1, len(pending))
+        added = _add_chunks(crowd, tasks, records, since=added)
+    _add_chunks(crowd, tasks, records, since=added)
     return tuple(record for record in records if record is not None)
+
+
+def _add_chunks(
+    crowd: CrowdWriter, tasks: Sequence[ChunkTask], records: Sequence[ChunkRecord | None], *, since: int
+) -> int:
+    """Adds chunks to the crowd up to the first that is not there yet, whose index it gives back."""
+    for task, record in zip(tasks[since:], records[since:], strict=True):
+        if record is None:
+            break
+        if record.agents:
+            crowd.add_chunk(task.files)
+        since += 1
+    return since
 
 
 def _kept_record(task: ChunkTask, folder: Path, earlier: EarlierCrowd) -> ChunkRecord | None:

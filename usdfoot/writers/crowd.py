@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -14,75 +15,112 @@ from usdfoot.bridge.scene import Scene
 from usdfoot.bridge.tokens import ChunkFiles, File, Prim, chunk_files, chunk_folder
 from usdfoot.errors import OutputError
 from usdfoot.writers.belongings import check_foreign, tidy
+from usdfoot.writers.joined import JoinedFile
 from usdfoot.writers.layers import LayerFormat
 from usdfoot.writers.materials import material_layers
 from usdfoot.writers.placing import PlacedCharacter
 from usdfoot.writers.root import expanded_layer, root_layer, scope_layer, stacked_layer
-from usdfoot.writers.staging import staged_files
+from usdfoot.writers.staging import StagedFiles, staged_files
 
-__all__ = ["check_output", "write_crowd"]
+__all__ = ["CrowdWriter", "check_output", "open_crowd"]
 
 
-def write_crowd(
-    scene: Scene,
-    agents: Sequence[str],
-    folder: str | os.PathLike[str],
-    *,
-    chunks: Sequence[ChunkFiles],
-    characters: Sequence[PlacedCharacter],
-    collect: bool = False,
-    provenance: Mapping[str, Any],
-    report: Mapping[str, Any],
-    intact: Mapping[str, str],
-) -> tuple[Path, ...]:
-    """Write crowd.usd and all around the chunks, which are there already; till now an earlier crowd was as it was.
+@contextmanager
+def open_crowd(scene: Scene, folder: str | os.PathLike[str], *, intact: Mapping[str, str]) -> Iterator[CrowdWriter]:
+    """What writes crowd.usd and all around the chunks; until the block ends, an earlier crowd is as it was.
 
     Args:
         scene: What was read: units and range.
-        agents: Names of all agents written.
         folder: Where to. Files of an earlier run are replaced, `overrides.usda` is kept.
-        chunks: Files of the chunks.
-        characters: Copied if they must be.
-        collect: Copy the materials that agents are bound to.
-        provenance: For `customLayerData["usdfoot"]` of crowd.usd.
         intact: SHA-256 of files that are there and were not written anew, by name.
-        report: For report.json; content hashes of the written files are added as "files".
-
-    Returns:
-        Paths of crowd.usd and report.json.
 
     Raises:
         OutputError: If the folder cannot be written to, or the output would replace a layer of the scene.
     """
     target = Path(os.path.realpath(folder))
     check_output(scene, target)
-    layer_format = crowd_format(scene)
-    materials = material_layers(scene, target, layer_format=layer_format, collect=collect)
     with staged_files(target) as files:
-        for chunk in chunks:
-            place = chunk_folder(target, chunk)
-            for name in chunk:
-                files.adopt(name, place / name, content_hash=intact.get(name) if place == target else None)
+        crowd = CrowdWriter(scene, files, intact=intact)
+        yield crowd
+    crowd.settle()
+
+
+class CrowdWriter:
+    """Writes a crowd's layers, of several chunks agents and footsteps as these come: while others are still made.
+
+    Args:
+        scene: What was read.
+        files: All of the crowd.
+        intact: SHA-256 of files that were not written anew, by name.
+    """
+
+    def __init__(self, scene: Scene, files: StagedFiles, *, intact: Mapping[str, str]) -> None:
+        self._scene, self._files, self._intact = scene, files, intact
+        self._format = crowd_format(scene)
+        self._chunks: list[ChunkFiles] = []
+        self._joined: dict[str, JoinedFile] = {}
+        self._hashes: Mapping[str, str] = {}
+        self._has_materials = False
+
+    def add_chunk(self, chunk: ChunkFiles) -> None:
+        """Adds a chunk that is there, after those before it in the crowd."""
+        self._chunks.append(chunk)
+        place = chunk_folder(self._files.folder, chunk)
+        is_settled = place == self._files.folder
+        for name in chunk:
+            self._files.adopt(name, place / name, content_hash=self._intact.get(name) if is_settled else None)
+        if File.AGENTS in chunk:  # else it is of several, even if only one has anybody
+            return
+        for name, scope, part in (
+            (File.AGENTS, Prim.AGENTS, chunk.agents),
+            (File.FOOTSTEPS, Prim.PLANS, chunk.footsteps),
+        ):
+            if name not in self._joined:
+                self._joined[name] = JoinedFile(self._files, name, scope_layer(self._format, scope), scope=scope)
+            self._joined[name].add(self._files.place_of(part))
+
+    def finish(
+        self,
+        agents: Sequence[str],
+        *,
+        characters: Sequence[PlacedCharacter],
+        collect: bool = False,
+        provenance: Mapping[str, Any],
+        report: Mapping[str, Any],
+    ) -> tuple[Path, Path]:
+        """Writes what holds the chunks together, all of which are there; paths of crowd.usd and report.json.
+
+        Args:
+            agents: Names of all agents written.
+            characters: Copied if they must be.
+            collect: Copy the materials that agents are bound to.
+            provenance: For `customLayerData["usdfoot"]` of crowd.usd.
+            report: For report.json; content hashes of the written files are added as "files".
+        """
+        files, folder = self._files, self._files.folder
+        for joined in self._joined.values():
+            joined.finish()
+        materials = material_layers(self._scene, folder, layer_format=self._format, collect=collect)
         for copied in (*(copied for character in characters for copied in character.copies), *materials):
             files.add_layer(copied.name, copied.layer)
             for name, path in copied.files.items():
                 files.add_file(name, path)
-        files.add_layer(File.ANIMS, stacked_layer(layer_format, [chunk.anims for chunk in chunks], text=True))
-        if File.AGENTS not in chunks[0]:  # of several, even if only one has anybody
-            for name, scope, parts in (
-                (File.AGENTS, Prim.AGENTS, [chunk.agents for chunk in chunks]),
-                (File.FOOTSTEPS, Prim.PLANS, [chunk.footsteps for chunk in chunks]),
-            ):
-                files.add_joined(name, scope_layer(layer_format, scope), map(files.place_of, parts), scope=scope)
-        files.add_layer(File.EXPANDED, expanded_layer(layer_format, agents))
-        hashes = files.content_hashes()
-        files.add_text(File.REPORT, _readable({**report, "files": hashes}) + "\n")
-        if not (target / File.OVERRIDES).exists():
-            files.add_layer(File.OVERRIDES, stacked_layer(layer_format, (), text=True))
-        files.add_layer(File.CROWD, root_layer(layer_format, provenance, has_materials=bool(materials)))
-    tidy(target, chunks, has_materials=bool(materials))
-    mark_unchanged([target / name for name in hashes], marked=target / File.REPORT)
-    return target / File.CROWD, target / File.REPORT
+        anims = [chunk.anims for chunk in self._chunks]
+        files.add_layer(File.ANIMS, stacked_layer(self._format, anims, text=True))
+        files.add_layer(File.EXPANDED, expanded_layer(self._format, agents))
+        self._hashes = files.content_hashes()
+        files.add_text(File.REPORT, _readable({**report, "files": self._hashes}) + "\n")
+        if not (folder / File.OVERRIDES).exists():
+            files.add_layer(File.OVERRIDES, stacked_layer(self._format, (), text=True))
+        self._has_materials = bool(materials)
+        files.add_layer(File.CROWD, root_layer(self._format, provenance, has_materials=self._has_materials))
+        return folder / File.CROWD, folder / File.REPORT
+
+    def settle(self) -> None:
+        """Removes what earlier crowds left behind, when all files are where they belong."""
+        folder = self._files.folder
+        tidy(folder, self._chunks, has_materials=self._has_materials)
+        mark_unchanged([folder / name for name in self._hashes], marked=folder / File.REPORT)
 
 
 def _readable(report: Mapping[str, Any]) -> str:

@@ -93,4 +93,4 @@ def _rows(matrices: FloatArray) -> tuple[wp.array, wp.array]:
 
 
 def _array(values: FloatArray, kind: type) -> wp.array:
-    return wp.array(np.ascontiguousarray(values, dtype=np.float32), dtype=kind)
+    return wp.array(np.ascontiguousarray(values, dtype=np.float32), dtype=kind, copy=False)

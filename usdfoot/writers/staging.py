@@ -7,16 +7,14 @@ import logging
 import os
 import secrets
 import shutil
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from functools import partial
 from pathlib import Path
 
 from pxr import Sdf, Tf, UsdUtils
 
 from usdfoot.bridge.file_hashes import HashingThreads, file_hashes
 from usdfoot.errors import OutputError
-from usdfoot.writers.crate.join import CrateError, join_layers
 from usdfoot.writers.crate.specs import Spec
 from usdfoot.writers.crate.writing import write_layer
 
@@ -49,23 +47,24 @@ class StagedFiles:
         self._hashes: dict[str, str] = {}
         self._hashing = HashingThreads()
 
-    def reserve(self, name: str) -> Path:
-        """Where a file is to be written that will have the name."""
-        self._temporary[name] = self._hidden(name)
+    def reserve(self, name: str, *, within: str = ".") -> Path:
+        """Where a file is to be written that will have the name: in this folder of theirs till then."""
+        self._temporary[name] = self._hidden(f"{within}/{name}")
         return self._temporary[name]
 
-    def add_layer(self, name: str, layer: Sdf.Layer) -> None:
+    def add_layer(self, name: str, layer: Sdf.Layer, *, within: str = ".") -> None:
         """Save a layer; a file named .usd has the layer's own format."""
         arguments = {"format": str(layer.GetFileFormat().formatId)} if name.endswith(".usd") else {}
-        path = self.reserve(name)
-        self._save(name, lambda: layer.Export(str(path), args=arguments))
+        path = self.reserve(name, within=within)
+        self.save(name, lambda: layer.Export(str(path), args=arguments))
 
     def add_specs(self, name: str, root: Spec) -> None:
         """Save a binary layer of specs."""
         with self.reserve(name).open("wb", buffering=_AT_ONCE) as stream:
             write_layer(stream, root)
 
-    def _save(self, name: str, save: Callable[[], bool]) -> None:
+    def save(self, name: str, save: Callable[[], bool]) -> None:
+        """Have USD save a layer where the file of a name is to be written."""
         path, delegate = self._temporary[name], UsdUtils.CoalescingDiagnosticDelegate()
         try:
             saved = save()
@@ -81,16 +80,9 @@ class StagedFiles:
                 self.folder / name, "cannot be written", "see that the folder has room and may be written to"
             )
 
-    def add_joined(self, name: str, layer: Sdf.Layer, parts: Iterable[Path], *, scope: str) -> None:
-        """Save a binary layer with what files of others have below a scope of it, which is empty."""
-        self.add_layer(name, layer)
-        parts = [*parts]
-        try:
-            join_layers(self._temporary[name], parts, scope=scope)
-        except CrateError as error:
-            _logger.info("%s: %s; USD copies it, which takes longer", name, error)
-            self._save(name, partial(_copied(layer, parts, scope).Export, str(self._temporary[name])))
-        self._hashing.ask(name, self._temporary[name])
+    def hash_now(self, name: str) -> None:
+        """Begin to hash a file that is not written any more."""
+        self._hashing.ask(name, self.place_of(name))
 
     def add_text(self, name: str, text: str) -> None:
         """Save a text file."""
@@ -120,8 +112,8 @@ class StagedFiles:
             self._hashing.ask(name, source)
 
     def place_of(self, name: str) -> Path:
-        """Where an adopted file is now."""
-        return self._adopted[name]
+        """Where a file is now."""
+        return self._adopted[name] if name in self._adopted else self._temporary[name]
 
     def content_hashes(self) -> dict[str, str]:
         """SHA-256 of every file so far, by name."""
@@ -146,6 +138,8 @@ class StagedFiles:
         for path in self._temporary.values():
             with suppress(OSError):
                 path.unlink()
+                if path.parent != self.folder:
+                    path.parent.rmdir()  # unless others wait there too
         self._temporary.clear()
 
     def _hidden(self, name: str) -> Path:
@@ -158,18 +152,6 @@ class StagedFiles:
         if not final.parent.resolve().is_relative_to(self.folder.resolve()):
             raise OutputError(final.parent, f"leads out of {self.folder}", "remove the link, or name another folder")
         final.parent.mkdir(parents=True, exist_ok=True)
-
-
-def _copied(layer: Sdf.Layer, parts: Iterable[Path], scope: str) -> Sdf.Layer:
-    """The layer with what others have below the scope."""
-    for part in parts:
-        try:
-            source = Sdf.Layer.OpenAsAnonymous(str(part))
-        except Tf.ErrorException as error:
-            raise OutputError(part, "cannot be read", "remove it and run again") from error
-        for child in source.GetPrimAtPath(scope).nameChildren:
-            Sdf.CopySpec(source, child.path, layer, child.path)
-    return layer
 
 
 def _check_room(path: Path) -> None:

@@ -9,9 +9,8 @@ from __future__ import annotations
 
 import struct
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from usdfoot.writers.crate.columns import pack_bytes, pack_column
 from usdfoot.writers.crate.parts import CHILDREN, END_OF_SET, IDENTIFIER, VALUES_PLACE, CratePart, read_part
 from usdfoot.writers.crate.values import Renumbering, move_values
 
-__all__ = ["CrateError", "join_layers"]
+__all__ = ["CrateError", "JoinedLayer"]
 
 _CHILD, _SIBLING, _NOTHING = -1, 0, -2
 """What is next to a path in the tree, or else how far ahead its sibling is."""
@@ -32,36 +31,21 @@ class CrateError(ValueError):
     """A layer that cannot be joined as bytes."""
 
 
-def join_layers(file: Path, parts: Iterable[Path], *, scope: str) -> None:
-    """Adds to a layer what others have below a scope.
+class JoinedLayer:
+    """A binary layer to which what others have below a scope is added, one after the other.
 
     Args:
         file: Of a binary layer with the scope, which is empty; written anew.
-        parts: Binary layers that have the scope too, with children of different names.
         scope: Path of a prim.
 
     Raises:
-        OSError: If a file cannot be read or written.
-        CrateError: If one is no binary layer, or has values of a kind that is not known.
+        OSError: If the file cannot be read or written, also by the methods.
     """
-    head = read_part(file)
-    with file.open("wb") as stream:
-        joined = _Joined(stream, scope)
-        joined.add(head, whole=True)
-        for part in parts:
-            try:
-                joined.add(read_part(part))
-            except (ValueError, LookupError, struct.error) as error:
-                raise CrateError(f"{part} cannot be joined with others ({error})") from error
-        joined.finish()
 
-
-class _Joined:
-    """The layer, as its parts come."""
-
-    def __init__(self, stream: BinaryIO, scope: str) -> None:
-        self._stream, self._scope = stream, scope
-        self._size = stream.write(bytes(VALUES_PLACE))
+    def __init__(self, file: Path, *, scope: str) -> None:
+        self._file, self._scope = file, scope
+        self._size = VALUES_PLACE
+        self._unwritten: list[bytes | memoryview] = []
         self._version = b""
         self._tokens: dict[bytes, int] = {_NO_PROPERTY: 0}
         self._strings: dict[int, int] = {}
@@ -77,8 +61,22 @@ class _Joined:
         self._sets: list[np.ndarray] = []
         self._specs: list[np.ndarray] = []
         """Path, fields and kind, (3, P) of each part."""
+        head = read_part(file)
+        file.write_bytes(bytes(VALUES_PLACE))
+        self._add(head, whole=True)
 
-    def add(self, part: CratePart, *, whole: bool = False) -> None:
+    def add(self, part: Path) -> None:
+        """Adds a part, a binary layer that has the scope too, with children of other names than any before.
+
+        Raises:
+            CrateError: If it is none, or has values of a kind that is not known; then nothing more can be added.
+        """
+        try:
+            self._add(read_part(part))
+        except (ValueError, LookupError, struct.error) as error:
+            raise CrateError(f"{part} cannot be joined with others ({error})") from error
+
+    def _add(self, part: CratePart, *, whole: bool = False) -> None:
         """Adds a part: what is below the scope, or all of it."""
         self._version = max(self._version, part.version)
         tokens = np.array([self._tokens.setdefault(token, len(self._tokens)) for token in part.tokens])
@@ -95,6 +93,7 @@ class _Joined:
         starts = self._add_sets(part, part.spec_sets[chosen], numbers)
         self._specs.append(np.stack([paths[part.spec_paths[chosen]], starts, part.spec_kinds[chosen]]))
         self._append(part.values)
+        self._write()
 
     def _add_paths(self, part: CratePart, tokens: np.ndarray, rows: Mapping[str, int], below: slice) -> np.ndarray:
         """New number of each of a part's paths."""
@@ -126,10 +125,16 @@ class _Joined:
         return np.asarray(places[starts])
 
     def _append(self, content: bytes | memoryview) -> int:
-        """Writes content, up to a multiple of 8 bytes; gives back where it is."""
-        place = self._size
-        self._size += self._stream.write(content) + self._stream.write(bytes(-len(content) % 8))
+        """Has content be written, up to a multiple of 8 bytes; gives back where it is."""
+        place, missing = self._size, bytes(-len(content) % 8)
+        self._size += len(content) + len(missing)
+        self._unwritten += [content, missing]
         return place
+
+    def _write(self) -> None:
+        with self._file.open("ab") as stream:
+            stream.writelines(self._unwritten)
+        self._unwritten.clear()
 
     def finish(self) -> None:
         """Writes what says what the values are."""
@@ -152,8 +157,9 @@ class _Joined:
         places = [(name, self._append(part), len(part)) for name, part in sections.items()]
         entries = [struct.pack("<16sqq", name.encode(), place, size) for name, place, size in places]
         contents = self._append(struct.pack("<Q", len(entries)) + b"".join(entries))
-        self._stream.seek(0)
-        self._stream.write(struct.pack("<8s8sq", IDENTIFIER, self._version, contents))
+        self._write()
+        with self._file.open("r+b") as stream:
+            stream.write(struct.pack("<8s8sq", IDENTIFIER, self._version, contents))
 
     def _list_children(self) -> None:
         """Has the scope say which children it has."""
