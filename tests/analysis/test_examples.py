@@ -222,7 +222,7 @@ def test_long_steps_jumps_and_hops_are_dropped_with_a_reason() -> None:
     assert "no usable step in its range: author usdfoot:clip:start" in problems[-1].message
     examples, problems = build_examples(walker.library, mirror=False, limits=StepLimits(reach=0.5))
     assert len(examples) == 0
-    assert "lands 0.62 m away" in problems[0].message
+    assert "lands 0.62 m away, " in problems[0].message and " times the legs' length, " in problems[0].message
 
 
 def test_clip_that_asks_for_no_mirror_image_gets_none() -> None:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.testing import assert_allclose
 
 from usdfoot.planning.collisions import find_collisions
-from usdfoot.planning.feet_apart import FARTHEST, set_feet_apart, uncross
+from usdfoot.planning.feet_apart import FARTHEST, WIDER, set_feet_apart
 from usdfoot.planning.foot_table import FootTable
+from usdfoot.planning.step_limits import StepLimits, limit_steps, uncross
 
 STEP, DURATION, STEPS = 0.7, 0.6, 12
 
@@ -41,13 +43,22 @@ def crossing(seed: int, people: int = 2) -> FootTable:
     )
 
 
+def limits_of(feet: FootTable) -> StepLimits:
+    """Of people who step as far aside as a leg is long."""
+    narrowest, widest = (np.full(len(feet.owners), size) for size in (0.05, 0.86))
+    return limit_steps(feet, narrowest=narrowest, widest=widest)
+
+
 def test_feet_of_people_who_cross_come_apart() -> None:
     trodden = 0
     for seed in (*range(200), 604):  # in the last a foot goes through where the other has just come down
         feet = crossing(seed)
         trodden += len(find_collisions(feet).depths) > 0
-        apart = set_feet_apart(feet, narrowest=np.full(len(feet.owners), 0.05), widest=np.full(len(feet.owners), 0.86))
+        limits = limits_of(feet)
+        apart = set_feet_apart(feet, limits)
         assert not len(find_collisions(apart).depths), seed
+        rows = np.flatnonzero(feet.numbers > 0)
+        assert limits.relaxed(narrower=0.0, wider=WIDER).excess(apart, rows).max() <= 1e-9, seed
         assert np.linalg.norm(apart.positions - feet.positions, axis=1).max() <= FARTHEST + 1e-9
     assert trodden > 150
 
@@ -61,7 +72,7 @@ def test_feet_with_room_stay_where_they_are_while_others_are_moved() -> None:
     positions[beside, 2] = STEP * own  # soles two centimetres apart where they pass
     feet = replace(feet, positions=positions, yaws=yaws, strikes=DURATION * feet.numbers.astype(float))
     feet = replace(feet, liftoffs=feet.strikes + DURATION + 0.1)
-    apart = set_feet_apart(feet, narrowest=np.full(len(feet.owners), 0.05), widest=np.full(len(feet.owners), 0.86))
+    apart = set_feet_apart(feet, limits_of(feet))
     assert np.array_equal(apart.positions[beside], feet.positions[beside])
 
 
@@ -71,8 +82,23 @@ def test_feet_come_down_in_reach_across() -> None:
     positions[:, [0, 2]] = np.stack([np.where(numbers % 2, 0.3 + 0.2 * numbers, 0.2 * numbers), numbers], axis=1)
     feet = replace(feet, positions=positions, yaws=np.zeros(STEPS), sides=1 - feet.numbers % 2)
     feet.positions[5, 0] += 0.6
-    near = uncross(feet, narrowest=np.full(STEPS, 0.05), widest=np.full(STEPS, 0.86))
+    near = uncross(feet, replace(limits_of(feet), strained=np.full(STEPS, np.inf)))
     apart = np.abs(np.diff(near.positions[:, 0]))
     assert np.abs(np.diff(feet.positions[:, 0])).max() > 1.0
     assert apart.min() >= 0.05 - 1e-9
     assert apart.max() <= 0.86 + 1e-9
+
+
+def test_feet_moved_aside_come_no_farther_than_legs_span():
+    feet = crossing(0, people=1)
+    positions = feet.positions.copy()
+    outward = 0.1 * (-1.0) ** feet.numbers
+    positions[:, 0], positions[:, 2] = outward, 0.6 * feet.numbers
+    feet = replace(feet, positions=positions, yaws=np.zeros(STEPS), sides=feet.numbers % 2)
+    limits, rows = limits_of(feet), np.arange(1, STEPS)
+    pushed = replace(feet, positions=feet.positions + np.where(feet.numbers[:, None] == 5, [-0.4, 0.0, 0.6], 0.0))
+    assert limits.excess(pushed, rows)[:, 1].max() > 0.1
+    kept = uncross(pushed, limits)
+    assert limits.excess(kept, rows).max() <= 1e-9
+    assert_allclose(kept.positions[:5], feet.positions[:5])
+    assert_allclose(kept.positions[-3:], feet.positions[-3:], atol=1e-9)

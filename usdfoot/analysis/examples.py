@@ -109,7 +109,11 @@ def _examples_of(
     distances = np.linalg.norm((places["landing"] - places["support"])[:, [0, 2]], axis=1)
     too_far, sliding = distances > limits.reach * leg, slides > limits.slide * leg / 0.8
     reasons = {i: f"the support foot slides {100.0 * slides[i]:.1f} cm" for i in np.flatnonzero(sliding)}
-    reasons |= {i: f"it lands {distances[i]:.2f} m away" for i in np.flatnonzero(too_far & ~sliding)}
+    most = f"times the legs' length, {limits.reach:g} at most are steps"
+    reasons |= {
+        i: f"it lands {distances[i]:.2f} m away, {distances[i] / leg:.1f} {most}"
+        for i in np.flatnonzero(too_far & ~sliding)
+    }
     dropped = [
         (int(table.clips[i]), f"step at {table.starts[i]:.2f} s dropped: {reason}") for i, reason in reasons.items()
     ]

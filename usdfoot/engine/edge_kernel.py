@@ -115,10 +115,10 @@ def edge_each(
         corners = spaces.edges[chosen]
         landed = land_edge(library, corners, nearest.share, blends, step, side)
         result = corrected[step]
-        result.hull_distance = nearest.distance
         if wp.length(wanted - landed) < wp.length(result.missed):
             straight = (ONE - nearest.share) * spaces.landings[corners[0]] + nearest.share * spaces.landings[corners[1]]
             result.missed = wanted - landed
             result.bias = landed - straight
             keep_tried(blends, step)
+        result.hull_distance = wp.min(nearest.distance, wp.length(result.missed))  # three may reach a little beyond two
         corrected[step] = result

@@ -20,11 +20,12 @@ from usdfoot.planning.collisions import find_collisions
 from usdfoot.planning.edges import keep_off_edges
 from usdfoot.planning.elbow_room import make_room
 from usdfoot.planning.facing import face_tracks
-from usdfoot.planning.feet_apart import is_sideways, set_feet_apart, uncross
+from usdfoot.planning.feet_apart import is_sideways, set_feet_apart
 from usdfoot.planning.foot_table import FootTable, feet_of, joined_tables
 from usdfoot.planning.latecomers import find_latecomers
 from usdfoot.planning.root_curves import CurveBatches
 from usdfoot.planning.scenario import Scenario, Seeker
+from usdfoot.planning.step_limits import limit_steps, uncross
 from usdfoot.planning.trajectories import NARROW, lay_plans, step_along_curves
 
 if TYPE_CHECKING:
@@ -108,6 +109,7 @@ def _plans(party: Party, tracks: Tracks, terrain: Terrain, faults: list[Problem]
         yaws=np.array([np.nan if seeker.yaw is None else seeker.yaw for seeker in seekers]),
         heights=_on_ground(tracks, starts[:, 1], ground),
         turned=tracks.turned,
+        legs=np.array([seeker.body.leg_length for seeker in seekers]),
         names=[seeker.name for seeker in seekers],
     )
     curves = CurveBatches(trajectories, smoothing_time=SMOOTHING)
@@ -127,8 +129,8 @@ def _plans(party: Party, tracks: Tracks, terrain: Terrain, faults: list[Problem]
     narrowest = np.array([NARROW * seeker.body.step_width for seeker in ordered])[feet.owners]
     narrowest = np.where(is_sideways(feet), 2.0 * feet.half_widths + BETWEEN, narrowest)
     widest = np.array([seeker.body.widest_step for seeker in ordered])[feet.owners]
-    feet = uncross(feet, narrowest=narrowest, widest=widest)
-    feet = set_feet_apart(feet, narrowest=narrowest, widest=widest, confine=walls.keep_feet_off)
+    limits = limit_steps(feet, narrowest=narrowest, widest=widest)
+    feet = set_feet_apart(uncross(feet, limits), limits, confine=walls.keep_feet_off)
     feet = keep_off_edges(feet, ground)
     plans = lay_plans([seeker.name for seeker in ordered], feet, ground, on_ground=True)
     faults += _treads(ordered, feet_of(plans, [seeker.body for seeker in ordered]))

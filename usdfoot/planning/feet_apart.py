@@ -9,11 +9,12 @@ import numpy as np
 
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
-from usdfoot.model.biped import LEFT
 from usdfoot.planning.foot_table import FootTable, Instants
+from usdfoot.planning.giving_way import Room, give_way
 from usdfoot.planning.near_feet import INSTANT, NearFeet, find_near_feet
+from usdfoot.planning.step_limits import StepLimits, uncross
 
-__all__ = ["is_sideways", "set_feet_apart", "uncross"]
+__all__ = ["is_sideways", "set_feet_apart"]
 
 CLEARANCE, CLOSE = 0.03, 0.015
 """Between soles that are moved apart, and those less than which apart are [m]."""
@@ -21,11 +22,13 @@ NOT_FAR, FARTHEST = 0.4, 0.6
 """A footstep is moved this far at most, at first and in the end [m]."""
 SEARCHES, ROUNDS = 60, 12
 """How often near feet are looked for at most, and how often they are moved in between."""
-PATIENCE = 12
+PATIENCE = 3
 """So many searches may bring nothing before one gives up."""
 RELAXING, WIDER = 0.8, 1.1
 """With every search the own feet may come this much nearer to each other across, over before; farther apart, in the
 end, by this."""
+NARROWER = 0.5
+"""Who gives way keeps its feet this much of the least distance apart across, if it had that."""
 ACROSS = 0.1
 """Feet that go less far across take no side step [m]."""
 UNDECIDED = 0.7
@@ -36,21 +39,22 @@ NEAR = 0.1
 
 def set_feet_apart(
     feet: FootTable,
+    limits: StepLimits,
     *,
-    narrowest: FloatArray,
-    widest: FloatArray,
     confine: Callable[[FootTable, IntArray], FootTable] | None = None,
+    waits: bool = True,
 ) -> FootTable:
     """The table with footsteps moved apart until no feet overlap, or as far as they may be moved.
 
     Each overlap pushes both feet away by half of it; a swinging foot passes that on to the footsteps it swings between.
+    Those few that are left then give way one by one, aside or by waiting.
 
     Args:
         feet: Of all people.
-        narrowest: Least distance across between a foot and its own other one [m], shape (S,).
-        widest: Largest [m], shape (S,).
+        limits: How near and far from the other foot they may be.
         confine: Gives back a table with some of its feet (rows) moved to where they may stand, off walls; None =
             everywhere.
+        waits: Whether feet may also strike later, or earlier.
     """
     feet = confine(feet, np.arange(len(feet.owners))) if confine else feet
     near = find_near_feet(feet, slack=NEAR)
@@ -64,7 +68,7 @@ def set_feet_apart(
                 break
             feet, moved = _pushed(feet, pushes, start, farthest=FARTHEST - (FARTHEST - NOT_FAR) * strict)
             near = near.moved(feet, moved)
-        feet = uncross(feet, narrowest=narrowest * strict, widest=widest * (WIDER - (WIDER - 1.0) * strict))
+        feet = uncross(feet, limits.relaxed(narrower=strict, wider=WIDER - (WIDER - 1.0) * strict))
         if confine:
             feet = confine(feet, np.flatnonzero(np.any(feet.positions != before, axis=1)))
         near = near.after(feet, np.any(feet.positions != before, axis=1))
@@ -73,28 +77,9 @@ def set_feet_apart(
             best, least, found = feet, left, search
         if left <= 0.0 or search - found >= PATIENCE:
             break
-    return best
-
-
-def uncross(feet: FootTable, *, narrowest: FloatArray, widest: FloatArray) -> FootTable:
-    """The table with every foot on its own side of the other, in reach: it comes down further out, or further in.
-
-    Args:
-        feet: Of all people.
-        narrowest: Least distance across between a foot and the other one [m], shape (S,).
-        widest: Largest [m], shape (S,).
-    """
-    points = feet.positions[:, [0, 2]]
-    outward = np.where(feet.sides == LEFT, 1.0, -1.0)
-    first = np.flatnonzero(feet.numbers == 0)
-    counts = np.diff(first, append=len(feet.owners))
-    for number in range(1, int(counts.max())):
-        rows = first[counts > number] + number
-        mean = planar.midway_yaw(feet.yaws[rows - 1], feet.yaws[rows])
-        across = outward[rows, None] * planar.direction(mean + 0.5 * np.pi)
-        apart = np.sum((points[rows] - points[rows - 1]) * across, axis=1)
-        points[rows] += (np.clip(apart, narrowest[rows], widest[rows]) - apart)[:, None] * across
-    return _placed(feet, points)
+    last = limits.relaxed(narrower=NARROWER, wider=WIDER)
+    room = Room(start=start, farthest=FARTHEST, limits=last, confine=confine, waits=waits)
+    return best if least <= 0.0 else give_way(best, room)
 
 
 def is_sideways(feet: FootTable) -> BoolArray:

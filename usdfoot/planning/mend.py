@@ -12,11 +12,12 @@ from usdfoot.maths.types import IntArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan, PlanDraft
 from usdfoot.planning.collisions import find_collisions
-from usdfoot.planning.feet_apart import set_feet_apart, uncross
+from usdfoot.planning.feet_apart import set_feet_apart
 from usdfoot.planning.foot_table import feet_of
 from usdfoot.planning.lint import lint_alone
 from usdfoot.planning.prints import lay_prints
 from usdfoot.planning.proportions import Proportions
+from usdfoot.planning.step_limits import limit_steps, uncross
 
 __all__ = ["mend_plans", "mend_times", "strike_order"]
 
@@ -75,11 +76,12 @@ def mend_plans(plans: Sequence[FootstepPlan], ground: Ground, *, bodies: Sequenc
     feet = feet_of(plans, bodies)
     narrowest = np.array([NARROW * body.step_width for body in bodies])[feet.owners]
     start, wide = feet.positions, np.full(len(feet.owners), np.inf)  # how wide somebody steps is left alone
-    crossing = uncross(feet, narrowest=np.zeros(len(start)), widest=wide)
+    limits = limit_steps(feet, narrowest=narrowest, widest=wide)
+    crossing = uncross(feet, limits.relaxed(narrower=0.0))
     crossed = np.unique(feet.owners[(crossing.positions != start).any(axis=1)])
     feet = replace(feet, positions=np.where(np.isin(feet.owners, crossed)[:, None], crossing.positions, start))
     if len(plans) > 1 and len(find_collisions(feet).depths):
-        feet = set_feet_apart(feet, narrowest=narrowest, widest=wide)
+        feet = set_feet_apart(feet, limits, waits=False)
     moved = (feet.positions != start).any(axis=1)
     if ground.has_terrain:
         prints = lay_prints(ground, feet.positions[:, [0, 2]], feet.yaws, near=feet.positions[:, 1])

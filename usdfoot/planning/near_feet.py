@@ -10,7 +10,7 @@ from usdfoot.errors import PlanError
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.planning.foot_table import FootTable, Instants, between, foot_axes, joined_instants
 
-__all__ = ["INSTANT", "NearFeet", "find_near_feet", "overlaps"]
+__all__ = ["INSTANT", "NearFeet", "Pairs", "find_near_feet", "overlaps"]
 
 INSTANT = 0.1
 """Between the instants at which feet are compared [s]."""
@@ -45,7 +45,7 @@ class _Presences:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Pairs:
+class Pairs:
     """Feet of different people that are near each other, K pairs."""
 
     first: Instants
@@ -57,9 +57,21 @@ class _Pairs:
     directions: FloatArray
     """From the second to the first (x, z), shape (K, 2)."""
 
+    def __getitem__(self, rows: IntArray | BoolArray) -> Pairs:
+        return Pairs(
+            first=self.first[rows],
+            second=self.second[rows],
+            depths=self.depths[rows],
+            directions=self.directions[rows],
+        )
+
+    def touch(self, moved: BoolArray) -> BoolArray:
+        """Whether a foot of each pair is on, or on its way from or to, a footstep that moved (S,), shape (K,)."""
+        return _touch(self.first, moved) | _touch(self.second, moved)
+
 
 @dataclass(frozen=True, kw_only=True)
-class NearFeet(_Pairs):
+class NearFeet(Pairs):
     """Feet of different people that could touch if they moved by the slack in all, K pairs.
 
     Of two that both stand it is the first instant at which they do, of others every instant.
@@ -74,7 +86,7 @@ class NearFeet(_Pairs):
 
     def moved(self, feet: FootTable, moved: BoolArray) -> NearFeet:
         """The same pairs after some footsteps (S,) have moved."""
-        rows = np.flatnonzero(_touch(self.first, moved) | _touch(self.second, moved))
+        rows = np.flatnonzero(self.touch(moved))
         depths, directions = self.depths.copy(), self.directions.copy()
         depths[rows], directions[rows] = overlaps(feet, self.first[rows], self.second[rows])
         return replace(self, depths=depths, directions=directions)
@@ -85,7 +97,7 @@ class NearFeet(_Pairs):
         points = self.points.copy()
         points[touched] = _points(feet, self.presences[touched].at_first, _reach(feet, self.slack))
         new = _near(feet, self.presences, points, touched, self.slack)
-        kept = ~(_touch(self.first, moved) | _touch(self.second, moved))
+        kept = ~self.touch(moved)
         return replace(
             self,
             first=joined_instants(self.first[kept], new.first),
@@ -126,7 +138,7 @@ def _touch(instants: Instants, moved: BoolArray) -> BoolArray:
     return np.asarray(moved[instants.steps] | (moved[following] & (instants.shares > 0.0)))
 
 
-def _near(feet: FootTable, presences: _Presences, points: FloatArray, touched: BoolArray, slack: float) -> _Pairs:
+def _near(feet: FootTable, presences: _Presences, points: FloatArray, touched: BoolArray, slack: float) -> Pairs:
     """Pairs of feet that are near, of which at least one is touched (P,)."""
     pairs = _pairs(presences, points, feet.owners[presences.steps], touched, _reach(feet, slack))
     first, second = presences[pairs[:, 0]], presences[pairs[:, 1]]
@@ -137,7 +149,7 @@ def _near(feet: FootTable, presences: _Presences, points: FloatArray, touched: B
     )
     depths, directions = overlaps(feet, one, other)
     near = depths > -slack - 1e-9
-    return _Pairs(first=one[near], second=other[near], depths=depths[near], directions=directions[near])
+    return Pairs(first=one[near], second=other[near], depths=depths[near], directions=directions[near])
 
 
 def _presences(feet: FootTable) -> _Presences:

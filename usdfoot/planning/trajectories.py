@@ -17,13 +17,14 @@ from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.planning.cadences import step_rates
 from usdfoot.planning.edges import keep_off_edges
 from usdfoot.planning.elbow_room import make_room
-from usdfoot.planning.feet_apart import set_feet_apart, uncross
+from usdfoot.planning.feet_apart import set_feet_apart
 from usdfoot.planning.foot_table import FootTable, joined_tables
 from usdfoot.planning.footholds import foot_places
 from usdfoot.planning.gait import TOE_OUT, longest_time, natural_lengths, overlap_shares
 from usdfoot.planning.prints import lay_prints
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.root_curves import SPACING, CurveBatches, RootCurves
+from usdfoot.planning.step_limits import limit_steps, uncross
 
 __all__ = ["NARROW", "TrajectoryOptions", "lay_plans", "plan_trajectories", "step_along_curves"]
 
@@ -89,9 +90,10 @@ def plan_trajectories(
         parts.append(replace(table, owners=agents[table.owners]))
     feet = joined_tables(parts)
     narrowest, widest = (np.full(len(feet.owners), size) for size in (NARROW * body.step_width, body.widest_step))
-    feet = uncross(feet, narrowest=narrowest, widest=widest)
+    limits = limit_steps(feet, narrowest=narrowest, widest=widest)
+    feet = uncross(feet, limits)
     if several:
-        feet = set_feet_apart(feet, narrowest=narrowest, widest=widest)
+        feet = set_feet_apart(feet, limits)
     feet = keep_off_edges(_on_ground(feet, ground), ground)
     return lay_plans([trajectory.name for trajectory in trajectories], feet, ground)
 
