@@ -81,7 +81,7 @@ def test_one_chunk_has_the_agents_of_many(crowd, crowd_scene, tmp_path):
 
 
 def test_processes_make_the_same_bytes(crowd, crowd_scene, worker, tmp_path, monkeypatch):
-    monkeypatch.setattr("usdfoot.pipeline.animate.FEW_CHUNKS", 1)
+    monkeypatch.setattr("usdfoot.pipeline.shot.FEW_CHUNKS", 1)
     done = []
     animate(
         *(crowd_scene, tmp_path / "out"),
@@ -248,7 +248,7 @@ def test_a_vanished_worker_is_reported_and_the_next_run_goes_on(crowd, crowd_sce
 
 
 def test_what_workers_do_not_begin_is_made_beside_them(crowd, crowd_scene, tmp_path, monkeypatch):
-    monkeypatch.setattr("usdfoot.pipeline.animate.FEW_CHUNKS", 1)
+    monkeypatch.setattr("usdfoot.pipeline.shot.FEW_CHUNKS", 1)
     with ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=os._exit, initargs=(3,)) as executor:
         animate(crowd_scene, tmp_path / "out", chunk_size=1, executor=executor, beside=True)
     assert digests(tmp_path / "out") == digests(crowd.crowd_file.parent)

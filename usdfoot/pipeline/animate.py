@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import Executor, Future
-from dataclasses import dataclass
-from functools import cached_property
+from concurrent.futures import Executor
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from usdfoot.batch.entries import EntryResults
-from usdfoot.batch.executors import open_scene_early
 from usdfoot.batch.records import NOBODY, ChunkRecord, parse_record
 from usdfoot.errors import OutputError, SceneError
 from usdfoot.model.levels import DetailLevels
@@ -21,24 +18,14 @@ from usdfoot.model.totals import add_totals
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.provenance import CHUNK_SIZE, CallRecord, provenance_of
 from usdfoot.pipeline.report import AnimateReport, report_json
-from usdfoot.pipeline.unchanged import EarlierCrowd, find_earlier
-from usdfoot.readers.chunks import is_intact, read_record
-from usdfoot.readers.stage import has_marked, identifier_of, is_as_saved, layers_of, open_stage
+from usdfoot.pipeline.shot import make_chunks, open_shot
+from usdfoot.pipeline.unchanged import find_earlier
+from usdfoot.readers.chunks import read_record
+from usdfoot.readers.stage import open_stage
 from usdfoot.writers.folder_lock import lock_folder
 from usdfoot.writers.paths import folder_path
 
-if TYPE_CHECKING:  # imported where something is to be made: that takes longer than to find that nothing is
-    from usdfoot.batch.tasks import ChunkTask
-    from usdfoot.batch.workshop import Workshop
-    from usdfoot.bridge.scene import Scene
-    from usdfoot.readers.scene import SceneReader
-    from usdfoot.writers.crowd import CrowdWriter
-    from usdfoot.writers.placing import PlacedCharacter
-
 __all__ = ["animate", "animate_chunk", "count_chunks"]
-
-FEW_CHUNKS = 3
-"""So many chunks are made without workers, whose start takes as long; else they open the scene while it is read."""
 
 
 def animate(
@@ -106,12 +93,12 @@ def _animate(
     earlier = find_earlier(stage, folder, options=options, call=call)
     if earlier.unchanged:
         return earlier.unchanged
-    shot = _open_shot(stage, folder, call, options=options, executor=None if earlier.is_there else executor)
+    shot = open_shot(stage, folder, call, options=options, executor=None if earlier.is_there else executor)
     from usdfoot.batch.analysed import tidy_examples
     from usdfoot.writers.crowd import open_crowd
 
     with open_crowd(shot.scene, shot.folder, intact=earlier.intact or {}) as crowd:
-        records = _make_chunks(shot, executor, beside, progress, earlier=earlier, crowd=crowd)
+        records = make_chunks(shot, crowd, earlier=earlier, executor=executor, beside=beside, progress=progress)
         found = (*shot.scene.crowd.problems, *(problem for record in records for problem in record.problems))
         _require_agents(shot.scene.stage.identifier, records, problems := _distinct(found))
         progress("write", 0, 0)
@@ -174,7 +161,7 @@ def animate_chunk(
     call = CallRecord(
         agents=agents, frames=frames, chunk_size=chunk_size, collect=collect, levels=levels, limits=limits
     )
-    shot = _open_shot(open_stage(scene_file), target, call, options=options)
+    shot = open_shot(open_stage(scene_file), target, call, options=options)
     count = len(range(0, len(shot.reader.names), agents_a_chunk(chunk_size, frames=shot.reader.frame_count)))
     if not 0 <= index < count:
         raise SceneError(scene_file, f"has no chunk {index}", f"give one of 0 to {count - 1}")
@@ -208,155 +195,6 @@ def count_chunks(
 
     reader = SceneReader(scene_file, agents=agents, frames=frames, motion=motion, limits=limits)
     return len(range(0, len(reader.names), agents_a_chunk(chunk_size, frames=reader.frame_count)))
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Shot:
-    """A scene as read, and the chunks to make of it."""
-
-    reader: SceneReader
-    scene: Scene
-    folder: Path
-    options: MotionOptions
-    characters: Sequence[PlacedCharacter]
-    tasks: Sequence[ChunkTask]
-    starting: Sequence[Future[None]]
-    """Workers who open the scene already."""
-
-    @cached_property
-    def workshop(self) -> Workshop:
-        """Of this process, loaded when it is asked for: workers begin meanwhile."""
-        from usdfoot.batch.workshop import Workshop
-
-        return Workshop(self.reader, self.options, keep=self.keep)
-
-    @property
-    def keep(self) -> Path | None:
-        """Folder in which the clips' analysis is kept; None = the crowd is too small for that."""
-        return self.folder if any(task.keeps_examples for task in self.tasks) else None
-
-
-def _open_shot(
-    stage: Any, folder: Path, call: CallRecord, *, options: MotionOptions, executor: Executor | None = None
-) -> _Shot:
-    """What is asked for of an open stage, read and cut into chunks; folder: of the crowd, a real path."""
-    from usdfoot.batch.tasks import EarlyTask, agents_a_chunk, cut_chunks, inputs_of
-    from usdfoot.readers.listing import list_scene
-
-    starting: list[Future[None]] = []
-    many = 2 * FEW_CHUNKS * call.chunk_size  # an agent and its plan are two prims
-    if executor and is_as_saved(stage) and call.agents == "*" and has_marked(stage, more_than=many):
-        early = EarlyTask(
-            scene=identifier_of(stage.GetRootLayer()),
-            inputs=inputs_of(layers_of(stage), folder),
-            options=options,
-            limits=call.limits,
-            folder=str(folder),
-            chunk_size=call.chunk_size,
-        )
-        starting = open_scene_early(executor, early)
-    listed = list_scene(stage, agents=call.agents, limits=call.limits)
-    from usdfoot.batch.analysed import build_once
-    from usdfoot.readers.scene import SceneReader
-    from usdfoot.writers.crowd import check_output, crowd_format
-    from usdfoot.writers.placing import place_characters
-
-    reader = SceneReader(
-        listed,
-        frames=call.frames,
-        motion=options.motion,
-        tuning=options.tuning,
-        crowd=folder,
-        limits=call.limits,
-        sampling=options.sampling,
-        build=build_once,
-    )
-    scene = reader.read()
-    check_output(scene, folder)
-    characters = place_characters(
-        scene.characters, folder, layer_format=crowd_format(scene), collect=call.collect, levels=call.levels
-    )
-    references = [(placed.reference.assetPath, str(placed.reference.primPath)) for placed in characters]
-    tasks = cut_chunks(
-        *(scene, references),
-        names=reader.names,
-        folder=folder,
-        options=options,
-        limits=call.limits,
-        size=agents_a_chunk(call.chunk_size, frames=reader.frame_count),
-    )
-    return _Shot(
-        reader=reader,
-        scene=scene,
-        folder=folder,
-        options=options,
-        characters=characters,
-        tasks=tasks,
-        starting=starting,
-    )
-
-
-def _make_chunks(
-    shot: _Shot,
-    executor: Executor | None,
-    beside: bool,
-    progress: Callable[[str, int, int], None],
-    *,
-    earlier: EarlierCrowd,
-    crowd: CrowdWriter,
-) -> tuple[ChunkRecord, ...]:
-    """Records of all chunks, kept or made, which the crowd gets as they come."""
-    from usdfoot.batch.earlier import find_agents, with_earlier
-    from usdfoot.batch.running import run_chunks
-    from usdfoot.batch.tasks import early_task
-
-    tasks = shot.tasks
-    records = [_kept_record(task, shot.folder, earlier) for task in tasks]
-    pending = [index for index, record in enumerate(records) if record is None]
-    settled = [task.files for task, record in zip(tasks, records, strict=True) if record is not None]
-    made_before = find_agents(shot.folder, intact=earlier.intact, kept=settled) if pending else {}
-    tasks = [with_earlier(task, made_before) for task in tasks]
-    few = FEW_CHUNKS if beside else 1
-    executor = executor if len(pending) > few and shot.scene.stage.as_saved else None  # workers open the file
-    starting = shot.starting
-    if executor and beside:
-        starting = starting or open_scene_early(executor, early_task(tasks[pending[0]]))
-    made = run_chunks(
-        [tasks[index] for index in pending],
-        lambda task: shot.workshop.make(task),
-        executor=executor,
-        starting=starting if beside else None,
-    )
-    progress("animate", 0, len(pending))
-    added = 0
-    for done, (index, chunk) in enumerate(made):
-        records[pending[index]] = parse_record(chunk.record, kept_agents=chunk.kept_agents)
-        progress("animate", done + 1, len(pending))
-        added = _add_chunks(crowd, tasks, records, since=added)
-    _add_chunks(crowd, tasks, records, since=added)
-    return tuple(record for record in records if record is not None)
-
-
-def _add_chunks(
-    crowd: CrowdWriter, tasks: Sequence[ChunkTask], records: Sequence[ChunkRecord | None], *, since: int
-) -> int:
-    """Adds chunks to the crowd up to the first that is not there yet, whose index it gives back."""
-    for task, record in zip(tasks[since:], records[since:], strict=True):
-        if record is None:
-            break
-        if record.agents:
-            crowd.add_chunk(task.files)
-        since += 1
-    return since
-
-
-def _kept_record(task: ChunkTask, folder: Path, earlier: EarlierCrowd) -> ChunkRecord | None:
-    """Of a chunk that is there already, by the crowd's report or by itself; None if it is to be made."""
-    known = earlier.records.get(task.files.anims)
-    if known and is_intact(folder, task.files, earlier.intact or ()):  # its files say the same
-        return known if known.content_hash == task.content_hash else None
-    text = read_record(folder, task.files, task.content_hash, intact=earlier.intact)
-    return None if text is None else parse_record(text)
 
 
 def _distinct(problems: Iterable[Problem]) -> tuple[Problem, ...]:
