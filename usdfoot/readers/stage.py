@@ -146,8 +146,7 @@ def identifier_of(layer: Sdf.Layer) -> str:
 
 def has_marked(stage: Usd.Stage, *, more_than: int) -> bool:
     """Whether so many prims are marked with schemas of usdfoot, found without looking at the others."""
-    prims = (prim for prim in stage.Traverse() if prim.HasAuthoredMetadata("apiSchemas"))
-    marked = (prim for prim in prims if any(name.startswith(_OURS) for name in applied_apis(prim)))
+    marked = (prim for prim in stage.Traverse() if any(name.startswith(_OURS) for name in applied_apis(prim)))
     return next(islice(marked, more_than, None), None) is not None
 
 
@@ -256,10 +255,9 @@ def collect_prims(stage: Usd.Stage, *, most: int = DEFAULT_LIMITS.prims) -> Stag
     kinds: dict[str, str] = {}
     prototypes: list[Sdf.Path] = []
     for prim in walk_stage(stage, most=most):
-        if prim.HasAuthoredMetadata("apiSchemas"):
-            for name in applied_apis(prim):
-                if name.startswith(_OURS):
-                    with_apis.setdefault(name, []).append(prim)
+        for name in applied_apis(prim):
+            if name.startswith(_OURS):
+                with_apis.setdefault(name, []).append(prim)
         type_name = prim.GetTypeName()
         kind = kinds.get(type_name)
         if kind is None:
