@@ -25,6 +25,7 @@ from usdfoot.model.report import Problem
 __all__ = [
     "StagePrims",
     "authored",
+    "authored_in",
     "authored_or_primvar",
     "authored_values",
     "collect_prims",
@@ -170,10 +171,14 @@ def authored(prim: Usd.Prim, name: str) -> Any:
     Raises:
         SceneError: If the attribute is of a type that cannot stand for the schema's, as text cannot for a number.
     """
-    attribute = Usd.AttributeQuery(prim, name)  # resolves it once
-    if not attribute.HasAuthoredValue():  # as one that is not there
+    return authored_in(Usd.AttributeQuery(prim, name), prim, name)  # resolves it once
+
+
+def authored_in(query: Usd.AttributeQuery, prim: Usd.Prim, name: str) -> Any:
+    """As `authored` by a query of the prim's attribute of this name, which may not be there."""
+    if not query.HasAuthoredValue():
         return None
-    value = attribute.Get(_EARLIEST)
+    value = query.Get(_EARLIEST)
     return value if declared_kind(name) in (None, type(value)) else _of_type(name, prim.GetAttribute(name), value)
 
 
