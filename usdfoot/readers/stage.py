@@ -240,7 +240,7 @@ class StagePrims:
     """Without those below point instancers, which are prototypes."""
     instancers: tuple[Usd.Prim, ...]
     shapes: tuple[Usd.Prim, ...]
-    """Geometry that is given by numbers alone: cubes, planes, spheres; without prototypes too."""
+    """Other surfaces: cubes, planes, spheres, patches, but no curves and points; without prototypes too."""
     with_apis: dict[str, tuple[Usd.Prim, ...]]
     """Prims by the usdfoot API schemas applied to them."""
 
@@ -278,7 +278,8 @@ def _kind(prim: Usd.Prim) -> str:
     for kind, schema in _KINDS.items():
         if prim.IsA(schema):
             return kind
-    return _SHAPES if prim.IsA(UsdGeom.Gprim) and not prim.IsA(UsdGeom.PointBased) else ""
+    is_surface = prim.IsA(UsdGeom.Gprim) and not (prim.IsA(UsdGeom.Curves) or prim.IsA(UsdGeom.Points))
+    return _SHAPES if is_surface else ""
 
 
 def walk_stage(stage: Usd.Stage, *, most: int = DEFAULT_LIMITS.prims) -> Iterator[Usd.Prim]:
