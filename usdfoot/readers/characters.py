@@ -181,8 +181,8 @@ def _warn_of_other_legs(prim: Usd.Prim, skeleton: Skeleton, biped: Biped) -> Non
     others = find_other_feet(skeleton, biped)
     if others:
         _logger.warning(
-            "%s: stands on more than two legs. footsteps are of %s alone; %s move as in clips, or not at all. let other "
-            "legs follow in your own rig, or author UsdfootBipedAPI for those that are to walk",
+            "%s: stands on more than two legs. footsteps are of %s alone; %s move as in clips, or not at all. "
+            "let other legs follow in your own rig, or author UsdfootBipedAPI for those that are to walk",
             prim.GetPath(),
             " and ".join(leaf_name(skeleton.joints[ankle]) for ankle in biped.ankles),
             ", ".join(leaf_name(skeleton.joints[joint]) for joint in others),
