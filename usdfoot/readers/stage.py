@@ -197,17 +197,30 @@ def authored_or_primvar(prim: Usd.Prim, name: str) -> Any:
 
 
 def _of_type(name: str, attribute: Usd.Attribute, value: Any) -> Any:
-    """The value of an attribute, which stands for the schema's `name`.
+    """The value of an attribute, which stands for the schema's `name`; numbers in place of time codes as these.
 
     Raises:
         SceneError: If the attribute is of a type that cannot stand for it.
     """
-    if declared_kind(name) not in (None, type(value)):
-        found, expected = attribute.GetPropertyStack()[0].typeName, declared_type(name)
-        if expected and _form(expected) != _form(found):  # the attribute's own type is the schema's
-            where = attribute.GetPrim().GetPath()
-            raise SceneError(where, f"{attribute.GetName()} is of type {found}", f"author it as {expected}")
-    return value
+    expected = None if declared_kind(name) in (None, type(value)) else declared_type(name)
+    if not expected:
+        return value
+    found = attribute.GetPropertyStack()[0].typeName  # the attribute's own type is the schema's
+    if _form(expected) != _form(found):
+        where = attribute.GetPrim().GetPath()
+        raise SceneError(where, f"{attribute.GetName()} is of type {found}", f"author it as {expected}")
+    code = Sdf.ValueTypeNames.TimeCode
+    return _on_stage(attribute, value) if expected.scalarType == code != found.scalarType else value
+
+
+def _on_stage(attribute: Usd.Attribute, codes: Any) -> Any:
+    """Time codes of a layer on the stage: USD moves only those of type timecode by the layer's offset, no numbers."""
+    stack = attribute.GetPropertyStackWithLayerOffsets(_EARLIEST)
+    offset = next(offset for spec, offset in stack if spec.HasInfo("default") or spec.HasInfo("timeSamples"))
+    if offset.IsIdentity():
+        return codes
+    moved = offset.offset + offset.scale * np.array(codes, dtype=float)
+    return moved if moved.ndim else float(moved)
 
 
 def authored_values(prim: Usd.Prim, names: Collection[str]) -> dict[str, Any]:
@@ -244,7 +257,7 @@ class StagePrims:
     """Without those below point instancers, which are prototypes."""
     instancers: tuple[Usd.Prim, ...]
     shapes: tuple[Usd.Prim, ...]
-    """Geometry that is given by numbers alone: cubes, planes, spheres; without prototypes too."""
+    """Other surfaces: cubes, planes, spheres, patches, but no curves and points; without prototypes too."""
     with_apis: dict[str, tuple[Usd.Prim, ...]]
     """Prims by the usdfoot API schemas applied to them."""
 
@@ -281,7 +294,8 @@ def _kind(prim: Usd.Prim) -> str:
     for kind, schema in _KINDS.items():
         if prim.IsA(schema):
             return kind
-    return _SHAPES if prim.IsA(UsdGeom.Gprim) and not prim.IsA(UsdGeom.PointBased) else ""
+    is_surface = prim.IsA(UsdGeom.Gprim) and not (prim.IsA(UsdGeom.Curves) or prim.IsA(UsdGeom.Points))
+    return _SHAPES if is_surface else ""
 
 
 def walk_stage(stage: Usd.Stage, *, most: int = DEFAULT_LIMITS.prims) -> Iterator[Usd.Prim]:
