@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from usdfoot.batch.entries import EntryResults
-from usdfoot.batch.records import NOBODY, ChunkRecord, parse_record
+from usdfoot.batch.records import NOBODY, ChunkRecord, kept_record, parse_record
 from usdfoot.errors import OutputError, SceneError
 from usdfoot.model.levels import DetailLevels
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits
@@ -168,9 +168,9 @@ def animate_chunk(
     task = next((task for task in shot.tasks if task.index == index), None)
     if task is None:
         return NOBODY
-    kept = read_record(shot.folder, task.files, task.content_hash)
+    kept = kept_record(read_record(shot.folder, task.files, task.content_hash))
     if kept is not None:
-        return parse_record(kept)
+        return kept
     task = with_earlier(task, find_agents(shot.folder))
     made = shot.workshop.make(task)
     return parse_record(made.record, kept_agents=made.kept_agents)
