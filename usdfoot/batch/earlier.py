@@ -6,7 +6,6 @@ import struct
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from usdfoot.batch.tasks import ChunkTask
 from usdfoot.bridge.tokens import PROVENANCE, ChunkFiles, Record, chunk_folder
@@ -40,7 +39,7 @@ def with_earlier(task: ChunkTask, made: Mapping[tuple[str, str], ChunkFiles]) ->
 
 
 def _agent_hashes(file: Path) -> Mapping[str, str]:
-    """What a layer's agents were made from; nothing if something else wrote it. USD takes many times as long to open it."""
+    """What a layer's agents were made from; nothing if something else wrote it. USD opens it many times slower."""
     try:
         hashes = read_data(file)[PROVENANCE][Record.AGENT_HASHES]
     except (OSError, TypeError, ValueError, LookupError, struct.error):
