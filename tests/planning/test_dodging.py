@@ -126,3 +126,11 @@ def test_lint_sees_a_door_close_on_a_foot_that_stands():
     assert met(plans, walkers, closing)
     assert not met([replace(plans[0], liftoff_times=np.minimum(plans[0].liftoff_times, last + 0.4))], walkers, closing)
     assert last > LEAD
+
+
+def test_it_ends_when_what_stays_on_somebodys_goal_stays_there():
+    walkers = [seeker("/Walks", (0.0, -7.0), (0.0, 0.5), height=0.0)]
+    (plan,), (told,) = planned(walkers, moving=MOVING["parking"])
+    assert met([plan], walkers, MOVING["parking"]) == []
+    assert "1 of 1 agents do not get to their goals" in told.message or "does not get to its goal" in told.message
+    assert plan.liftoff_times[-1] < 60.0

@@ -154,7 +154,7 @@ class Dodges:
             for index in near[~goes].tolist():
                 paces[index] = self._dodge(index, points, heights, floors, now, going=bool(before[index]))
         self.paces = paces
-        if self.waits.any():
+        if self.waits.any() and now < self._moving.end:
             self._waited = now
         return list(range(len(points))) if floors.goes_round else np.flatnonzero(before | self.active).tolist()
 
