@@ -344,3 +344,25 @@ def test_an_asset_in_other_units_or_axes_than_the_scene_is_said(caplog, stage_un
     assert [message.startswith("/World/Hero: bones of 100 m") for message in said if "bones" in message] == (
         [True] if stage_units.meters > 1.0 else []
     )
+
+
+@pytest.mark.parametrize(("ahead", "height"), [(0.9, 0.05), (0.9, 0.5), (0.2, 0.05)])
+def test_a_character_that_stands_on_four_legs_is_said(caplog, ahead, height):
+    """Arms that hang and skirts that reach the ground beside the feet are no legs."""
+    limbs = ("Shoulder", "Elbow", "Hand")
+    joints, offsets = [*JOINTS], [*OFFSETS]
+    for side, sign in (("Left", 1.0), ("Right", -1.0)):
+        names = ["Hips/Spine", *(f"{side}{limb}" for limb in limbs)]
+        joints += ["/".join(names[: count + 2]) for count in range(3)]
+        offsets += [(0.1 * sign, 0.0, ahead), (0.0, -0.5, 0.0), (0.0, height - 0.7, 0.0)]
+    stage = new_stage()
+    add_character(stage, "/World/Hero", Units(), joints=joints, offsets=np.array(offsets))
+    with caplog.at_level(logging.WARNING):
+        read(stage)
+    said = [record.getMessage() for record in caplog.records if "legs" in record.getMessage()]
+    if height < 0.1 and ahead > 0.5:
+        (message,) = said
+        assert message.startswith("/World/Hero: stands on more than two legs. footsteps are of LeftFoot and RightFoot")
+        assert "LeftHand, RightHand move as in clips" in message
+    else:
+        assert not said

@@ -80,6 +80,26 @@ def test_what_a_plan_says_may_be_primvars_as_houdini_writes_them(caplog):
         read(stage)
 
 
+@pytest.mark.parametrize("as_primvars", [False, True])
+def test_times_that_are_numbers_move_with_their_layer_as_timecodes_do(as_primvars):
+    """A plan on ones at 48 codes a second, referenced into a stage of 24 from code 100 on, played at half speed."""
+    asset = new_stage(units=Units(rate=48.0))
+    prim = add_plan(asset, "/World/Plan", Units(rate=48.0)).GetPrim()
+    stage = new_stage(units=Units(rate=24.0))
+    placed = stage.DefinePrim("/World/Plan")
+    placed.GetReferences().AddReference(asset.GetRootLayer().identifier, "/World/Plan", Sdf.LayerOffset(100.0, 2.0))
+    expected, _ = read(stage)
+    for name in (Token.STRIKE_TIMES, Token.LIFTOFF_TIMES):
+        codes = [code.GetValue() for code in prim.GetAttribute(name).Get()]
+        prim.RemoveProperty(name)
+        kind, shown = Sdf.ValueTypeNames.DoubleArray, f"primvars:{name}" if as_primvars else name
+        prim.CreateAttribute(shown, kind, custom=False).Set(codes)
+    plan, _ = read(stage)
+    assert_allclose(plan.strike_times, expected.strike_times, atol=1e-9)
+    assert_allclose(plan.liftoff_times, expected.liftoff_times, atol=1e-9)
+    assert plan.strike_times[0] > 100.0 / 24.0 - 1e-9
+
+
 def test_an_empty_array_of_root_weights_says_as_little_as_none():
     stage = new_stage()
     prim = add_plan(stage, "/World/Plan", Units()).GetPrim()

@@ -92,7 +92,12 @@ def test_no_terrain_is_no_error():
 
 
 @pytest.mark.parametrize(
-    ("shape", "remedy"), [("Cube", "apply UsdfootTerrainAPI to it"), ("Sphere", "convert it to a Mesh")]
+    ("shape", "remedy"),
+    [
+        ("Cube", "apply UsdfootTerrainAPI to it"),
+        ("Sphere", "convert it to a Mesh"),
+        ("NurbsPatch", "convert it to a Mesh"),
+    ],
 )
 def test_a_shape_named_ground_is_named_only_where_no_mesh_is_the_ground(shape, remedy):
     """With what helps: marked, cubes and planes are read as they are, as game engines write their floors."""
@@ -107,6 +112,65 @@ def test_a_shape_named_ground_is_named_only_where_no_mesh_is_the_ground(shape, r
     ground.RemoveAppliedSchema("UsdfootTerrainAPI")
     add_ground(stage, "/World/Terrain", Units())
     assert read(stage)[1] == ()
+
+
+def test_shapes_that_are_marked_with_meshes_and_cannot_be_stood_on_are_named_by_type():
+    stage = new_stage()
+    add_mesh(stage, "/World/Set/Floor", SQUARE, [(0, 1, 2, 3)], Units())
+    for path, kind in (("Ball", "Sphere"), ("Hill", "NurbsPatch"), ("Egg", "Sphere"), ("Rail", "BasisCurves")):
+        stage.DefinePrim(f"/World/Set/{path}", kind)
+    stage.DefinePrim("/World/Dome", "Sphere").AddAppliedSchema(Schema.TERRAIN)
+    stage.GetPrimAtPath("/World/Set").AddAppliedSchema(Schema.TERRAIN)
+    dome, *others = read(stage)[1]
+    assert dome.severity == "error" and "/World/Dome: has UsdfootTerrainAPI but no mesh" in dome.message
+    assert [(problem.severity, problem.message) for problem in others] == [
+        (
+            "warning",
+            "/World/Set/Ball: and 1 more are marked as terrain, but feet pass through a Sphere. convert it to a Mesh",
+        ),
+        ("warning", "/World/Set/Hill: is marked as terrain, but feet pass through a NurbsPatch. convert it to a Mesh"),
+    ]
+
+
+def hide(stage, path, how):
+    imageable = UsdGeom.Imageable(stage.GetPrimAtPath(path))
+    imageable.GetPurposeAttr().Set("guide") if how == "guide" else imageable.MakeInvisible()
+
+
+@pytest.mark.parametrize("how", ["guide", "invisible"])
+def test_what_is_hidden_below_a_marked_prim_is_no_terrain_and_named(how):
+    """Hidden with what marks it, or marked itself, it is meant: as a mesh for the feet alone that nobody sees."""
+    stage = new_stage()
+    for name in ("Seen", "Old"):
+        UsdGeom.Xform.Define(stage, f"/World/Set/{name}")
+        add_mesh(stage, f"/World/Set/{name}/Mesh", SQUARE, [(0, 1, 2, 3)], Units())
+    marked = UsdGeom.Xform.Define(stage, "/World/Set").GetPrim()
+    marked.AddAppliedSchema(Schema.TERRAIN)
+    hide(stage, "/World/Set/Old", how)
+    terrain, (problem,) = read(stage)
+    assert terrain.meshes == ("/World/Set/Seen/Mesh",)
+    assert problem.severity == "warning" and problem.where == "/World/Set/Old/Mesh"
+    assert "is hidden (invisible or guides), and so left out as ground. show it, or apply" in problem.message
+    stage.GetPrimAtPath("/World/Set/Old/Mesh").AddAppliedSchema(Schema.TERRAIN)
+    assert len(read(stage)[0].meshes) == 2 and read(stage)[1] == ()
+    stage.GetPrimAtPath("/World/Set/Old/Mesh").RemoveAppliedSchema(Schema.TERRAIN)
+    hide(stage, "/World/Set", how)
+    assert len(read(stage)[0].meshes) == 2 and read(stage)[1] == ()
+
+
+@pytest.mark.parametrize("how", ["guide", "invisible"])
+def test_what_is_hidden_is_the_ground_by_name_only_where_no_other_is(how):
+    stage = new_stage()
+    for name in ("Ground", "GroundOld"):
+        add_mesh(stage, f"/World/{name}", SQUARE, [(0, 1, 2, 3)], Units())
+    hide(stage, "/World/GroundOld", how)
+    terrain, (problem,) = read(stage)
+    assert terrain.meshes == ("/World/Ground",)
+    assert problem.where == "/World/GroundOld" and "left out as ground" in problem.message
+    stage.GetPrimAtPath("/World/Ground").SetActive(False)
+    terrain, (problem,) = read(stage)
+    assert terrain.meshes == ("/World/GroundOld",)
+    assert "/World/GroundOld: is hidden (invisible or guides), and the ground by name" in problem.message
 
 
 def test_characters_and_prints_are_no_terrain():

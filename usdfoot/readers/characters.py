@@ -7,6 +7,7 @@ import logging
 import numpy as np
 from pxr import Usd, UsdGeom, UsdSkel
 
+from usdfoot.analysis.other_legs import find_other_feet
 from usdfoot.bridge.scene import BlendShapes, Character
 from usdfoot.bridge.similarity import Similarity, similarity_of_matrices
 from usdfoot.bridge.units import StageUnits
@@ -18,6 +19,7 @@ from usdfoot.readers.assets import asset_of
 from usdfoot.readers.biped import read_biped
 from usdfoot.readers.bounds import read_bounds
 from usdfoot.readers.candidates import find_skeleton
+from usdfoot.readers.joints import leaf_name
 from usdfoot.readers.samples import read_samples
 from usdfoot.readers.skeleton import RawSkeleton, is_moving, matrices_of, read_skeleton, skeleton_in, split_matrices
 from usdfoot.readers.skins import inherited_target, read_skin
@@ -56,6 +58,7 @@ def read_character(prim: Usd.Prim, units: StageUnits, frame_codes: FloatArray) -
     biped = read_biped(skeleton_prim, raw, skeleton, skeleton_to_agent=skeleton_to_agent, skin=skin)
     bind_pose = _bind_pose(raw, skeleton_to_agent)
     _warn_of_posture(prim, skeleton, biped, bind_pose, asset)
+    _warn_of_other_legs(prim, skeleton, biped)
     return Character(
         path=str(prim.GetPath()),
         asset=asset,
@@ -170,6 +173,19 @@ def _warn_of_posture(prim: Usd.Prim, skeleton: Skeleton, biped: Biped, bind: Pos
             "%s: its legs do not point down; %s seems to have another up axis than the scene, rotate the prim upright",
             prim.GetPath(),
             asset,
+        )
+
+
+def _warn_of_other_legs(prim: Usd.Prim, skeleton: Skeleton, biped: Biped) -> None:
+    """Say so if a character stands on more than two legs."""
+    others = find_other_feet(skeleton, biped)
+    if others:
+        _logger.warning(
+            "%s: stands on more than two legs. footsteps are of %s alone; %s move as in clips, or not at all. "
+            "let other legs follow in your own rig, or author UsdfootBipedAPI for those that are to walk",
+            prim.GetPath(),
+            " and ".join(leaf_name(skeleton.joints[ankle]) for ankle in biped.ankles),
+            ", ".join(leaf_name(skeleton.joints[joint]) for joint in others),
         )
 
 

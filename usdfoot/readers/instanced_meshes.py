@@ -15,7 +15,10 @@ from usdfoot.model.limits import DEFAULT_LIMITS, Limits, check_limit
 from usdfoot.readers.skeleton import StartTransforms
 from usdfoot.readers.stage import authored, start_code
 
-__all__ = ["PlacedMesh", "is_scattered", "meshes_in_place", "placed_meshes"]
+__all__ = ["SOLIDS", "PlacedMesh", "is_scattered", "meshes_in_place", "placed_meshes"]
+
+SOLIDS = ("Cube", "Plane")
+"""Types of shapes that are read as meshes where they have UsdfootTerrainAPI."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,7 +100,7 @@ def _scattered(
             if prim.IsA(UsdGeom.PointInstancer):
                 found += _scattered(stage, (*instancers, prim), inside, limits)
                 below.PruneChildren()
-            elif prim.IsA(UsdGeom.Mesh):
+            elif prim.IsA(UsdGeom.Mesh) or prim.GetTypeName() in SOLIDS:
                 paths = (str(instancers[0].GetPath()),) * len(inside)
                 walkable = _Walkability().of(prim, instancers[0])
                 found.append(PlacedMesh(prim=prim, paths=paths, matrices=inside, walkable=walkable))

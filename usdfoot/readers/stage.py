@@ -25,6 +25,7 @@ from usdfoot.model.report import Problem
 __all__ = [
     "StagePrims",
     "authored",
+    "authored_in",
     "authored_or_primvar",
     "authored_values",
     "collect_prims",
@@ -146,8 +147,7 @@ def identifier_of(layer: Sdf.Layer) -> str:
 
 def has_marked(stage: Usd.Stage, *, more_than: int) -> bool:
     """Whether so many prims are marked with schemas of usdfoot, found without looking at the others."""
-    prims = (prim for prim in stage.Traverse() if prim.HasAuthoredMetadata("apiSchemas"))
-    marked = (prim for prim in prims if any(name.startswith(_OURS) for name in applied_apis(prim)))
+    marked = (prim for prim in stage.Traverse() if any(name.startswith(_OURS) for name in applied_apis(prim)))
     return next(islice(marked, more_than, None), None) is not None
 
 
@@ -171,10 +171,14 @@ def authored(prim: Usd.Prim, name: str) -> Any:
     Raises:
         SceneError: If the attribute is of a type that cannot stand for the schema's, as text cannot for a number.
     """
-    attribute = Usd.AttributeQuery(prim, name)  # resolves it once
-    if not attribute.HasAuthoredValue():  # as one that is not there
+    return authored_in(Usd.AttributeQuery(prim, name), prim, name)  # resolves it once
+
+
+def authored_in(query: Usd.AttributeQuery, prim: Usd.Prim, name: str) -> Any:
+    """As `authored` by a query of the prim's attribute of this name, which may not be there."""
+    if not query.HasAuthoredValue():
         return None
-    value = attribute.Get(_EARLIEST)
+    value = query.Get(_EARLIEST)
     return value if declared_kind(name) in (None, type(value)) else _of_type(name, prim.GetAttribute(name), value)
 
 
@@ -193,17 +197,30 @@ def authored_or_primvar(prim: Usd.Prim, name: str) -> Any:
 
 
 def _of_type(name: str, attribute: Usd.Attribute, value: Any) -> Any:
-    """The value of an attribute, which stands for the schema's `name`.
+    """The value of an attribute, which stands for the schema's `name`; numbers in place of time codes as these.
 
     Raises:
         SceneError: If the attribute is of a type that cannot stand for it.
     """
-    if declared_kind(name) not in (None, type(value)):
-        found, expected = attribute.GetPropertyStack()[0].typeName, declared_type(name)
-        if expected and _form(expected) != _form(found):  # the attribute's own type is the schema's
-            where = attribute.GetPrim().GetPath()
-            raise SceneError(where, f"{attribute.GetName()} is of type {found}", f"author it as {expected}")
-    return value
+    expected = None if declared_kind(name) in (None, type(value)) else declared_type(name)
+    if not expected:
+        return value
+    found = attribute.GetPropertyStack()[0].typeName  # the attribute's own type is the schema's
+    if _form(expected) != _form(found):
+        where = attribute.GetPrim().GetPath()
+        raise SceneError(where, f"{attribute.GetName()} is of type {found}", f"author it as {expected}")
+    code = Sdf.ValueTypeNames.TimeCode
+    return _on_stage(attribute, value) if expected.scalarType == code != found.scalarType else value
+
+
+def _on_stage(attribute: Usd.Attribute, codes: Any) -> Any:
+    """Time codes of a layer on the stage: USD moves only those of type timecode by the layer's offset, no numbers."""
+    stack = attribute.GetPropertyStackWithLayerOffsets(_EARLIEST)
+    offset = next(offset for spec, offset in stack if spec.HasInfo("default") or spec.HasInfo("timeSamples"))
+    if offset.IsIdentity():
+        return codes
+    moved = offset.offset + offset.scale * np.array(codes, dtype=float)
+    return moved if moved.ndim else float(moved)
 
 
 def authored_values(prim: Usd.Prim, names: Collection[str]) -> dict[str, Any]:
@@ -240,7 +257,7 @@ class StagePrims:
     """Without those below point instancers, which are prototypes."""
     instancers: tuple[Usd.Prim, ...]
     shapes: tuple[Usd.Prim, ...]
-    """Geometry that is given by numbers alone: cubes, planes, spheres; without prototypes too."""
+    """Other surfaces: cubes, planes, spheres, patches, but no curves and points; without prototypes too."""
     with_apis: dict[str, tuple[Usd.Prim, ...]]
     """Prims by the usdfoot API schemas applied to them."""
 
@@ -256,10 +273,9 @@ def collect_prims(stage: Usd.Stage, *, most: int = DEFAULT_LIMITS.prims) -> Stag
     kinds: dict[str, str] = {}
     prototypes: list[Sdf.Path] = []
     for prim in walk_stage(stage, most=most):
-        if prim.HasAuthoredMetadata("apiSchemas"):
-            for name in applied_apis(prim):
-                if name.startswith(_OURS):
-                    with_apis.setdefault(name, []).append(prim)
+        for name in applied_apis(prim):
+            if name.startswith(_OURS):
+                with_apis.setdefault(name, []).append(prim)
         type_name = prim.GetTypeName()
         kind = kinds.get(type_name)
         if kind is None:
@@ -278,7 +294,8 @@ def _kind(prim: Usd.Prim) -> str:
     for kind, schema in _KINDS.items():
         if prim.IsA(schema):
             return kind
-    return _SHAPES if prim.IsA(UsdGeom.Gprim) and not prim.IsA(UsdGeom.PointBased) else ""
+    is_surface = prim.IsA(UsdGeom.Gprim) and not (prim.IsA(UsdGeom.Curves) or prim.IsA(UsdGeom.Points))
+    return _SHAPES if is_surface else ""
 
 
 def walk_stage(stage: Usd.Stage, *, most: int = DEFAULT_LIMITS.prims) -> Iterator[Usd.Prim]:

@@ -14,7 +14,8 @@ from usdfoot.errors import TerrainError
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits, check_limit
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
-from usdfoot.readers.instanced_meshes import PlacedMesh, is_scattered, meshes_in_place, placed_meshes
+from usdfoot.readers.hidden import hidden_below, is_hidden
+from usdfoot.readers.instanced_meshes import SOLIDS, PlacedMesh, is_scattered, meshes_in_place, placed_meshes
 from usdfoot.readers.mesh_triangles import read_triangles
 from usdfoot.readers.plans import is_plan
 from usdfoot.readers.skeleton import StartTransforms
@@ -27,8 +28,6 @@ __all__ = ["read_terrain"]
 _logger = logging.getLogger(__name__)
 
 _NAMES = ("ground", "terrain")
-_SOLIDS = ("Cube", "Plane")
-"""Types of shapes that are read as meshes where they have UsdfootTerrainAPI."""
 
 
 def read_terrain(
@@ -39,23 +38,27 @@ def read_terrain(
     Terrain are the meshes, cubes and planes with UsdfootTerrainAPI on them or on a prim above, and the meshes of
     PointInstancers with it, each instance one mesh; without any, the meshes whose own or parent's name contains ground
     or terrain. Skinned meshes are characters. Subdivision is ignored: the control cage counts. Meshes of purpose proxy
-    stand for those of purpose render: where there are both, they are left out.
+    stand for those of purpose render: where there are both, they are left out. So are invisible meshes and guides, but
+    for those marked as terrain themselves, or with all that is marked with them, and named ones where no other is.
 
     Raises:
         SceneError: If it has more triangles than the limits allow.
     """
     marked = prims.with_apis.get(Schema.TERRAIN, ())
     meshes = [mesh for mesh in prims.meshes if not _is_skinned(mesh)]
-    solids = [shape for shape in prims.shapes if marked and shape.GetTypeName() in _SOLIDS and _is_marked(shape)]
-    chosen = _without_proxies([*(mesh for mesh in meshes if _is_marked(mesh)), *solids] if marked else _named(meshes))
+    shapes = [shape for shape in prims.shapes if not marked or _marked_by(shape)]
+    solids = [shape for shape in shapes if marked and shape.GetTypeName() in SOLIDS]
+    meant = [*(mesh for mesh in meshes if _marked_by(mesh)), *solids] if marked else _named(meshes)
+    chosen, doubts = _shown(meant, by_name=not marked)
+    chosen = _without_proxies(chosen)
     outermost = [prim for prim in prims.instancers if marked and not is_plan(prim) and not is_scattered(prim)]
-    scattered = [prim for prim in outermost if _is_marked(prim)]
+    scattered = [prim for prim in outermost if _marked_by(prim)]
     if not marked and chosen:
         _logger.info("no UsdfootTerrainAPI, terrain by name: %s", ", ".join(str(mesh.GetPath()) for mesh in chosen))
     transforms = StartTransforms(stage)
-    problems = [*_without_meshes(marked, [*meshes, *solids, *scattered]), *_moving([*chosen, *scattered], transforms)]
-    if not marked and not chosen:
-        problems += _shapes_named(prims.shapes)
+    problems = _without_meshes(marked, [*meshes, *solids, *scattered])
+    problems += [*(_unread(shapes, problems) if marked else [] if chosen else _shapes_named(shapes)), *doubts]
+    problems += _moving([*chosen, *scattered], transforms)
     placed = meshes_in_place(chosen, transforms)
     for instancer in scattered:
         try:
@@ -67,15 +70,15 @@ def read_terrain(
     return terrain, (*problems, *found)
 
 
-def _is_marked(prim: Usd.Prim) -> bool:
-    """Whether a mesh or a prim above it has UsdfootTerrainAPI; from above a SkelRoot what is in it is not meant."""
+def _marked_by(prim: Usd.Prim) -> Usd.Prim | None:
+    """The nearest prim with UsdfootTerrainAPI, a mesh or above it; from above a SkelRoot what is in it is not meant."""
     while prim and not prim.IsPseudoRoot():
         if has_api(prim, Schema.TERRAIN):
-            return True
+            return prim
         if prim.IsA(UsdSkel.Root):
-            return False
+            return None
         prim = prim.GetParent()
-    return False
+    return None
 
 
 def _named(prims: Sequence[Usd.Prim]) -> list[Usd.Prim]:
@@ -95,13 +98,49 @@ def _without_proxies(prims: Sequence[Usd.Prim]) -> list[Usd.Prim]:
     return [prim for prim, purpose in zip(prims, purposes, strict=True) if purpose != UsdGeom.Tokens.proxy]
 
 
+def _shown(prims: Sequence[Usd.Prim], *, by_name: bool) -> tuple[list[Usd.Prim], list[Problem]]:
+    """Those to stand on although some are hidden, and a word on these."""
+    hidden = [prim for prim in prims if is_hidden(prim)] if by_name else hidden_below(prims, _marked_by)
+    if not hidden:
+        return list(prims), []
+    is_all = by_name and len(hidden) == len(prims)
+    paths = {prim.GetPath() for prim in hidden}
+    what = "hidden (invisible or guides)"
+    said = f"{what}, and the ground by name. rename what is none" if is_all else f"{what}, and so left out as ground"
+    remedy = "" if is_all else f". show it, or apply {Schema.TERRAIN} to the mesh itself"
+    where = str(hidden[0].GetPath())
+    message = f"{where}: {_count(hidden)} {said}{remedy}"
+    left = [prim for prim in prims if is_all or prim.GetPath() not in paths]
+    return left, [Problem(severity="warning", where=where, message=message)]
+
+
+def _count(prims: Sequence[Usd.Prim]) -> str:
+    return "is" if len(prims) == 1 else f"and {len(prims) - 1} more are"
+
+
+def _unread(shapes: Sequence[Usd.Prim], named: Sequence[Problem]) -> list[Problem]:
+    """A warning for each type of marked shapes that cannot be stood on, where what marks them is not named already."""
+    barren = {problem.where for problem in named}
+    by_type: dict[str, list[Usd.Prim]] = {}
+    for shape in shapes:
+        marked = _marked_by(shape)
+        if shape.GetTypeName() not in SOLIDS and marked and str(marked.GetPath()) not in barren:
+            by_type.setdefault(shape.GetTypeName(), []).append(shape)
+    found = []
+    for kind, several in by_type.items():
+        where = str(several[0].GetPath())
+        message = f"{where}: {_count(several)} marked as terrain, but feet pass through a {kind}. convert it to a Mesh"
+        found.append(Problem(severity="warning", where=where, message=message))
+    return found
+
+
 def _shapes_named(shapes: Sequence[Usd.Prim]) -> list[Problem]:
     """A warning for each shape that is the ground by its name, where no mesh is."""
     reason = "is no mesh, so the ground is taken to be the plane through the lowest footstep"
     found = []
     for shape in _named(shapes):
         path, kind = shape.GetPath(), shape.GetTypeName()
-        remedy = f"apply {Schema.TERRAIN} to it" if kind in _SOLIDS else "convert it to a Mesh"
+        remedy = f"apply {Schema.TERRAIN} to it" if kind in SOLIDS else "convert it to a Mesh"
         found.append(Problem(severity="warning", where=str(path), message=f"{path}: a {kind} {reason}. {remedy}"))
     return found
 
