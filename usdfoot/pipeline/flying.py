@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from usdfoot.batch.analysed import build_once
 from usdfoot.engine.animate import PreparedLibraries
 from usdfoot.engine.options import EngineOptions
@@ -15,7 +17,7 @@ from usdfoot.readers.agents import AgentSource
 from usdfoot.readers.casting import Casting
 from usdfoot.writers.plans import PlannedAgent
 
-__all__ = ["flying_like_clips"]
+__all__ = ["flying_like_clips", "runs_like_clips"]
 
 
 def flying_like_clips(
@@ -45,3 +47,19 @@ def flying_like_clips(
         replace(part, plan=replace(part.plan, liftoff_times=liftoffs.get(part.name, part.plan.liftoff_times)))
         for part in planned
     ]
+
+
+def runs_like_clips(
+    planned: Sequence[PlannedAgent], sources: Sequence[AgentSource], *, terrain: Terrain, casting: Casting
+) -> list[PlannedAgent]:
+    """The plans, those with a flight as `flying_like_clips` has them, the others as they are.
+
+    Args:
+        planned: Of agents, or of nobody.
+        sources: Of all these agents.
+        terrain: They walk on.
+        casting: Of their scene.
+    """
+    runs = [part for part in planned if np.any(part.plan.liftoff_times[:-1] < part.plan.strike_times[1:])]
+    flown = {part.name: part for part in flying_like_clips(runs, sources, terrain=terrain, casting=casting)}
+    return [flown.get(part.name, part) for part in planned]

@@ -18,7 +18,7 @@ from usdfoot.model.limits import BODILY, Limits, check_limit, check_range
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
-from usdfoot.pipeline.flying import flying_like_clips
+from usdfoot.pipeline.flying import runs_like_clips
 from usdfoot.pipeline.plan import PlanReport, save_plans
 from usdfoot.pipeline.plan_doubts import find_doubts
 from usdfoot.planning.world import Obstacle
@@ -157,7 +157,8 @@ def save_goal_plans(
         for agent in walkers
     ]
     if not timed:
-        planned = _flown(found, planned, [agent.source for agent in walkers])
+        casting = Casting.to_look(found.stage, found.prims, found.info.units)
+        planned = runs_like_clips(planned, [agent.source for agent in walkers], terrain=found.terrain, casting=casting)
     bodies = [agent.seeker.body for agent in walkers]
     doubts = find_doubts(
         planned,
@@ -169,16 +170,6 @@ def save_goal_plans(
     )
     file = save_plans(planned, output, found.info, made_by=made_by)
     return PlanReport(file=file, plans={part.name: part.plan for part in planned}, problems=(*everything, *doubts))
-
-
-def _flown(found: GoalScene, planned: Sequence[PlannedAgent], sources: Sequence[AgentSource]) -> list[PlannedAgent]:
-    """The plans, those of runs with the liftoffs that their agents' clips give."""
-    runs = [part for part in planned if np.any(part.plan.liftoff_times[:-1] < part.plan.strike_times[1:])]
-    if not runs:
-        return list(planned)
-    casting = Casting.to_look(found.stage, found.prims, found.info.units)
-    flown = {part.name: part for part in flying_like_clips(runs, sources, terrain=found.terrain, casting=casting)}
-    return [flown.get(part.name, part) for part in planned]
 
 
 def on_ground(ground: Ground, point: FloatArray) -> FloatArray:

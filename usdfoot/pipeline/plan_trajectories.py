@@ -6,8 +6,10 @@ import os
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 
+from usdfoot.batch.analysed import build_once
 from usdfoot.bridge.names import unique_name
 from usdfoot.bridge.scene import StageInfo
 from usdfoot.bridge.units import StageUnits
@@ -17,11 +19,14 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits, check_range
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain, no_terrain
+from usdfoot.pipeline.flying import runs_like_clips
 from usdfoot.pipeline.plan import PlanReport, save_plans
 from usdfoot.pipeline.plan_doubts import find_doubts
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.trajectories import TrajectoryOptions, plan_trajectories
 from usdfoot.planning.world import Obstacle
+from usdfoot.readers.casting import Casting
+from usdfoot.readers.habits import HabitsReader
 from usdfoot.readers.listing import ListedScene, list_scene
 from usdfoot.readers.movers import Mover, read_movers
 from usdfoot.readers.moving_obstacles import MovingObstacles
@@ -70,6 +75,8 @@ class _Surroundings:
     """That stay where they are."""
     moving: Callable[[float], Sequence[Obstacle]] | None = None
     """Others at a time [s]; None = there are none."""
+    fly: Callable[[Sequence[PlannedAgent]], list[PlannedAgent]] = list
+    """Gives those who run the flights of their clips."""
 
 
 def plan_scene_trajectories(
@@ -85,7 +92,8 @@ def plan_scene_trajectories(
     """Plan footsteps for everyone who moves on a stage and write them as a layer.
 
     These are the agents with usdfoot:agent:trajectory; without any, all animated Points and PointInstancers with ids;
-    without any, all animated Xforms and SkelRoots.
+    without any, all animated Xforms and SkelRoots. Agents whose clips show the same habits step as these do, and those
+    who run fly as long.
 
     Args:
         scene: The USD scene; never changed.
@@ -112,7 +120,8 @@ def plan_scene_trajectories(
         raise SceneError(
             info.identifier, "no trajectory can be planned" if reasons else "nothing moves", remedy, reasons
         )
-    return _planned(movers, replace(around, problems=problems), output, options or TrajectoryOptions(), progress)
+    around = replace(_like_clips(around, listed), problems=problems)
+    return _planned(movers, around, output, options or TrajectoryOptions(), progress)
 
 
 def plan_track_file(
@@ -172,6 +181,7 @@ def _planned(
         PlannedAgent(name=mover.name, plan=plan, size=around.body.foot_length, agent=mover.agent)
         for mover, plan in zip(movers, plans, strict=True)
     ]
+    planned = around.fly(planned)
     doubts = find_doubts(
         planned,
         around.terrain,
@@ -183,6 +193,18 @@ def _planned(
     made_by = {"planner": "trajectories", "options": asdict(options)}
     file = save_plans(planned, output, around.info, made_by=made_by)
     return PlanReport(file=file, plans={part.name: part.plan for part in planned}, problems=(*around.problems, *doubts))
+
+
+def _like_clips(around: _Surroundings, listed: ListedScene) -> _Surroundings:
+    """The stage whose agents step and fly as in their clips; as people where these show different habits."""
+    foreign = [source.plan for source in listed.everyone]
+    casting = Casting.to_look(listed.stage, listed.prims, listed.info.units, foreign=foreign)
+    followers = [source for source in listed.chosen if source.trajectory is not None]
+    reader = HabitsReader(build=build_once)
+    habits = {reader.read(casting, source) for source in followers}
+    body = replace(around.body, habits=habits.pop()) if len(habits) == 1 else around.body
+    fly = partial(runs_like_clips, sources=followers, terrain=around.terrain, casting=casting)
+    return replace(around, body=body, fly=fly)
 
 
 def _surroundings_of(listed: ListedScene, limits: Limits) -> _Surroundings:

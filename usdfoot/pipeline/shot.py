@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from usdfoot.batch.executors import open_scene_early
-from usdfoot.batch.records import ChunkRecord, parse_record
+from usdfoot.batch.records import ChunkRecord, kept_record, parse_record
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.provenance import CallRecord
 from usdfoot.pipeline.unchanged import EarlierCrowd
@@ -176,5 +176,4 @@ def _kept_record(task: ChunkTask, folder: Path, earlier: EarlierCrowd) -> ChunkR
     known = earlier.records.get(task.files.anims)
     if known and is_intact(folder, task.files, earlier.intact or ()):  # its files say the same
         return known if known.content_hash == task.content_hash else None
-    text = read_record(folder, task.files, task.content_hash, intact=earlier.intact)
-    return None if text is None else parse_record(text)
+    return kept_record(read_record(folder, task.files, task.content_hash, intact=earlier.intact))

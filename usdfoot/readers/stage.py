@@ -25,6 +25,7 @@ from usdfoot.model.report import Problem
 __all__ = [
     "StagePrims",
     "authored",
+    "authored_in",
     "authored_or_primvar",
     "authored_values",
     "collect_prims",
@@ -156,8 +157,7 @@ def identifier_of(layer: Sdf.Layer) -> str:
 
 def has_marked(stage: Usd.Stage, *, more_than: int) -> bool:
     """Whether so many prims are marked with schemas of usdfoot, found without looking at the others."""
-    prims = (prim for prim in stage.Traverse() if prim.HasAuthoredMetadata("apiSchemas"))
-    marked = (prim for prim in prims if any(name.startswith(_OURS) for name in applied_apis(prim)))
+    marked = (prim for prim in stage.Traverse() if any(name.startswith(_OURS) for name in applied_apis(prim)))
     return next(islice(marked, more_than, None), None) is not None
 
 
@@ -181,10 +181,14 @@ def authored(prim: Usd.Prim, name: str) -> Any:
     Raises:
         SceneError: If the attribute is of a type that cannot stand for the schema's, as text cannot for a number.
     """
-    attribute = Usd.AttributeQuery(prim, name)  # resolves it once
-    if not attribute.HasAuthoredValue():  # as one that is not there
+    return authored_in(Usd.AttributeQuery(prim, name), prim, name)  # resolves it once
+
+
+def authored_in(query: Usd.AttributeQuery, prim: Usd.Prim, name: str) -> Any:
+    """As `authored` by a query of the prim's attribute of this name, which may not be there."""
+    if not query.HasAuthoredValue():
         return None
-    value = attribute.Get(_EARLIEST)
+    value = query.Get(_EARLIEST)
     return value if declared_kind(name) in (None, type(value)) else _of_type(name, prim.GetAttribute(name), value)
 
 
@@ -279,10 +283,9 @@ def collect_prims(stage: Usd.Stage, *, most: int = DEFAULT_LIMITS.prims) -> Stag
     kinds: dict[str, str] = {}
     prototypes: list[Sdf.Path] = []
     for prim in walk_stage(stage, most=most):
-        if prim.HasAuthoredMetadata("apiSchemas"):
-            for name in applied_apis(prim):
-                if name.startswith(_OURS):
-                    with_apis.setdefault(name, []).append(prim)
+        for name in applied_apis(prim):
+            if name.startswith(_OURS):
+                with_apis.setdefault(name, []).append(prim)
         type_name = prim.GetTypeName()
         kind = kinds.get(type_name)
         if kind is None:
