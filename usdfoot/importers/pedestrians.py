@@ -71,8 +71,8 @@ def import_pedestrians(
     parts = np.split(np.arange(len(order)), splits)
     found, problems = [], repeated
     for jump in np.flatnonzero(jumps):
-        where, person = f"{path}:{lines[jump + 1]}", table.name_of(people[jump])
-        message = f"{where}: person {person} jumps here, faster than {FASTEST:g} m/s; the track was cut in two"
+        where, who = f"{path}:{lines[jump + 1]}", table.name_of(people[jump])
+        message = f"{where}: person {who} jumps here, faster than {FASTEST:g} m/s; the track was cut in two"
         problems.append(Problem(severity="warning", where=str(path), message=message))
     seen: dict[float, int] = {}
     for part in parts:
