@@ -225,6 +225,17 @@ def test_long_steps_jumps_and_hops_are_dropped_with_a_reason() -> None:
     assert "lands 0.62 m away, " in problems[0].message and " times the legs' length, " in problems[0].message
 
 
+def test_what_the_body_flies_is_no_reach_of_its_legs() -> None:
+    """A cartoon's run: steps of three legs, of which the body flies more than half."""
+    walker = build_walker(Gait(step_time=0.4, step_length=2.6, duty=0.2), rate=60.0)
+    examples, problems = build_examples(walker.library, mirror=False)
+    assert len(examples) == 6 and len(problems) == 1  # the first step's foot comes from nowhere
+    assert np.linalg.norm(examples.landings, axis=1).min() > 2.5
+    examples, problems = build_examples(walker.library, mirror=False, limits=StepLimits(rise=0.01))
+    assert len(examples) == 0  # nobody flies so long without rising: contacts were not found
+    assert "lands 2.60 m away, 3.2 times the legs' length, 2.2 at most" in problems[1].message
+
+
 def test_clip_that_asks_for_no_mirror_image_gets_none() -> None:
     walker = build_walker()
     examples, _ = build_examples(with_clip(walker, mirror=False))

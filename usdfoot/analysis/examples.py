@@ -13,6 +13,7 @@ from usdfoot.analysis.contact_options import ContactOptions
 from usdfoot.analysis.mirror import mirror_map
 from usdfoot.analysis.step_table import ROLES, StepTable, tabulate
 from usdfoot.analysis.steps import StepLimits, cut_steps
+from usdfoot.analysis.timing import EARTH_GRAVITY
 from usdfoot.analysis.world import WorldClip, world_clips
 from usdfoot.errors import ClipError
 from usdfoot.maths import planar, quaternion
@@ -107,11 +108,13 @@ def _examples_of(
     slides = stands["support"].slides
     leg = motion.library.biped.maximal_leg_length
     distances = np.linalg.norm((places["landing"] - places["support"])[:, [0, 2]], axis=1)
-    too_far, sliding = distances > limits.reach * leg, slides > limits.slide * leg / 0.8
+    spanned = distances * (1.0 - _flown_shares(table, leg=leg, rise=limits.rise))
+    too_far, sliding = spanned > limits.reach * leg, slides > limits.slide * leg / 0.8
     reasons = {i: f"the support foot slides {100.0 * slides[i]:.1f} cm" for i in np.flatnonzero(sliding)}
-    most = f"times the legs' length, {limits.reach:g} at most are steps"
+    flown = np.where(spanned < distances, " without its flight", "")
     reasons |= {
-        i: f"it lands {distances[i]:.2f} m away, {distances[i] / leg:.1f} {most}"
+        i: f"it lands {distances[i]:.2f} m away, {spanned[i] / leg:.1f} times the legs' length{flown[i]}, "
+        f"{limits.reach:g} at most are steps"
         for i in np.flatnonzero(too_far & ~sliding)
     }
     dropped = [
@@ -119,6 +122,13 @@ def _examples_of(
     ]
     examples = _sampled(motion, table, places, yaws, samples)
     return _selected(examples, ~(too_far | sliding)), dropped
+
+
+def _flown_shares(table: StepTable, *, leg: float, rise: float) -> FloatArray:
+    """Part of each step that the body flies, shape (E,); none where it would rise by more than `rise` legs [m]."""
+    flights = np.maximum(table.ends - table.support_liftoffs, 0.0)
+    longest = 2.0 * np.sqrt(2.0 * rise * leg / EARTH_GRAVITY)
+    return np.where(flights <= longest, flights / (table.ends - table.starts), 0.0)
 
 
 def _stands_of(motion: CharacterMotion, table: StepTable) -> dict[str, Stands]:

@@ -27,7 +27,9 @@ class StepLimits:
     slide: float = 0.05
     """Largest drift of the support ball while planted, for a leg of 0.8 m [m]."""
     reach: float = 2.2
-    """Farthest landing, in leg lengths."""
+    """Farthest landing but for what the body flies, in leg lengths."""
+    rise: float = 0.5
+    """Highest a body flies, in leg lengths; a longer flight is a contact that was not found."""
     overlap: float = 0.5
     """Part of a step's duration that must lie in the clip's range: of about one stride, two steps are used."""
 

@@ -83,7 +83,7 @@ class _Walkers:
         if plan not in self.agents:
             return Proportions()
         library = self.libraries[self.agents[plan].library]
-        return proportions_of(library.skeleton, library.biped)
+        return proportions_of(library.skeleton, library.biped, library.bind_pose)
 
 
 def lint_scene(

@@ -20,7 +20,7 @@ from usdfoot.readers.libraries import read_libraries
 from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
 from usdfoot.retarget.clips import RetargetedClip, retarget_clips
 from usdfoot.retarget.gaps import find_gaps
-from usdfoot.retarget.rig import build_rig
+from usdfoot.retarget.rig import build_rig, legs_as_rigged
 from usdfoot.writers.retargeted import WrittenClip, write_retargeted
 
 __all__ = ["RetargetReport", "retarget"]
@@ -103,4 +103,6 @@ def _read_target(file: str | os.PathLike[str], path: str) -> tuple[Character, St
     prim = stage.GetPrimAtPath(path) if path else only_character(collect_prims(stage))
     if not prim:
         raise SceneError(info.identifier, f"has no prim {path}", "give the path of the character's SkelRoot")
-    return read_character(prim, info.units, np.array([info.start_code])), info
+    character = read_character(prim, info.units, np.array([info.start_code]))
+    legs = legs_as_rigged(character.skeleton, character.biped, character.bind_pose)
+    return replace(character, skeleton=legs), info

@@ -65,7 +65,7 @@ def _step_like_clips(
             prepared.spaces,
             [follower.trajectory for follower in followers],
             style=prepared.style,
-            body=proportions_of(prepared.source.skeleton, prepared.source.biped),
+            body=proportions_of(prepared.source.skeleton, prepared.source.biped, prepared.source.bind_pose),
             ground=Ground(crowd.terrain),
             options=options.follow,
         )
@@ -78,7 +78,7 @@ def _step_like_people(
 ) -> Sequence[Following | UsdfootError]:
     """What becomes of followers whose steps no clip shows: as long and quick as people's of their size."""
     source = crowd.libraries[followers[0].library]
-    body = proportions_of(source.skeleton, source.biped)
+    body = proportions_of(source.skeleton, source.biped, source.bind_pose)
     terrain = Ground(crowd.terrain)
     found: list[Following | UsdfootError] = []
     for follower in followers:

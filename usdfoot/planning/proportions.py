@@ -9,8 +9,9 @@ import numpy as np
 from usdfoot.analysis.hip_spacing import hip_width
 from usdfoot.analysis.timing import HUMAN_LEG, TimingRule
 from usdfoot.model.biped import Biped
-from usdfoot.model.skeleton import Skeleton, forward_kinematics
+from usdfoot.model.skeleton import Pose, Skeleton
 from usdfoot.planning.habits import PEOPLE, Habits
+from usdfoot.retarget.rig import standing_pose
 
 __all__ = ["Proportions", "proportions_of"]
 
@@ -69,9 +70,15 @@ class Proportions:
         return min(radius, max(0.5 * radius, self.heel))
 
 
-def proportions_of(skeleton: Skeleton, biped: Biped) -> Proportions:
-    """Proportions of a character, from its rest pose."""
-    positions, _ = forward_kinematics(skeleton.parents, skeleton.rest_translations, skeleton.rest_rotations)
+def proportions_of(skeleton: Skeleton, biped: Biped, bind: Pose | None = None) -> Proportions:
+    """Proportions of a character, from the pose in which it stands.
+
+    Args:
+        skeleton: With the rest pose.
+        biped: Its legs.
+        bind: The pose it was rigged in, if it has one.
+    """
+    positions = standing_pose(skeleton, biped, bind).places
     feet = positions[list(biped.balls)] - positions[list(biped.ankles)]
     level = float(np.hypot(feet[:, 0], feet[:, 2]).mean())
     return Proportions(

@@ -34,6 +34,7 @@ from usdfoot.readers.clips import missing_leg_joints, read_clip
 from usdfoot.readers.own_attributes import read_own
 from usdfoot.readers.stage import StagePrims, authored_or_primvar
 from usdfoot.readers.tuning import TUNINGS, read_tuning
+from usdfoot.retarget.rig import legs_as_rigged
 
 __all__ = ["Casting", "holds_skeleton", "skipped"]
 
@@ -165,7 +166,7 @@ class Casting:
             character = self.character_of(source)
         except UsdfootError:
             return Proportions()
-        return proportions_of(character.skeleton, character.biped)
+        return proportions_of(character.skeleton, character.biped, character.bind_pose)
 
     def library_of(self, source: AgentSource) -> ClipLibrary:
         """The clips of an agent on its character; none if it has no clips.
@@ -266,8 +267,9 @@ def skipped(source: AgentSource, error: UsdfootError) -> Problem:
 
 
 def _spaced(character: Character, spacing: float) -> Character:
-    """The character with its hips spaced."""
-    return replace(character, skeleton=space_hips(character.skeleton, character.biped, spacing))
+    """The character with legs as rigged and its hips spaced."""
+    skeleton = legs_as_rigged(character.skeleton, character.biped, character.bind_pose)
+    return replace(character, skeleton=space_hips(skeleton, character.biped, spacing))
 
 
 def _no_clips(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pxr import Sdf, Usd
@@ -17,6 +17,7 @@ from usdfoot.readers.characters import read_character
 from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.clips import ClipSource, read_clip
 from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
+from usdfoot.retarget.rig import legs_as_rigged
 
 __all__ = ["StageClips", "read_libraries"]
 
@@ -82,6 +83,8 @@ def _read_library(
     """Character and clips of one skeleton; those that cannot be used are added to the problems."""
     codes = np.array([stage.GetStartTimeCode()])
     character = read_character(character_prim_of(skeleton), info.units, codes)
+    legs = legs_as_rigged(character.skeleton, character.biped, character.bind_pose)
+    character = replace(character, skeleton=legs)
     clips: list[Clip] = []
     for source in sources:
         try:

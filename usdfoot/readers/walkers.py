@@ -30,6 +30,7 @@ from usdfoot.readers.habits import HabitsReader
 from usdfoot.readers.paths import find_paths, read_paths
 from usdfoot.readers.stage import StagePrims
 from usdfoot.readers.transform_codes import changes_place, changes_value
+from usdfoot.retarget.rig import legs_as_rigged
 
 __all__ = ["Walker", "only_proportions", "plan_walkers", "read_walkers"]
 
@@ -132,7 +133,7 @@ def read_walkers(
                 raise path
             character = casting.character_of(source)
             steps_like = finder.read(casting, source)
-            body = replace(proportions_of(character.skeleton, character.biped), habits=steps_like)
+            body = replace(proportions_of(character.skeleton, character.biped, character.bind_pose), habits=steps_like)
             slowed = finder.unhurried(path, casting, source, body=body)
             walkers.append(
                 Walker(
@@ -206,7 +207,8 @@ def only_proportions(prims: StagePrims, units: StageUnits, *, foreign: Sequence[
     except UsdfootError as error:
         _logger.info("those whom no character is given are planned as a person of 1.75 m: %s", error)
         return Proportions()
-    return proportions_of(character.skeleton, character.biped)
+    skeleton = legs_as_rigged(character.skeleton, character.biped, character.bind_pose)
+    return proportions_of(skeleton, character.biped, character.bind_pose)
 
 
 def _curves(

@@ -73,7 +73,7 @@ class Controller:
         self._library = library if isinstance(library, PreparedLibrary) else prepare_library(library, engine)
         self._ground = Ground(terrain or no_terrain())
         source, examples = self._library.source, self._library.examples
-        self._body = proportions_of(source.skeleton, source.biped)
+        self._body = proportions_of(source.skeleton, source.biped, source.bind_pose)
         self._gaits = build_gaits(
             examples, self._library.spaces, style=self._library.style, leg_length=self._body.leg_length
         )

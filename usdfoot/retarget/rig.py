@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.skeleton import Pose, Skeleton, forward_kinematics
 
-__all__ = ["Rig", "build_rig", "same_legs", "standing_pose"]
+__all__ = ["Rig", "build_rig", "legs_as_rigged", "same_legs", "standing_pose"]
 
 CLEARLY = 0.02
 """The bind pose is taken where it is more symmetric than the rest pose by this part of the leg."""
@@ -71,6 +71,22 @@ def standing_pose(skeleton: Skeleton, biped: Biped, bind: Pose | None) -> Pose:
         return pose
     own, bound = (_asymmetry(skeleton, biped, _facing(each, biped)) for each in (pose, bind))
     return bind if own - bound > CLEARLY * biped.maximal_leg_length else pose
+
+
+def legs_as_rigged(skeleton: Skeleton, biped: Biped, bind: Pose | None) -> Skeleton:
+    """The skeleton with the joints of its legs where they were rigged, if its rest pose is a frame of some animation.
+
+    Animators move joints as well as turn them: a hip that is lower than the other one in that frame would be so in
+    every pose. Arguments as of `build_rig`.
+    """
+    if bind is None or standing_pose(skeleton, biped, bind) is not bind:
+        return skeleton
+    legs = sorted({joint for ball in biped.balls for joint in skeleton.chain(biped.pelvis, ball)[1:]})
+    above = skeleton.parents[legs]
+    translations = skeleton.rest_translations.copy()
+    offsets = bind.places[legs] - bind.places[above]
+    translations[legs] = quaternion.rotate(quaternion.inverse(bind.turns[above]), offsets)
+    return replace(skeleton, rest_translations=translations)
 
 
 def _facing(pose: Pose, biped: Biped) -> Pose:

@@ -7,7 +7,7 @@ import logging
 import os
 import secrets
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -88,9 +88,10 @@ class StagedFiles:
         """Save a text file."""
         self.reserve(name).write_text(text, encoding="utf-8", newline="\n")
 
-    def add_bytes(self, name: str, content: bytes) -> None:
-        """Save a file of any kind."""
-        self.reserve(name).write_bytes(content)
+    def add_bytes(self, name: str, content: Iterable[bytes]) -> None:
+        """Save a file of any kind, of which there are several parts."""
+        with self.reserve(name).open("wb") as stream:
+            stream.writelines(content)
 
     def add_file(self, name: str, source: Path) -> None:
         """Copy a file."""
@@ -175,7 +176,7 @@ def staged_files(folder: Path) -> Iterator[StagedFiles]:
         folder: Made if it does not exist.
 
     Raises:
-        OutputError: If the folder cannot be made or written to.
+        OutputError: If the folder cannot be made or written to; OSError of files that are elsewhere.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -186,6 +187,8 @@ def staged_files(folder: Path) -> Iterator[StagedFiles]:
         yield files
         files.commit()
     except OSError as error:
+        if isinstance(error.filename, str) and not Path(error.filename).is_relative_to(folder):
+            raise
         remedy = "make room, or name another folder" if error.errno in _NO_ROOM else "name a folder you may write to"
         raise OutputError(folder, f"cannot be written to ({error.strerror})", remedy) from error
     finally:
