@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
-from usdfoot.planning.itineraries import SNUG
+from usdfoot.planning.gaps import without_gaps
 from usdfoot.planning.places import Party
 from usdfoot.planning.scenario import Seeker
 
@@ -27,8 +27,6 @@ AHEAD = 4.0
 """People are sent to corners of their ways that are at least so far away [m]."""
 SLIP = 0.06
 """Radius with which somebody slips back between wall and crowd [m]."""
-HAIR = 1e-3
-"""So near [m] to a straight line corners of a level are none."""
 PACE = 0.03
 """Changes of speed smaller than this part of it are left out."""
 
@@ -46,8 +44,8 @@ class Floors:
 
     def __init__(self, party: Party) -> None:
         self._area, self._seekers = party.area, party.seekers
-        self.rooms = tuple(_wide(level, party.narrowest) for level in party.area.levels)
-        """What of each level is wide enough, shape (L,)."""
+        self.rooms = tuple(without_gaps(level, party.narrowest) for level in party.area.levels)
+        """What of each level is wide enough: JuPedSim sends anybody through the smallest gap, shape (L,)."""
         self._floors = [_Floor(room) for room in self.rooms]
         self.levels: IntArray = party.starts.copy()
         """Level each is on, shape (N,)."""
@@ -159,15 +157,6 @@ class Floors:
         return True
 
 
-def _wide(level: shapely.Polygon, radius: float) -> shapely.Polygon:
-    """A level without what is narrower than a body: JuPedSim sends anybody through the smallest gap between cells."""
-    if radius <= 0.0:
-        return level
-    room = level.buffer(-SNUG * radius)
-    wide = room.buffer(SNUG * radius, join_style="mitre").intersection(level).simplify(HAIR)
-    return wide if wide.geom_type == "Polygon" else level
-
-
 class _Floor:
     """The simulation of one level."""
 
@@ -185,10 +174,15 @@ class _Floor:
     def aim(self, place: FloatArray, corners: FloatArray) -> FloatArray:
         """The first of the corners (C, 2) of the way from a place (2,) at least `AHEAD` away, or the last.
 
-        JuPedSim looks for the way of everybody in every time step; to a corner it is short.
+        JuPedSim looks for the way of everybody in every time step; to a corner it is short. Round corners it is sent no
+        farther than `AHEAD` beyond the last of them: it might know another way to what is farther.
         """
         far = np.flatnonzero(np.linalg.norm(corners - place, axis=1) >= AHEAD)
-        return corners[far[0]] if far.size else corners[-1]
+        if not far.size:
+            return corners[-1]
+        before, after = corners[max(int(far[0]) - 1, 0)], corners[far[0]]
+        length = float(np.linalg.norm(after - before))
+        return before + min(1.0, AHEAD / length) * (after - before) if far[0] > 1 else after
 
     def corners(self, place: FloatArray, target: FloatArray) -> FloatArray:
         """The way from a place to a target (2,), shape (C, 2)."""
