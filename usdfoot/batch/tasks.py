@@ -75,6 +75,8 @@ class EarlyTask:
     """How many agents a chunk is to have."""
     agents: tuple[str, ...] = ()
     """Of a chunk that there is; nobody = everybody will be asked for."""
+    gives_examples: bool = False
+    """Whether who asks wants back what is cut of the clips."""
 
 
 def cut_chunks(
