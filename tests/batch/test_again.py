@@ -202,6 +202,29 @@ def test_a_chunk_that_somebody_wrote_into_is_made_again(shot, is_only_change):
     assert assert_as_new(scene, folder) == int(is_only_change)
 
 
+@pytest.mark.parametrize(
+    "notes",
+    [
+        lambda said: "text",
+        lambda said: said | {"entries": "no JSON"},
+        lambda said: said | {"entries": "[]"},
+        lambda said: said | {"entries": '{"agents": 1}'},
+        lambda said: said | {"entries": 3.0},
+        lambda said: said | {"contentHash": "other", "agentHashes": "text"},
+        lambda said: said | {"contentHash": "other", "agentHashes": {"Agent_0": {"a": "b"}}},
+        lambda said: said | {"contentHash": "other", "entries": "no JSON"},
+    ],
+)
+def test_a_chunk_whose_notes_are_none_is_made_again(shot, notes):
+    scene, folder = shot
+    (folder / File.REPORT).unlink()  # which would tell that somebody wrote into it
+    path = folder / "anims.0000.usdc"
+    layer = Sdf.Layer.OpenAsAnonymous(str(path))
+    layer.customLayerData = {"usdfoot": notes(layer.customLayerData["usdfoot"])}
+    layer.Export(str(path))
+    assert_as_new(scene, folder)
+
+
 def test_a_chunk_put_back_with_its_old_time_is_made_again(shot):
     scene, folder = shot
     path, report = folder / "anims.0000.usdc", folder / File.REPORT

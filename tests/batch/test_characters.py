@@ -81,13 +81,16 @@ def test_a_collected_character_out_of_a_package_brings_its_textures(stages, tmp_
     assert found.resolvedPath.startswith(f"{folder}/characters/") and found.resolvedPath.endswith("[skin.png]")
 
 
-def test_devices_and_folders_are_no_textures_to_collect(stages, tmp_path):
-    """They would be copied for ever."""
+def test_devices_folders_and_files_of_no_kind_are_no_textures_to_collect(stages, tmp_path, caplog):
+    """The first would be copied for ever, the last are what a hostile scene would have somebody hand on."""
+    keys = [tmp_path / name for name in ("id_rsa", ".netrc")]
+    for key in keys:
+        key.write_text("secret")
     scene = write_crowd_scene(stages, tmp_path / "scene")
     stage = Usd.Stage.Open(str(scene))
     cast = stage.DefinePrim("/World/Cast")
     cast.GetReferences().AddReference(str(stages / "human.usdc"))
-    for number, path in enumerate(("/dev/zero", str(tmp_path))):
+    for number, path in enumerate(("/dev/zero", str(tmp_path), *map(str, keys))):
         cast.CreateAttribute(f"inputs:file{number}", Sdf.ValueTypeNames.Asset).Set(path)
     for number in range(AGENTS):
         agent = stage.GetPrimAtPath(f"/World/Crowd/Agent_{number}")
@@ -95,3 +98,4 @@ def test_devices_and_folders_are_no_textures_to_collect(stages, tmp_path):
     stage.Save()
     animate(scene, tmp_path / "out", collect=True)
     assert [path.name for path in (tmp_path / "out" / "characters").rglob("*") if path.is_file()] == ["Cast.usdc"]
+    assert f"{keys[0]}: is no file to collect" in caplog.text

@@ -15,6 +15,7 @@ from usdfoot.batch.job import job_template
 from usdfoot.cli.main import main
 from usdfoot.errors import OutputError, SceneError, UsdfootError
 from usdfoot.pipeline.animate import animate, animate_chunk
+from usdfoot.writers.folder_lock import lock_folder
 
 
 @contextmanager
@@ -128,3 +129,5 @@ def test_options_that_a_job_cannot_pass_on_are_refused(crowd_scene, tmp_path, ca
 def test_a_chunk_that_is_not_there_is_named(crowd_scene, tmp_path):
     with pytest.raises(SceneError, match=r"has no chunk 3\. give one of 0 to 2"):
         animate_chunk(crowd_scene, tmp_path, 3, chunk_size=1)
+    with pytest.raises(OutputError, match="another run is writing into it"), lock_folder(tmp_path):
+        animate_chunk(crowd_scene, tmp_path, 0, chunk_size=1)

@@ -71,6 +71,21 @@ def test_what_a_worker_analysed_early_is_not_analysed_for_its_chunks(scene, tmp_
     assert [workshop.make_chunk(task).kept_agents for task in tasks] == [0] * AGENTS
 
 
+def test_what_one_process_cut_of_the_clips_another_neither_cuts_nor_writes_otherwise(scene, tmp_path, monkeypatch):
+    tasks = [replace(task, keeps_examples=True) for task in tasks_of(scene, tmp_path / "out")]
+    early = replace(early_task(tasks[0]), gives_examples=True)
+    given = workshop.open_early(early)
+    assert len(given) == 1 and not (tmp_path / "out").exists() and not workshop.open_early(early_task(tasks[0]))
+    forget_examples()
+    monkeypatch.setattr(analysed, "build_examples", None)
+    own = workshop.Workshop(
+        SceneReader(scene, crowd=tmp_path / "out"), MotionOptions(), keep=tmp_path / "out", given=lambda: given
+    )
+    assert [own.make(task).kept_agents for task in tasks] == [0] * AGENTS
+    assert {name: (tmp_path / "out" / name).read_bytes() for name in given} == given
+    assert not workshop.open_early(early), "it is there already"
+
+
 def test_a_worker_that_cannot_open_a_scene_early_tells_it_with_the_chunk(scene, tmp_path):
     task = replace(tasks_of(scene, tmp_path / "out")[0], agents=("Nobody",))
     with pytest.raises(SceneError):

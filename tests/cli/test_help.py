@@ -80,3 +80,9 @@ def test_nothing_heavy_is_loaded_to_parse():
     code = "import sys, usdfoot.cli.main; print(*{name.split('.')[0] for name in sys.modules})"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert not {"numpy", "pxr", "rich", "scipy", "warp"} & set(ran.stdout.split())
+
+
+def test_neither_kernels_nor_scipy_are_loaded_to_find_that_nothing_is_to_be_made():
+    code = "import sys, usdfoot.pipeline.animate; print(*{name.split('.')[0] for name in sys.modules})"
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert not {"scipy", "warp"} & set(ran.stdout.split())

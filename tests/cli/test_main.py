@@ -92,6 +92,17 @@ def test_quiet_is_quiet(written, scene, capfd):
     assert capfd.readouterr().err == ""
 
 
+def test_scenes_stay_open_only_in_processes_of_its_own(scene, tmp_path, monkeypatch):
+    kept = []
+    monkeypatch.setattr("usdfoot.readers.stage.keep_open", kept.append)
+    arguments = ["animate", str(scene), "-o", str(tmp_path / "out"), "--quiet", "--frames", "0:9"]
+    assert main(arguments) == 0 and not kept
+    monkeypatch.setattr("usdfoot.cli.main.collect_seldom", lambda: None)
+    monkeypatch.setattr("usdfoot.cli.main.collect_no_more", lambda: None)
+    monkeypatch.setattr("sys.argv", ["usdfoot", *arguments])
+    assert main() == 0 and len(kept) == 1
+
+
 def test_workers_load_early_for_a_large_scene_of_which_nothing_is_made(scene, tmp_path, monkeypatch):
     early = []
     monkeypatch.setattr("usdfoot.batch.executors.load_early", early.append)

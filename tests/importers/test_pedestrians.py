@@ -98,6 +98,32 @@ def test_commas_beside_semicolons_are_decimal_ones(tmp_path):
     assert_allclose(found.positions, [[i + 0.25, 0.0, 2.5] for i in range(3)])
 
 
+@pytest.mark.parametrize("separator", ["\t", " ", " | "])
+def test_commas_within_what_blanks_part_are_decimal_ones(tmp_path, separator):
+    rows = [f"1{separator}{i}{separator}{i},25{separator}-2,5" for i in range(3)]
+    (tmp_path / "a.txt").write_text("\r\n".join([separator.join(["id", "frame", "x", "y"]), *rows]))
+    (found,), _ = import_pedestrians(tmp_path / "a.txt", unit="m", rate=1.0)
+    assert_allclose(found.positions, [[i + 0.25, 0.0, 2.5] for i in range(3)])
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "id,frame,kind,x,y,speed,",
+        "# id, frame, kind, x, y, speed",
+        "# id frame x y\nid;frame;kind;x;y;v",
+    ],
+)
+def test_people_may_be_words_and_columns_that_nobody_needs_empty_or_words(tmp_path, header):
+    kinds = ("on foot", "", "nan", "7")
+    rows = [f'"{who}",{i},{kinds[i]},{0.5 * i},{y},,' for i in range(4) for y, who in enumerate(("1_1", "Ada", "11"))]
+    (tmp_path / "a.csv").write_text("\n".join([header, *rows]), encoding="utf-8-sig")
+    found, _ = import_pedestrians(tmp_path / "a.csv", unit="m", rate=1.0)
+    assert [trajectory.name for trajectory in found] == ["a.csv 1_1", "a.csv Ada", "a.csv 11"]
+    for y, trajectory in enumerate(found):
+        assert_allclose(trajectory.positions, [[0.5 * i, 0.0, -y] for i in range(4)])
+
+
 def test_people_with_long_numbers_stay_apart(tmp_path):
     people = [9071300, 9071301, 12345678901, -7]
     lines = [f"{frame} {person} {0.1 * frame + k} 0" for k, person in enumerate(people) for frame in range(3)]
@@ -140,6 +166,10 @@ def test_ucys_splines(tmp_path):
         ("1 2 3 4\n2 2 3\n", {}, r"t\.txt:2: has 3 numbers"),
         ("1 2 3 4\n2 2 x 4\n", {}, r"t\.txt:2: 'x' is no number"),
         ("1 2 3 4\n2 2 nan 4\n", {}, r"t\.txt:2: .*not finite"),
+        ("id,frame,x,y\nA,1,2,3\nA,2,,3\n", {}, r"t\.txt:3: lacks a number\. add it"),
+        ("id,frame,x,y\nA,1,2,3\n,2,2,3\n", {}, r"t\.txt:3: names nobody"),
+        ("id,frame,x,y\nA,1,2,3\nA,2,2,3\nA,2,9,9", {}, r"t\.txt:4: person A is in frame 2 twice"),
+        ("1 2 3 4\n1 2 3 4e\n", {}, r"people too, unless a header names the columns"),
         ("# nothing\n", {}, "no line of numbers"),
         ("1 2 3\n", {}, r"t\.txt:1: has 3 numbers"),
         ("1 2 0 0\n2 2 1 0\n1 2 5 5\n", {"layout": "eth"}, r"t\.txt:3: person 2 is in frame 1 twice, first in line 1"),

@@ -10,7 +10,7 @@ from pxr import Sdf, Usd
 from tests.writers.pages import taken_apart
 from usdfoot.cli.main import main
 from usdfoot.errors import OutputError, SceneError
-from usdfoot.pipeline import page_agents
+from usdfoot.pipeline import shares
 from usdfoot.pipeline.page import write_page
 from usdfoot.pipeline.validate import validate
 from usdfoot.readers.written import read_agent, read_joint_tracks, read_written_crowd
@@ -101,7 +101,7 @@ def twins(stones, tmp_path_factory):
 def test_as_many_workers_as_there_are_make_the_same_page(twins, tmp_path, monkeypatch):
     alone = write_page(twins, tmp_path / "alone.html")
     assert sorted(alone.agents) == ["Twin", "Walker"]
-    monkeypatch.setattr(page_agents, "SHARE", 1)
+    monkeypatch.setattr(shares, "SHARE", 1)
     with ThreadPoolExecutor(2) as executor:
         shared = write_page(twins, tmp_path / "shared.html", executor=executor)
     assert shared.file.read_bytes() == alone.file.read_bytes()

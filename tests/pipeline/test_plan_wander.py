@@ -118,7 +118,7 @@ def test_lint_looks_at_animated_obstacles_as_each_foot_strikes(tmp_path, capsys)
     assert faults["nothing"] and all("the obstacle /World/Cart/Body" in message for message in faults["nothing"])
 
 
-@pytest.mark.parametrize("planner", ["path", "crowd", "trajectories"])
+@pytest.mark.parametrize("planner", ["path", "trajectories"])
 def test_planners_that_know_it_only_at_the_start_say_so_and_whose_feet_it_meets(tmp_path, planner):
     scene, layer = tmp_path / "park.usda", tmp_path / "plans.usda"
     stage = park(scene, parking, by="prim")
@@ -132,7 +132,7 @@ def test_planners_that_know_it_only_at_the_start_say_so_and_whose_feet_it_meets(
         curve.GetPrim().CreateAttribute(Path.START_TIME, Sdf.ValueTypeNames.TimeCode).Set(START * UNITS.rate)
         stage.Save()
         report = plan_scene_paths(scene, layer)
-    elif planner == "trajectories":
+    else:
         track = UsdGeom.Xform.Define(stage, "/World/Track")
         operation = track.AddTranslateOp()
         for time in (0.0, 8.0):
@@ -140,13 +140,22 @@ def test_planners_that_know_it_only_at_the_start_say_so_and_whose_feet_it_meets(
         person.CreateRelationship(Agent.TRAJECTORY, custom=False).SetTargets([track.GetPath()])
         stage.Save()
         report = plan_scene_trajectories(scene, layer, prims="/World/Track")
-    else:
-        pytest.importorskip("jupedsim")
-        report = plan_scene_crowd(scene, layer)
     warnings = [problem.message for problem in report.problems if problem.severity == "warning"]
     assert any("the obstacle /World/Cart/Body" in message for message in warnings)
     told = [message for message in warnings if message.startswith("/World/Cart/Body: is animated")]
     assert len(told) == (planner != "trajectories"), "which plans round nothing"
+
+
+@pytest.mark.parametrize("way", [crossing, parking, leaving])
+def test_a_crowd_waits_for_what_crosses_its_way_and_goes_round_what_stays(tmp_path, way):
+    pytest.importorskip("jupedsim")
+    scene = tmp_path / "park.usda"
+    park(scene, way, by="prim")
+    report = plan_scene_crowd(scene, tmp_path / "plans.usda")
+    (plan,) = report.plans.values()
+    assert [problem.message for problem in report.problems] == []
+    assert np.linalg.norm(plan.positions[-2:, [0, 2]].mean(axis=0) - [0.0, 10.0]) < 0.4
+    assert room(plan, way) > 0.2
 
 
 def test_an_animated_obstacle_that_is_broken_at_times_does_not_stop_anybody(tmp_path):

@@ -1,12 +1,14 @@
 """Validation sees what is wrong with a crowd, and by how much."""
 
 import shutil
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, Vt
 
 from usdfoot.errors import SceneError
+from usdfoot.pipeline import shares
 from usdfoot.pipeline.animate import animate
 from usdfoot.pipeline.validate import validate
 
@@ -84,6 +86,29 @@ def test_a_drifting_agent_slides(crowd):
     drifting = figures(validate(crowd))
     assert drifting["slide"].value == pytest.approx(1.0, abs=0.02)
     assert drifting["joint jerk / clips"].passed
+
+
+def test_as_many_workers_as_there_are_measure_the_same(crowd, monkeypatch):
+    stage = Usd.Stage.Open(str(crowd))
+    layer = Sdf.Layer.FindOrOpen(str(crowd.parent / "overrides.usda"))
+    stage.SetEditTarget(layer)
+    walker = stage.GetPrimAtPath("/Crowd/Agents/Walker")
+    for name in ("Lost", "Twin"):
+        other = stage.DefinePrim(f"/Crowd/Agents/{name}")
+        other.GetReferences().AddInternalReference(walker.GetPath())
+        relationship = other.CreateRelationship("usdfoot:agent:plan", custom=False)
+        relationship.SetTargets(walker.GetRelationship("usdfoot:agent:plan").GetTargets() if name == "Twin" else [])
+        source = other.CreateRelationship("skel:animationSource", custom=False)
+        source.SetTargets(walker.GetRelationship("skel:animationSource").GetTargets())
+    layer.Save()
+    alone, done = validate(crowd), []
+    monkeypatch.setattr(shares, "SHARE", 1)
+    with ThreadPoolExecutor(2) as executor:
+        shared = validate(crowd, executor=executor, progress=lambda *told: done.append(told))
+    assert shared.to_json() == alone.to_json()
+    assert sorted(agent.name for agent in shared.agents) == ["Twin", "Walker"]
+    assert [problem.where for problem in shared.problems if problem.severity == "error"] == ["/Crowd/Agents/Lost"]
+    assert done == [("measure", number, 3) for number in range(3)]
 
 
 def test_deleting_the_footsteps_leaves_the_agents(crowd):

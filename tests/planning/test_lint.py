@@ -72,6 +72,15 @@ def test_a_footstep_elsewhere_is_found(offset, kind):
     assert {footstep for footstep, _ in found} <= {4, 5}
 
 
+@pytest.mark.parametrize(("rise", "word"), [(0.6, "above"), (-0.6, "below")])
+def test_what_is_too_low_is_not_told_as_negatively_high(rise, word):
+    plan = moved(way(9), 4, (0.0, rise, 0.0))
+    told = [fault.message for fault in faults(plan) if (fault.footstep, fault.kind) == (4, "offGround")]
+    assert told == [f"is 0.60 m {word} the ground"]
+    told = [fault.message for fault in faults(plan) if (fault.footstep, fault.kind) == (4, "unreachable")]
+    assert told == [f"is 0.60 m {word} the footstep before it"]
+
+
 @pytest.mark.parametrize(("step_time", "kinds"), [(0.26, []), (0.175, ["hurried"] * 8)])
 def test_walking_steps_quicker_than_gravity_allows_are_found(step_time, kinds):
     plan = way(9, length=0.7, step_time=step_time, duty=0.6)

@@ -14,6 +14,7 @@ from usdfoot.readers.stage import (
     collect_prims,
     composition_problems,
     has_marked,
+    keep_open,
     open_stage,
     read_stage_info,
 )
@@ -22,6 +23,17 @@ from usdfoot.readers.stage import (
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(SceneError, match=r"nowhere.usda: no such file. give a usd, usda, usdc or usdz file"):
         open_stage(tmp_path / "nowhere.usda")
+
+
+def test_a_stage_that_is_kept_open_outlives_who_opened_it(tmp_path):
+    scene = str(tmp_path / "scene.usda")
+    Sdf.Layer.CreateNew(scene).Save()
+    cache = UsdUtils.StageCache.Get()
+    try:
+        keep_open(open_stage(scene))
+        assert [stage.GetRootLayer().realPath for stage in cache.GetAllStages()] == [os.path.realpath(scene)]
+    finally:
+        cache.Clear()
 
 
 def test_of_a_crowd_s_folder_its_file_is_named(tmp_path):

@@ -173,6 +173,15 @@ def test_applied_apis_are_composed_over_layers_and_references():
     assert not schema.has_api(prim, "GoneAPI")
 
 
+def test_a_layer_that_adds_a_schema_keeps_those_of_weaker_layers():
+    weak, strong = Sdf.Layer.CreateAnonymous(".usda"), Sdf.Layer.CreateAnonymous(".usda")
+    weak.ImportFromString('#usda 1.0\ndef Xform "A" (prepend apiSchemas = ["UsdfootAgentAPI"]) {}\n')
+    strong.ImportFromString('#usda 1.0\nover "A" (add apiSchemas = ["OtherAPI"]) {}\n')
+    strong.subLayerPaths.append(weak.identifier)
+    stage = Usd.Stage.Open(strong)
+    assert schema.applied_apis(stage.GetPrimAtPath("/A")) == ("UsdfootAgentAPI", "OtherAPI")
+
+
 def test_a_prim_without_schemas_has_none():
     stage = Usd.Stage.CreateInMemory()
     assert schema.applied_apis(UsdGeom.Xform.Define(stage, "/A").GetPrim()) == ()

@@ -9,6 +9,11 @@ from usdfoot.errors import OutputError
 from usdfoot.writers.folder_lock import lock_folder
 
 
+def assert_kept_out(folder, *, is_shared):
+    with pytest.raises(OutputError, match="another run is writing into it"), lock_folder(folder, is_shared=is_shared):
+        pass
+
+
 def test_a_second_run_is_kept_out_and_the_next_one_let_in(tmp_path):
     folder = tmp_path / "shots" / "one"
     with lock_folder(folder), lock_folder(tmp_path / "two"):
@@ -18,6 +23,13 @@ def test_a_second_run_is_kept_out_and_the_next_one_let_in(tmp_path):
     with lock_folder(folder):
         assert folder.exists()
     assert [path.name for path in tmp_path.rglob("*")] == ["shots", "one", "crowd.usd"]
+
+
+def test_tasks_share_the_folder_and_keep_runs_out(tmp_path):
+    with lock_folder(tmp_path, is_shared=True), lock_folder(tmp_path, is_shared=True):
+        assert_kept_out(tmp_path, is_shared=False)
+    with lock_folder(tmp_path):
+        assert_kept_out(tmp_path, is_shared=True)
 
 
 def test_who_was_killed_keeps_nobody_out(tmp_path):

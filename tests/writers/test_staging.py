@@ -25,6 +25,14 @@ def test_a_failure_while_writing_leaves_nothing_behind(tmp_path):
     assert not list((tmp_path / "out").iterdir())
 
 
+def test_a_file_elsewhere_that_cannot_be_read_meanwhile_is_not_told_as_the_folder_s(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"gone\.usd"), staged_files(tmp_path / "out") as files:
+        files.add_file("a.usd", tmp_path / "gone.usd")
+    with pytest.raises(OutputError, match="out: cannot be written to"), staged_files(tmp_path / "out"):
+        (tmp_path / "out" / "gone.usd").read_bytes()
+    assert not list((tmp_path / "out").iterdir())
+
+
 def test_a_failure_while_writing_a_crowd_again_leaves_the_old_one(tmp_path, monkeypatch):
     crowd, _, _ = write(tmp_path)
     before = contents(crowd.parent)

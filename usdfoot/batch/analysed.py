@@ -10,11 +10,11 @@ import io
 import json
 import logging
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 from zipfile import BadZipFile
 
 import numpy as np
@@ -59,29 +59,43 @@ class KeptExamples:
 
     Args:
         folder: Of the crowd.
+        given: What other processes' `cut` gave back, by now.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, *, given: Callable[[], Mapping[str, bytes]] = dict) -> None:
         self._folder = folder
+        self._given = given
+
+    def cut(self, library: ClipLibrary, *, samples: int) -> dict[str, bytes]:
+        """The file that `build` would write for a library, by name; nothing if it is there. It is not written."""
+        name = _name_of(library, samples)
+        if self._read(name, library, samples) is not None:
+            return {}
+        return {name: _bytes_of(*build_once(library, samples=samples))}
 
     def find(self, library: ClipLibrary, *, samples: int) -> tuple[Examples, list[Problem]]:
         """What `build_examples` makes of a library, read if it is there; nothing is written."""
-        kept = _read(self._folder / _name_of(library, samples), joints=len(library.skeleton.joints), samples=samples)
+        kept = self._read(_name_of(library, samples), library, samples)
         return build_once(library, samples=samples) if kept is None else kept
 
     def build(self, library: ClipLibrary, *, samples: int) -> tuple[Examples, list[Problem]]:
         """What `build_examples` makes of a library, read if it is there, else kept for the next time if it can be."""
         name = _name_of(library, samples)
-        kept = _read(self._folder / name, joints=len(library.skeleton.joints), samples=samples)
+        kept = self._read(name, library, samples)
         if kept is not None:
             return kept
-        examples, problems = build_once(library, samples=samples)
+        given = self._given().get(name)
+        cut = _read(io.BytesIO(given), library, samples) if given else None
+        examples, problems = cut or build_once(library, samples=samples)
         try:
             with staged_files(self._folder) as files:
-                files.add_bytes(name, _bytes_of(examples, problems))
+                files.add_bytes(name, given if given and cut else _bytes_of(examples, problems))
         except OutputError as error:  # the crowd itself may have room
             _logger.warning("the clips' analysis is not kept: %s", error)
         return examples, problems
+
+    def _read(self, name: str, library: ClipLibrary, samples: int) -> tuple[Examples, list[Problem]] | None:
+        return _read(self._folder / name, library, samples)
 
 
 def build_once(library: ClipLibrary, *, samples: int) -> tuple[Examples, list[Problem]]:
@@ -139,16 +153,16 @@ def _bytes_of(examples: Examples, problems: Sequence[Problem]) -> bytes:
     return stream.getvalue()
 
 
-def _read(path: Path, *, joints: int, samples: int) -> tuple[Examples, list[Problem]] | None:
-    """What `_bytes_of` made; None if it is not there, or not whole."""
+def _read(file: Path | BinaryIO, library: ClipLibrary, samples: int) -> tuple[Examples, list[Problem]] | None:
+    """What `_bytes_of` made of a library's; None if it is not there, or not whole."""
     try:
-        with np.load(path, allow_pickle=False) as found:
+        with np.load(file, allow_pickle=False) as found:
             arrays = dict(found)
         text = json.loads(str(arrays.pop(_TEXT)))
         words: dict[str, Any] = {name: tuple(value) for name, value in text["words"].items()}
         examples = Examples(**arrays, **words)
         count = len(examples.styles)
-        fits = examples.rotations.shape == (count, samples, joints, 4)
+        fits = examples.rotations.shape == (count, samples, len(library.skeleton.joints), 4)
         fits = fits and all(array.shape[:1] == (count,) for array in arrays.values())
         return (examples, [Problem(**problem) for problem in text["problems"]]) if fits else None
     except (OSError, *_DAMAGED):

@@ -6,7 +6,6 @@ import struct
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from usdfoot.batch.tasks import ChunkTask
 from usdfoot.bridge.tokens import PROVENANCE, ChunkFiles, Record, chunk_folder
@@ -30,8 +29,7 @@ def find_agents(
     found: dict[tuple[str, str], ChunkFiles] = {}
     for files in list_chunks(folder, intact=intact):
         if folder / files.anims not in settled:
-            hashes = _notes(folder / files.anims).get(Record.AGENT_HASHES, {})
-            found.update(dict.fromkeys(hashes.items(), files))
+            found.update(dict.fromkeys(_agent_hashes(folder / files.anims).items(), files))
     return found
 
 
@@ -40,10 +38,10 @@ def with_earlier(task: ChunkTask, made: Mapping[tuple[str, str], ChunkFiles]) ->
     return replace(task, earlier=tuple(made.get(key) for key in zip(task.agents, task.hashes, strict=True)))
 
 
-def _notes(file: Path) -> Mapping[str, Any]:
-    """What a layer says of its making; nothing if something else wrote it. USD takes many times as long to open it."""
+def _agent_hashes(file: Path) -> Mapping[str, str]:
+    """What a layer's agents were made from; nothing if something else wrote it. USD opens it many times slower."""
     try:
-        said: Mapping[str, Any] = read_data(file).get(PROVENANCE, {})
-    except (OSError, ValueError, LookupError, struct.error):
+        hashes = read_data(file)[PROVENANCE][Record.AGENT_HASHES]
+    except (OSError, TypeError, ValueError, LookupError, struct.error):
         return {}
-    return said
+    return {name: said for name, said in hashes.items() if isinstance(said, str)} if isinstance(hashes, dict) else {}

@@ -7,9 +7,10 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, InvalidStateError, ProcessPoolExecutor
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from functools import partial
 from multiprocessing.connection import Connection, wait
 from typing import TYPE_CHECKING, Any
@@ -20,9 +21,12 @@ from usdfoot.errors import UsdfootError
 if TYPE_CHECKING:
     from usdfoot.batch.tasks import EarlyTask
 
-__all__ = ["load_early", "open_executor", "open_scene_early"]
+__all__ = ["Starting", "examples_of", "load_early", "open_executor", "open_scene_early"]
 
 _logger = logging.getLogger(__name__)
+
+Starting = Future[dict[str, bytes]]
+"""Of a worker that gets ready: done with files of what it cut of the clips, by name."""
 
 SCHEDULER_TIMEOUT = 30.0
 """How long a scheduler may take to answer [s]."""
@@ -193,7 +197,7 @@ def _load() -> None:
     start_warp()
 
 
-def open_scene_early(executor: Executor, task: EarlyTask) -> list[Future[None]]:
+def open_scene_early(executor: Executor, task: EarlyTask) -> list[Starting]:
     """Has all workers of this machine open a scene; who cannot says so when it is asked for a chunk.
 
     Args:
@@ -201,20 +205,27 @@ def open_scene_early(executor: Executor, task: EarlyTask) -> list[Future[None]]:
         task: What to open.
 
     Returns:
-        One a worker, done when it is ready for its chunks.
+        One a worker, done when it is ready for its chunks; the first has what it cut of the clips.
     """
     workers = getattr(executor, "workers", _cores())
-    starting: list[Future[None]] = []
+    starting: list[Starting] = []
     with suppress(BrokenExecutor):  # others have vanished before all are asked
-        starting.extend(executor.submit(_open_early, task) for _ in range(workers))
+        wanted = (number == 0 for number in range(workers))
+        starting.extend(executor.submit(_open_early, replace(task, gives_examples=is_first)) for is_first in wanted)
     return starting
 
 
-def _open_early(task: EarlyTask) -> None:
+def examples_of(starting: Iterable[Starting]) -> dict[str, bytes]:
+    """What workers that are ready cut of the clips."""
+    ready = [worker for worker in starting if worker.done() and not (worker.cancelled() or worker.exception())]
+    return {name: content for worker in ready for name, content in worker.result().items()}
+
+
+def _open_early(task: EarlyTask) -> dict[str, bytes]:
     """As `workshop.open_early`, all of which is loaded by the worker and not by who asks it to."""
     from usdfoot.batch.workshop import open_early
 
-    open_early(task)
+    return open_early(task)
 
 
 def _cores() -> int:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from usdfoot.batch.entries import AgentEntry
-from usdfoot.batch.records import parse_record
+from usdfoot.batch.records import kept_record
 from usdfoot.batch.tasks import ChunkTask
 from usdfoot.model.report import Problem
 from usdfoot.writers.chunks import ChunkPrims, read_chunk
@@ -36,10 +36,13 @@ def keep_agents(task: ChunkTask) -> KeptAgents:
         return KeptAgents()
     try:
         prims, notes = read_chunk(Path(task.folder), places[0][0])
-    except (OSError, ValueError, LookupError, struct.error):  # somebody wrote it with another program
+    except (OSError, TypeError, ValueError, LookupError, struct.error):  # somebody wrote it with another program
         return KeptAgents()
-    record = parse_record(notes.record)
-    names = {name for name, _ in notes.agent_hashes.items() & set(zip(task.agents, task.hashes, strict=True))}
+    record = kept_record(notes.record)
+    if record is None:
+        return KeptAgents()
+    asked = zip(task.agents, task.hashes, strict=True)
+    names = {name for name, content_hash in asked if notes.agent_hashes.get(name) == content_hash}
     entries = {entry.name: entry for entry in record.agents if entry.name in names}
     where = {entry.prim for entry in entries.values()}
     problems = tuple(problem for problem in record.problems if problem.where in where)

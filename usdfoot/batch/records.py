@@ -17,6 +17,7 @@ from usdfoot.model.totals import StepTotals, add_totals
 __all__ = [
     "NOBODY",
     "ChunkRecord",
+    "kept_record",
     "parse_record",
     "problem_json",
     "problem_of",
@@ -100,6 +101,14 @@ def parse_record(text: str, *, kept_agents: int | None = None) -> ChunkRecord:
     """
     head, *lines = text.split("\n")
     return _record(JsonText(head), json.loads(head), lines, kept_agents=kept_agents)
+
+
+def kept_record(text: str | None) -> ChunkRecord | None:
+    """The record of a chunk that an earlier run made; None where there is none, or somebody wrote into it."""
+    try:
+        return None if text is None else parse_record(text)
+    except (AttributeError, LookupError, TypeError, ValueError):
+        return None
 
 
 def read_records(heads: Sequence[Mapping[str, Any]], lines: Sequence[str]) -> list[ChunkRecord]:

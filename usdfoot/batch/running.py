@@ -30,7 +30,7 @@ def run_chunks(
     make: Callable[[ChunkTask], MadeChunk],
     *,
     executor: Executor | None = None,
-    starting: Sequence[Future[None]] | None = None,
+    starting: Sequence[Future[Any]] | None = None,
 ) -> Iterator[tuple[int, MadeChunk]]:
     """Index of every chunk and what became of it, as they are done.
 
@@ -90,7 +90,7 @@ def _asked(executor: Executor, task: ChunkTask) -> Future[MadeChunk]:
 def _shared(
     tasks: Sequence[ChunkTask],
     executor: Executor,
-    starting: Sequence[Future[None]],
+    starting: Sequence[Future[Any]],
     make: Callable[[ChunkTask], MadeChunk],
 ) -> Iterator[Outcome]:
     """Outcomes of chunks of which workers and this process take one at a time; here they are made when asked for.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -55,12 +55,21 @@ class Workshop:
         reader: Of the scene.
         options: Of the sources of motion.
         keep: Folder of a crowd that keeps its clips' analysis.
+        given: What `open_early` gave back in other processes, by now.
     """
 
-    def __init__(self, reader: SceneReader, options: MotionOptions, *, keep: Path | None = None) -> None:
+    def __init__(
+        self,
+        reader: SceneReader,
+        options: MotionOptions,
+        *,
+        keep: Path | None = None,
+        given: Callable[[], Mapping[str, bytes]] = dict,
+    ) -> None:
         self._reader = reader
         self._options = options
-        self._libraries = PreparedLibraries(options, build=KeptExamples(keep).build if keep else build_once)
+        build = KeptExamples(keep, given=given).build if keep else build_once
+        self._libraries = PreparedLibraries(options, build=build)
         self._bodies: PreparedBodies | None = None
         self._sources = SourceFigures()
 
@@ -187,10 +196,13 @@ def _workshop(
     return Workshop(reader, options, keep=Path(folder) if keeps else None)
 
 
-def open_early(task: EarlyTask) -> None:
+def open_early(task: EarlyTask) -> dict[str, bytes]:
     """Opens a scene in a process that is going to make chunks of it, and reads and analyses what these will need.
 
     Nothing is written. If the scene's files are the same when chunks are asked for, none of this need be done again.
+
+    Returns:
+        Files of the clips' analysis that the crowd's folder lacks, by name, if the task asks for them.
 
     Raises:
         UsdfootError: If it cannot be done, which chunks will tell too.
@@ -200,10 +212,13 @@ def open_early(task: EarlyTask) -> None:
         reader = _reader(task.scene, task.inputs, task.options, task.limits, task.folder)
         names = task.agents or reader.names
         crowd = reader.read(names=names[:1]).crowd
-        for library in {agent.library for agent in crowd.everyone if agent.motion != Source.PHYSICS}:
-            KeptExamples(Path(task.folder)).find(crowd.libraries[library], samples=task.options.samples)
+        libraries = {agent.library for agent in crowd.everyone if agent.motion != Source.PHYSICS}
+        kept, cut = KeptExamples(Path(task.folder)), {}
+        for library in libraries:
+            cut.update(kept.cut(crowd.libraries[library], samples=task.options.samples))
         starts = range(0, len(names), 2 * task.chunk_size)  # chunks between these are the other process's
         reader.read_walks([name for start in starts for name in names[start : start + task.chunk_size]])
+    return cut if task.gives_examples else {}
 
 
 @lru_cache(maxsize=1)

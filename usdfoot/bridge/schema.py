@@ -41,10 +41,10 @@ def register_schemas() -> None:
 def applied_apis(prim: Usd.Prim) -> tuple[str, ...]:
     """Names of all API schemas authored on a prim, strongest first, composed over its layers and arcs.
 
-    `Usd.Prim.GetAppliedSchemas` hides the names that are not registered; this reads the metadata itself.
+    `Usd.Prim.GetAppliedSchemas` hides the names that are not registered. The metadata `apiSchemas` has them, but not
+    those that another layer adds to, and takes several times as long to ask.
     """
-    authored = prim.GetMetadata("apiSchemas")
-    return () if authored is None else tuple(authored.ApplyOperations([]))
+    return tuple(prim.GetPrimTypeInfo().GetAppliedAPISchemas())
 
 
 def has_api(prim: Usd.Prim, name: str) -> bool:

@@ -184,9 +184,14 @@ def run(arguments: argparse.Namespace) -> int:
         if _is_large_and_new(arguments):
             load_early(executor)
         from usdfoot.pipeline.animate import animate
+        from usdfoot.readers.stage import keep_open, open_stage
 
+        progress("read", 0, 0)
+        stage = open_stage(arguments.scene)
+        if arguments.is_own:
+            keep_open(stage)
         report = animate(
-            arguments.scene,
+            stage,
             arguments.output,
             agents=arguments.agents,
             frames=arguments.frames,

@@ -75,7 +75,7 @@ def _run(argv: Sequence[str] | None) -> int:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # names of agents in what a terminal cannot show
     try:
-        arguments = parser.parse_args(argv)
+        arguments = parser.parse_args(argv, argparse.Namespace(is_own=argv is None))
     except SystemExit as stop:
         return int(stop.code or 0)
     try:

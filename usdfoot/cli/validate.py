@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import json
 
-from usdfoot.cli.console import print_problems, results_console
+from usdfoot.cli.console import print_problems, results_console, shown_progress
+from usdfoot.cli.quantities import count
 from usdfoot.cli.tables import figure_table, target_table, unpromised_table
 
 __all__ = ["DESCRIPTION", "EPILOG", "HELP", "NAME", "add_arguments", "run"]
@@ -31,14 +32,22 @@ in Python:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the verb's arguments."""
     parser.add_argument("crowd", metavar="CROWD", help="crowd.usd written by usdfoot animate")
+    parser.add_argument(
+        "--workers", metavar="N", type=count, help="processes that measure many agents (default: a core each)"
+    )
     parser.add_argument("--json", action="store_true", help="print JSON instead of tables")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Validate; 0 = passed."""
+    from usdfoot.batch.executors import open_executor
     from usdfoot.pipeline.validate import validate
 
-    validation = validate(arguments.crowd)
+    with (
+        open_executor(workers=arguments.workers) as executor,
+        shown_progress(quiet=arguments.quiet) as progress,
+    ):
+        validation = validate(arguments.crowd, executor=executor, progress=progress)
     if arguments.json:
         print(json.dumps(validation.to_json(), indent=1, allow_nan=False))
     else:

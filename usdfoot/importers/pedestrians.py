@@ -71,16 +71,17 @@ def import_pedestrians(
     parts = np.split(np.arange(len(order)), splits)
     found, problems = [], repeated
     for jump in np.flatnonzero(jumps):
-        where, person = f"{path}:{lines[jump + 1]}", people[jump]
-        message = f"{where}: person {person:.15g} jumps here, faster than {FASTEST:g} m/s; the track was cut in two"
+        where, who = f"{path}:{lines[jump + 1]}", table.name_of(people[jump])
+        message = f"{where}: person {who} jumps here, faster than {FASTEST:g} m/s; the track was cut in two"
         problems.append(Problem(severity="warning", where=str(path), message=message))
     seen: dict[float, int] = {}
     for part in parts:
         person = float(people[part[0]])
         seen[person] = seen.get(person, 0) + 1
-        name = f"{path.name} {person:.15g}" + (f" {seen[person]}" if seen[person] > 1 else "")
+        called = table.name_of(person)
+        name = f"{path.name} {called}" + (f" {seen[person]}" if seen[person] > 1 else "")
         if len(part) < 2:
-            message = f"{path}:{lines[part[0]]}: person {person:.15g} is seen only once here and was left out"
+            message = f"{path}:{lines[part[0]]}: person {called} is seen only once here and was left out"
             problems.append(Problem(severity="warning", where=str(path), message=message))
             continue
         positions = np.insert(places[part], 1, 0.0, axis=1)
@@ -103,7 +104,7 @@ def _in_order(path: Path, table: TrackTable) -> tuple[IntArray, list[Problem]]:
     for row in np.flatnonzero(again & np.any(np.diff(places, axis=0) != 0.0, axis=1))[:1]:
         raise TrackError(
             f"{path}:{lines[row + 1]}",
-            f"person {people[row]:.15g} is in frame {frames[row]:.15g} twice, first in line {lines[row]}",
+            f"person {table.name_of(people[row])} is in frame {frames[row]:.15g} twice, first in line {lines[row]}",
             "keep one of the two",
         )
     if not again.any():

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from usdfoot.errors import TrackError
+from usdfoot.importers.track_lines import TrackLines, is_number, split_lines
 from usdfoot.maths.types import FloatArray, IntArray
 
 __all__ = ["LAYOUTS", "TrackTable", "read_track_table"]
@@ -24,14 +25,6 @@ LAYOUTS = {
     "vsp": (),
 }
 """Columns by layout; more at the end are ignored. vsp are UCY's splines, which tell their columns themselves."""
-WORDS = {
-    "id": ("id", "persid", "ped", "pedid", "pedestrian", "person", "agent", "agentid", "trackid", "track", "personid"),
-    "frame": ("frame", "fr", "frameid", "framenumber"),
-    "time": ("t", "time", "timestamp", "seconds"),
-    "x": ("x", "posx", "pos_x"),
-    "y": ("y", "posy", "pos_y"),
-}
-"""What columns are called in headers, in small letters without the unit."""
 CLEARLY = 3.0
 """One reading of unnamed columns is right if people move this much less from sample to sample than in the other."""
 RATE = re.compile(r"(?:framerate|frame rate|fps)\s*[:=]?\s*([0-9.]+)", re.IGNORECASE)
@@ -60,19 +53,12 @@ class TrackTable:
     """Frames, or units of time, a second as the file says, 0 if it does not."""
     has_times: bool = False
     """Whether it has times instead of frames."""
+    names: tuple[str, ...] = ()
+    """Of people, whose numbers are places in it; empty if the file has numbers itself."""
 
-
-@dataclass(frozen=True, kw_only=True)
-class _Lines:
-    """A file's lines that hold numbers."""
-
-    comments: str
-    names: tuple[str, ...]
-    """Of the columns, if a header tells them."""
-    numbers: IntArray
-    """Line numbers, shape (N,)."""
-    values: FloatArray
-    """Shape (N, C)."""
+    def name_of(self, person: float) -> str:
+        """What the file calls a person."""
+        return self.names[int(person)] if self.names else f"{person:.15g}"
 
 
 def read_track_table(path: Path, *, layout: str = "auto") -> TrackTable:
@@ -95,7 +81,7 @@ def read_track_table(path: Path, *, layout: str = "auto") -> TrackTable:
     rows = text.splitlines()
     if layout == "vsp" or (layout == "auto" and "number of splines" in text[:200].lower()):
         return _read_splines(path, rows)
-    lines = _numbers(path, rows)
+    lines = split_lines(path, rows)
     if layout == "auto" and lines.names:
         if lines.values.shape[1] > len(lines.names):
             what = f"has {lines.values.shape[1]} numbers, the header names {len(lines.names)} columns"
@@ -110,69 +96,7 @@ def read_track_table(path: Path, *, layout: str = "auto") -> TrackTable:
     return _named(path, lines, columns, layout)
 
 
-def _numbers(path: Path, rows: Sequence[str]) -> _Lines:
-    """All lines of numbers; a first line of words names the columns, as the last comment may."""
-    comments: list[str] = []
-    names: tuple[str, ...] = ()
-    numbers: list[int] = []
-    values: list[list[float]] = []
-    for number, row in enumerate(rows, start=1):
-        content = _words(row.split("#", 1)[0])
-        if "#" in row:
-            comments.append(row.split("#", 1)[1])
-        if not content:
-            continue
-        if not values and not names and not _is_number(content[0]):
-            comments.append(row)
-            names = _column_names(row)
-            if names:
-                continue
-        try:
-            values.append([float(word) for word in content])
-        except ValueError:
-            bad = next(word for word in content if not _is_number(word))
-            what, remedy = f"{bad!r} is no number", "a line is numbers only, people too"
-            raise TrackError(f"{path}:{number}", what, remedy) from None
-        numbers.append(number)
-        if len(values[-1]) != len(values[0]):
-            what = f"has {len(values[-1])} numbers, the lines before have {len(values[0])}"
-            raise TrackError(f"{path}:{number}", what, "every line needs the same columns")
-        if not np.isfinite(values[-1]).all():
-            raise TrackError(f"{path}:{number}", "has a number that is not finite", "leave the line out")
-    if not values:
-        raise TrackError(path, "has no line of numbers", "a line is a position of a person")
-    for comment in reversed(comments):
-        names = names or _column_names(comment)
-    return _Lines(
-        comments="\n".join(comments), names=names, numbers=np.array(numbers, dtype=int), values=np.array(values)
-    )
-
-
-def _words(row: str) -> list[str]:
-    """What separators part; a comma beside semicolons is a decimal one."""
-    row = row.replace(",", ".").replace(";", " ") if ";" in row else row.replace(",", " ")
-    return row.replace("|", " ").replace('"', " ").split()
-
-
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
-
-
-def _column_names(header: str) -> tuple[str, ...]:
-    """Our names of the columns a line names, unknown ones as they stand; empty if it names no table."""
-    header = re.sub(r"\s*([/\[(])\s*", r"\1", header.replace("|", ",").strip())  # a unit belongs to the word before it
-    words = [re.split(r"[/\[(]", word)[0].strip("\"' ").lower() for word in re.split(r"[\s,;]+", header)]
-    known = {alias: name for name, aliases in WORDS.items() for alias in aliases}
-    names = tuple(known.get(word.replace("_", "") if word not in known else word, word) for word in words)
-    needed = {"id", "x", "y"} <= set(names) and ("frame" in names or "time" in names)
-    return names if needed else ()
-
-
-def _named(path: Path, lines: _Lines, columns: Sequence[str], layout: str) -> TrackTable:
+def _named(path: Path, lines: TrackLines, columns: Sequence[str], layout: str) -> TrackTable:
     """The table with columns of these names."""
     count = lines.values.shape[1]
     at = {name: columns.index(name) for name in ("id", "frame", "time", "x", "y") if name in columns}
@@ -197,10 +121,11 @@ def _named(path: Path, lines: _Lines, columns: Sequence[str], layout: str) -> Tr
         unit=unit[1].lower() if unit else "",
         rate=frames_per_second,
         has_times="frame" not in at,
+        names=lines.people,
     )
 
 
-def _likely_layout(path: Path, lines: _Lines) -> str:
+def _likely_layout(path: Path, lines: TrackLines) -> str:
     """The layout of columns nobody named: that in which people jump least, or else the usual one, with a warning."""
     if lines.values.shape[1] < 4:
         raise TrackError(
@@ -246,10 +171,10 @@ def _read_splines(path: Path, rows: Sequence[str]) -> TrackTable:
                 person, expected = person + 1, int(heading[1])
             continue
         if person < 0 or expected == 0:
-            if _is_number(words[0]) and person >= 0:
+            if is_number(words[0]) and person >= 0:
                 raise TrackError(f"{path}:{number}", "is a control point too many", "correct the number before them")
             continue
-        if len(words) < 3 or not all(_is_number(word) and np.isfinite(float(word)) for word in words[:3]):
+        if len(words) < 3 or not all(is_number(word) and np.isfinite(float(word)) for word in words[:3]):
             raise TrackError(f"{path}:{number}", "is no control point", "needed are x, y and frame")
         x, y, frame = (float(word) for word in words[:3])
         found.append((frame, person, x, y, number))

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.planar import GROUND_AXES
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
-from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
+
+if TYPE_CHECKING:  # Warp, which it loads, takes a tenth of a run that finds that nothing is to be made
+    from usdfoot.model.ground import Ground
 
 __all__ = ["EDGE_HEIGHT", "ContactTable", "lay_contacts", "lay_on_ground", "stay_down", "with_headings"]
 

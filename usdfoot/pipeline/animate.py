@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from usdfoot.batch.entries import EntryResults
-from usdfoot.batch.records import NOBODY, ChunkRecord, parse_record
+from usdfoot.batch.records import NOBODY, ChunkRecord, kept_record, parse_record
 from usdfoot.errors import OutputError, SceneError
 from usdfoot.model.levels import DetailLevels
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits
@@ -152,7 +152,8 @@ def animate_chunk(
 
     Raises:
         SceneError: If the scene cannot be opened, no agent can be used, or there is no such chunk.
-        OutputError: If the folder cannot be written to or the output would replace the input.
+        OutputError: If the folder cannot be written to, `animate` is writing into it, or the output would replace the
+            input.
     """
     from usdfoot.batch.earlier import find_agents, with_earlier
     from usdfoot.batch.tasks import agents_a_chunk
@@ -161,19 +162,20 @@ def animate_chunk(
     call = CallRecord(
         agents=agents, frames=frames, chunk_size=chunk_size, collect=collect, levels=levels, limits=limits
     )
-    shot = open_shot(open_stage(scene_file), target, call, options=options)
-    count = len(range(0, len(shot.reader.names), agents_a_chunk(chunk_size, frames=shot.reader.frame_count)))
-    if not 0 <= index < count:
-        raise SceneError(scene_file, f"has no chunk {index}", f"give one of 0 to {count - 1}")
-    task = next((task for task in shot.tasks if task.index == index), None)
-    if task is None:
-        return NOBODY
-    kept = read_record(shot.folder, task.files, task.content_hash)
-    if kept is not None:
-        return parse_record(kept)
-    task = with_earlier(task, find_agents(shot.folder))
-    made = shot.workshop.make(task)
-    return parse_record(made.record, kept_agents=made.kept_agents)
+    with lock_folder(target, is_shared=True):
+        shot = open_shot(open_stage(scene_file), target, call, options=options)
+        count = len(range(0, len(shot.reader.names), agents_a_chunk(chunk_size, frames=shot.reader.frame_count)))
+        if not 0 <= index < count:
+            raise SceneError(scene_file, f"has no chunk {index}", f"give one of 0 to {count - 1}")
+        task = next((task for task in shot.tasks if task.index == index), None)
+        if task is None:
+            return NOBODY
+        kept = kept_record(read_record(shot.folder, task.files, task.content_hash))
+        if kept is not None:
+            return kept
+        task = with_earlier(task, find_agents(shot.folder))
+        made = shot.workshop.make(task)
+        return parse_record(made.record, kept_agents=made.kept_agents)
 
 
 def count_chunks(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import BrokenExecutor, Executor
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,7 @@ from usdfoot.errors import UsdfootError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.report import Problem
+from usdfoot.pipeline import shares
 from usdfoot.pipeline.measures import AgentMeasures, measure_agent, planted_times
 from usdfoot.pipeline.page_figures import frame_values, step_values
 from usdfoot.readers.executed import read_root_positions, read_step_results
@@ -29,9 +30,6 @@ from usdfoot.writers.page.pictures import AgentPicture
 from usdfoot.writers.page.stick import stick_figure
 
 __all__ = ["SeenAgent", "see_agents"]
-
-SHARE = 50
-"""Agents that a worker measures before it hands them over; for each share it opens the crowd again."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,20 +61,13 @@ def see_agents(
     Raises:
         UsdfootError: If a worker vanished.
     """
-    if executor is None or len(names) <= SHARE:
+    if executor is None or len(names) <= shares.SHARE:
         ground = _ground(crowd)
         for number, name in enumerate(names):
             progress("measure", number, len(names))
             yield _see_agent(crowd, name, ground)
         return
-    shares = [names[first : first + SHARE] for first in range(0, len(names), SHARE)]
-    futures = [executor.submit(_see_share, os.fspath(crowd_file), share) for share in shares]
-    for number, future in enumerate(futures):
-        progress("measure", number * SHARE, len(names))
-        try:
-            yield from future.result()
-        except BrokenExecutor as error:
-            raise UsdfootError(crowd_file, "a worker that measured it vanished", "try --workers 1") from error
+    yield from shares.in_shares(_see_share, crowd_file, names, executor=executor, progress=progress)
 
 
 def _see_share(crowd_file: str, names: Sequence[str]) -> list[SeenAgent | Problem]:

@@ -67,7 +67,12 @@ def plan_scene_crowd(
     progress("plan", 0, 0)
     agents, slowed = slow_to_clips(found.stage, found.prims, found.info.units, agents=found.agents)
     seekers = tuple(agent.seeker for agent in agents)
-    task = Scenario(seekers=seekers, obstacles=found.obstacles, bounds=None)
+    task = Scenario(
+        seekers=seekers,
+        obstacles=found.moving.others(found.obstacles),
+        bounds=None,
+        moving=found.moving.after(found.info.start_time),
+    )
     plans, problems = plan_crowd(task, found.terrain, options=how)
     made = {plan.name: plan for plan in plans}
     progress("write", 0, 0)
@@ -75,7 +80,7 @@ def plan_scene_crowd(
         found,
         made,
         output,
-        problems=(*found.moving.doubts(), *slowed, *problems),
+        problems=(*slowed, *problems),
         made_by={"planner": "crowd", "duration": duration, "options": asdict(options)},
         timed=False,
     )

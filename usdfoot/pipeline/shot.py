@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import Executor, Future
-from dataclasses import dataclass
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from usdfoot.batch.executors import open_scene_early
-from usdfoot.batch.records import ChunkRecord, parse_record
+from usdfoot.batch.executors import Starting, examples_of, open_scene_early
+from usdfoot.batch.records import ChunkRecord, kept_record, parse_record
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.provenance import CallRecord
 from usdfoot.pipeline.unchanged import EarlierCrowd
@@ -41,7 +41,7 @@ class Shot:
     options: MotionOptions
     characters: Sequence[PlacedCharacter]
     tasks: Sequence[ChunkTask]
-    starting: Sequence[Future[None]]
+    starting: Sequence[Starting]
     """Workers who open the scene already."""
 
     @cached_property
@@ -49,7 +49,7 @@ class Shot:
         """Of this process, loaded when it is asked for: workers begin meanwhile."""
         from usdfoot.batch.workshop import Workshop
 
-        return Workshop(self.reader, self.options, keep=self.keep)
+        return Workshop(self.reader, self.options, keep=self.keep, given=lambda: examples_of(self.starting))
 
     @property
     def keep(self) -> Path | None:
@@ -64,7 +64,7 @@ def open_shot(
     from usdfoot.batch.tasks import EarlyTask, agents_a_chunk, cut_chunks, inputs_of
     from usdfoot.readers.listing import list_scene
 
-    starting: list[Future[None]] = []
+    starting: list[Starting] = []
     many = 2 * FEW_CHUNKS * call.chunk_size  # an agent and its plan are two prims
     if executor and is_as_saved(stage) and call.agents == "*" and has_marked(stage, more_than=many):
         early = EarlyTask(
@@ -139,14 +139,13 @@ def make_chunks(
     tasks = [with_earlier(task, made_before) for task in tasks]
     few = FEW_CHUNKS if beside else 1
     executor = executor if len(pending) > few and shot.scene.stage.as_saved else None  # workers open the file
-    starting = shot.starting
-    if executor and beside:
-        starting = starting or open_scene_early(executor, early_task(tasks[pending[0]]))
+    if executor and beside and not shot.starting:
+        shot = replace(shot, starting=open_scene_early(executor, early_task(tasks[pending[0]])))
     made = run_chunks(
         [tasks[index] for index in pending],
         lambda task: shot.workshop.make(task),
         executor=executor,
-        starting=starting if beside else None,
+        starting=shot.starting if beside else None,
     )
     progress("animate", 0, len(pending))
     added = 0
@@ -176,5 +175,4 @@ def _kept_record(task: ChunkTask, folder: Path, earlier: EarlierCrowd) -> ChunkR
     known = earlier.records.get(task.files.anims)
     if known and is_intact(folder, task.files, earlier.intact or ()):  # its files say the same
         return known if known.content_hash == task.content_hash else None
-    text = read_record(folder, task.files, task.content_hash, intact=earlier.intact)
-    return None if text is None else parse_record(text)
+    return kept_record(read_record(folder, task.files, task.content_hash, intact=earlier.intact))

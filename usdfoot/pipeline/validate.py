@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +17,10 @@ from usdfoot.errors import UsdfootError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.report import Problem
+from usdfoot.pipeline import shares
 from usdfoot.pipeline.measures import AgentMeasures, measure_agent
 from usdfoot.pipeline.omissions import find_omissions
-from usdfoot.readers.written import agent_names, read_agent, read_written_crowd
+from usdfoot.readers.written import WrittenCrowd, agent_names, read_agent, read_written_crowd
 
 __all__ = ["AgentFigures", "Figure", "Validation", "figures_of", "read_sources", "validate"]
 
@@ -80,30 +82,37 @@ class Validation:
         }
 
 
-def validate(crowd_file: str | os.PathLike[str]) -> Validation:
+def validate(
+    crowd_file: str | os.PathLike[str],
+    *,
+    executor: Executor | None = None,
+    progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
+) -> Validation:
     """Measure all agents of a written crowd.
 
     Args:
         crowd_file: A crowd.usd written by `usdfoot animate`.
+        executor: Whose workers measure many agents; None = this process does.
+        progress: Told "measure", how many agents are done, and of how many.
 
     Raises:
         SceneError: If the file cannot be opened or has no agents.
+        UsdfootError: If a worker vanished.
     """
     crowd = read_written_crowd(crowd_file)
     problems = []
     if crowd.terrain is None:
         where = crowd.scene or str(crowd_file)
         problems.append(_problem("warning", where, "scene not found: penetration and clearance are not measured"))
-    ground = None if crowd.terrain is None else Ground(crowd.terrain)
     sources = read_sources(crowd.folder / File.REPORT)
-    measured: list[AgentMeasures] = []
-    for name in agent_names(crowd):
-        try:
-            agent = read_agent(crowd, name)
-            measured.append(measure_agent(agent, crowd.units, ground))
-            problems += find_omissions(agent, crowd)
-        except UsdfootError as error:
-            problems.append(_problem("error", error.where, str(error)))
+    names = agent_names(crowd)
+    if executor is None or len(names) <= shares.SHARE:
+        found = _measured(crowd, names, progress)
+    else:
+        found = shares.in_shares(_measure_share, crowd_file, names, executor=executor, progress=progress)
+    outcomes = list(found)
+    measured = [measures for measures, _ in outcomes if measures is not None]
+    problems += [problem for _, some in outcomes for problem in some]
     if measured and not all(measure.name in sources for measure in measured):
         message = f"{File.REPORT} beside the crowd does not tell the source clips' figures: smoothness is not measured"
         problems.append(_problem("warning", str(crowd_file), message))
@@ -112,6 +121,27 @@ def validate(crowd_file: str | os.PathLike[str]) -> Validation:
         total=figures_of(measured, "total", sources),
         problems=tuple(problems),
     )
+
+
+def _measure_share(crowd_file: str, names: Sequence[str]) -> list[tuple[AgentMeasures | None, list[Problem]]]:
+    """What a worker does."""
+    return list(_measured(read_written_crowd(crowd_file), names, lambda stage, done, total: None))
+
+
+def _measured(
+    crowd: WrittenCrowd, names: Sequence[str], progress: Callable[[str, int, int], None]
+) -> Iterator[tuple[AgentMeasures | None, list[Problem]]]:
+    """Figures of some agents, None of who cannot be measured, and what is wrong with each."""
+    ground = None if crowd.terrain is None else Ground(crowd.terrain)
+    for number, name in enumerate(names):
+        progress("measure", number, len(names))
+        try:
+            agent = read_agent(crowd, name)
+            measures = measure_agent(agent, crowd.units, ground)
+            slim = replace(measures, sole_heights=np.zeros((0, 2, 2)))  # of every frame, so a large crowd's are many
+            yield slim, find_omissions(agent, crowd)
+        except UsdfootError as error:
+            yield None, [_problem("error", error.where, str(error))]
 
 
 def figures_of(

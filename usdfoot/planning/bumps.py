@@ -19,7 +19,9 @@ ON_TOP = 0.02
 STEPPED_OVER = 0.35
 """Bodies step over obstacles that are no higher [m]."""
 INSTANT = 0.05
-"""Strikes this near each other [s] see moving obstacles in one place."""
+"""Times this near each other [s] see moving obstacles in one place."""
+SPACING = 0.1
+"""Between the instants at which feet that stand are looked at [s]."""
 WAY = np.linspace(-1.0, 0.0, 5)
 """Places of the body from one footstep to the next, the last at the step's end, over the way between."""
 
@@ -44,27 +46,79 @@ def find_bumps(
     Args:
         feet: Of all plans.
         obstacles: That stay where they are.
-        moving: Others at a time [s], asked for as each foot strikes; None = there are none.
+        moving: Others at a time [s], asked for while each foot stands and as it comes; None = there are none.
     """
-    forward = planar.direction(feet.yaws)
-    places, heights = feet.positions[:, [0, 2]], feet.positions[:, 1]
-    ends = np.stack([-feet.heels + feet.half_widths, np.zeros(len(heights)), feet.toes - feet.half_widths])
-    soles = places + np.insert(ends, 1, 0.5 * ends[0], axis=0)[..., None] * forward
-    stepping = feet.numbers > 0
-    before = np.where(stepping, np.arange(len(places)) - 1, np.arange(len(places)))
-    middles = 0.5 * (places + places[before])
-    began = np.where((feet.numbers > 1)[:, None], middles[before], middles)
-    bodies = middles + WAY[:, None, None] * (middles - began)
-    lower = np.minimum(heights, heights[before])
-    none = np.zeros(len(places))
-    standing = _inside(soles, feet.half_widths, heights + ON_TOP, obstacles)
+    soles, bodies = sole_places(feet), body_places(feet)
+    lower = _lower(feet)
+    none = np.zeros(len(feet.owners))
+    standing = _inside(soles, feet.half_widths, feet.positions[:, 1] + ON_TOP, obstacles)
     walking = _inside(bodies, none, lower + STEPPED_OVER, obstacles)
     if moving is None:
         return standing, walking
-    return (
-        _joined(standing, _inside_at(feet.strikes, soles, feet.half_widths, heights + ON_TOP, moving)),
-        _joined(walking, _inside_at(feet.strikes, bodies[-1:], none, lower + STEPPED_OVER, moving)),
+    rows, times = standing_times(feet)
+    met = _inside_at(times, soles[:, rows], feet.half_widths[rows], feet.positions[rows, 1] + ON_TOP, moving)
+    stood, waits = both_standing_times(feet)
+    came, comes = coming_times(feet)
+    owners = np.concatenate([stood, came.ravel()])
+    places = np.concatenate([bodies[-1, stood], bodies.reshape(-1, 2)])
+    hit = _inside_at(
+        np.concatenate([waits, comes.ravel()]), places[None], none[owners], lower[owners] + STEPPED_OVER, moving
     )
+    return _joined(standing, _deepest(met, rows)), _joined(walking, _deepest(hit, owners))
+
+
+def sole_places(feet: FootTable) -> FloatArray:
+    """Middles of three discs as wide as the foot, from heel to toe (x, z) [m], shape (3, S, 2)."""
+    ends = np.stack([-feet.heels + feet.half_widths, np.zeros(len(feet.heels)), feet.toes - feet.half_widths])
+    return feet.positions[:, [0, 2]] + np.insert(ends, 1, 0.5 * ends[0], axis=0)[..., None] * planar.direction(
+        feet.yaws
+    )
+
+
+def body_places(feet: FootTable) -> FloatArray:
+    """Where the body is in each step at `WAY`, in the end midway between the feet (x, z) [m], shape (W, S, 2)."""
+    places, before = feet.positions[:, [0, 2]], _before(feet)
+    middles = 0.5 * (places + places[before])
+    began = np.where((feet.numbers > 1)[:, None], middles[before], middles)
+    return middles + WAY[:, None, None] * (middles - began)
+
+
+def standing_times(feet: FootTable) -> tuple[IntArray, FloatArray]:
+    """Rows (K,) and times (K,) [s] at which feet stand: as they strike, and every so often until they leave."""
+    return _every(np.arange(len(feet.owners)), feet.strikes, feet.liftoffs)
+
+
+def both_standing_times(feet: FootTable) -> tuple[IntArray, FloatArray]:
+    """Rows (K,) and times (K,) [s] at which the foot before still stands as well."""
+    rows = np.flatnonzero(feet.numbers > 0)
+    return _every(rows, feet.strikes[rows], feet.liftoffs[rows - 1])
+
+
+def coming_times(feet: FootTable) -> tuple[IntArray, FloatArray]:
+    """Rows and times [s] of each step at `WAY`, shape (W, S) each."""
+    rows = np.arange(len(feet.owners))
+    left = np.where(feet.numbers > 1, feet.liftoffs[np.maximum(rows - 2, 0)], feet.strikes)
+    began = np.clip(left, np.minimum(feet.strikes[_before(feet)], feet.strikes), feet.strikes)
+    times = feet.strikes + WAY[:, None] * (feet.strikes - began)
+    return np.broadcast_to(rows, times.shape), times
+
+
+def _before(feet: FootTable) -> IntArray:
+    """Row of the footstep before each in its plan, shape (S,); of first footsteps their own."""
+    rows = np.arange(len(feet.owners))
+    return np.where(feet.numbers > 0, rows - 1, rows)
+
+
+def _lower(feet: FootTable) -> FloatArray:
+    """Height of the lower of the feet a body stands on [m], shape (S,)."""
+    return np.minimum(feet.positions[:, 1], feet.positions[_before(feet), 1])
+
+
+def _every(rows: IntArray, begins: FloatArray, ends: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Each of rows (R,) as often as `SPACING` fits in from its begin (R,) to its end (R,) [s], and at which times."""
+    counts = 1 + np.maximum((ends - begins) / SPACING, 0.0).astype(np.intp)
+    numbers = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    return np.repeat(rows, counts), np.repeat(begins, counts) + SPACING * numbers
 
 
 def _inside_at(
@@ -75,20 +129,31 @@ def _inside_at(
     moving: Callable[[float], Sequence[Obstacle]],
 ) -> Bumps:
     """As `_inside`, each of N rows at its own time (N,) [s]."""
-    found = Bumps(rows=np.zeros(0, dtype=int), obstacles=(), depths=np.zeros(0))
-    instants = np.round(times / INSTANT)
-    for instant in np.unique(instants):
-        rows = np.flatnonzero(instants == instant)
-        own = _inside(points[:, rows], radii[rows], heights[rows], moving(float(instant) * INSTANT))
-        found = _joined(found, replace(own, rows=rows[own.rows]))
-    return found
+    instants = np.round(times / INSTANT).astype(np.intp)
+    order = np.argsort(instants, kind="stable")
+    found = [Bumps(rows=np.zeros(0, dtype=int), obstacles=(), depths=np.zeros(0))]
+    for rows in np.split(order, np.flatnonzero(np.diff(instants[order])) + 1) if len(order) else ():
+        own = _inside(points[:, rows], radii[rows], heights[rows], moving(float(instants[rows[0]]) * INSTANT))
+        found.append(replace(own, rows=rows[own.rows]))
+    return _joined(*found)
 
 
-def _joined(first: Bumps, second: Bumps) -> Bumps:
+def _deepest(bumps: Bumps, owners: IntArray) -> Bumps:
+    """Of bumps in rows that owners (N,) have, those of each owner and obstacle that are deepest, in order of owners."""
+    names, which = np.unique(np.array(bumps.obstacles, dtype=str), return_inverse=True)
+    own = owners[bumps.rows]
+    order = np.lexsort((-bumps.depths, which, own))
+    kept = order[np.unique(own[order] * max(len(names), 1) + which[order], return_index=True)[1]]
     return Bumps(
-        rows=np.concatenate([first.rows, second.rows]),
-        obstacles=first.obstacles + second.obstacles,
-        depths=np.concatenate([first.depths, second.depths]),
+        rows=own[kept], obstacles=tuple(bumps.obstacles[index] for index in kept.tolist()), depths=bumps.depths[kept]
+    )
+
+
+def _joined(*parts: Bumps) -> Bumps:
+    return Bumps(
+        rows=np.concatenate([part.rows for part in parts]),
+        obstacles=tuple(name for part in parts for name in part.obstacles),
+        depths=np.concatenate([part.depths for part in parts]),
     )
 
 

@@ -19,7 +19,7 @@ from usdfoot.model.terrain import Terrain
 from usdfoot.planning.collisions import find_collisions
 from usdfoot.planning.edges import keep_off_edges
 from usdfoot.planning.elbow_room import make_room
-from usdfoot.planning.facing import face_tracks
+from usdfoot.planning.facing import LEAD, face_tracks
 from usdfoot.planning.feet_apart import is_sideways, set_feet_apart
 from usdfoot.planning.foot_table import FootTable, feet_of, joined_tables
 from usdfoot.planning.latecomers import find_latecomers
@@ -82,6 +82,7 @@ def plan_crowd(
         raise PlanError("plan crowd", "needs JuPedSim, which is not installed", "pip install 'usdfoot[crowd]'")
     if not scenario.seekers:
         raise PlanError("crowd", "has no agent with a goal", "point usdfoot:agent:goal of agents at prims")
+    from usdfoot.planning.dodging import is_met
     from usdfoot.planning.places import find_places  # these need what comes with the extra
     from usdfoot.planning.simulation import simulate
 
@@ -89,15 +90,19 @@ def plan_crowd(
     faults = list(problems)
     plans: list[FootstepPlan] = []
     for party in parties:
-        tracks = simulate(party, duration=options.duration)
+        moving, begun = scenario.moving, False
+        if moving:
+            begun = is_met(party, moving, seconds=LEAD)
+            moving = moving if begun else moving.later(LEAD)
+        tracks = simulate(party, duration=options.duration, moving=moving, hold=LEAD if begun else 0.0)
         faults += find_latecomers(party.seekers, tracks, duration=options.duration)
-        plans += _plans(party, tracks, terrain, faults)
+        plans += _plans(party, tracks, terrain, faults, begun=begun)
     order = {seeker.name: index for index, seeker in enumerate(scenario.seekers)}
     return sorted(plans, key=lambda plan: order[plan.name]), tuple(faults)
 
 
-def _plans(party: Party, tracks: Tracks, terrain: Terrain, faults: list[Problem]) -> list[FootstepPlan]:
-    """Plans of the seekers of one area."""
+def _plans(party: Party, tracks: Tracks, terrain: Terrain, faults: list[Problem], *, begun: bool) -> list[FootstepPlan]:
+    """Plans of the seekers of one area, whose tracks begin when the plans do or `LEAD` later."""
     from usdfoot.planning.walls import Walls  # needs what comes with the extra
 
     seekers = party.seekers
@@ -111,6 +116,7 @@ def _plans(party: Party, tracks: Tracks, terrain: Terrain, faults: list[Problem]
         turned=tracks.turned,
         legs=np.array([seeker.body.leg_length for seeker in seekers]),
         names=[seeker.name for seeker in seekers],
+        begun=begun,
     )
     curves = CurveBatches(trajectories, smoothing_time=SMOOTHING)
     room = make_room(curves, distance=ELBOW_ROOM)

@@ -9,7 +9,7 @@ from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.trajectory import RootTrajectory
 
-__all__ = ["face_tracks"]
+__all__ = ["LEAD", "face_tracks"]
 
 SMOOTHING = 0.55
 """Standard deviation of the filter on the tracks before anything is asked of them [s]."""
@@ -21,6 +21,8 @@ SHOULDERS = 0.4
 """Standard deviation of the filter on how far they turn their shoulders [s]."""
 STAND, TURN = 1.2, 2.8
 """How long they stand, and turn on the spot, before the tracks begin [s]."""
+LEAD = STAND + TURN
+"""So long after the trajectories the tracks begin [s]."""
 TAIL = 3.0
 """Time to close up after the tracks end [s]."""
 
@@ -34,6 +36,7 @@ def face_tracks(
     turned: FloatArray,
     legs: FloatArray,
     names: list[str],
+    begun: bool = False,
 ) -> list[RootTrajectory]:
     """Trajectories of N people along tracks, who first turn from where they look to where they go.
 
@@ -45,16 +48,18 @@ def face_tracks(
         turned: How far they turn the left shoulder first: 0 = not, 1 = sideways, shape (T, N).
         legs: Their length [m], shape (N,).
         names: Of the trajectories, N of them.
+        begun: Whether the tracks begin `LEAD` before people go; else they stand so long before.
     """
     stand, turn, tail = (round(time / time_step) for time in (STAND, TURN, TAIL))
     sideways = gaussian_filter1d(turned, SHOULDERS / time_step, axis=0, mode="nearest")
     headings = _headings(points, legs, yaws, time_step) - 0.5 * np.pi * np.minimum(1.2 * sideways, 1.0)
     turns = np.where(np.isnan(yaws), 0.0, planar.wrap_angle(yaws - headings[0]))
     shares = np.concatenate([np.zeros(stand), np.linspace(0.0, 1.0, turn, endpoint=False)])[:, None]
-    turning = headings[0] + (1.0 - shares * shares * (3.0 - 2.0 * shares)) * turns
-    facing = np.concatenate([turning, headings, np.repeat(headings[-1:], tail, axis=0)])
-    roots = np.pad(points, ((stand + turn, tail), (0, 0), (0, 0)), mode="edge")
-    levels = np.pad(heights, ((stand + turn, tail), (0, 0)), mode="edge")
+    lead = 0 if begun else stand + turn
+    facing = np.pad(headings, ((lead, tail), (0, 0)), mode="edge")
+    facing[: stand + turn] += (1.0 - shares * shares * (3.0 - 2.0 * shares)) * turns
+    roots = np.pad(points, ((lead, tail), (0, 0), (0, 0)), mode="edge")
+    levels = np.pad(heights, ((lead, tail), (0, 0)), mode="edge")
     times = time_step * np.arange(len(roots))
     return [
         RootTrajectory(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import jupedsim
 import numpy as np
@@ -12,6 +12,7 @@ from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.planning.itineraries import SNUG
 from usdfoot.planning.places import Party
 from usdfoot.planning.scenario import Seeker
+from usdfoot.planning.world import Obstacle, is_beside
 
 __all__ = ["TIME_STEP", "Floors"]
 
@@ -27,6 +28,12 @@ AHEAD = 4.0
 """People are sent to corners of their ways that are at least so far away [m]."""
 SLIP = 0.06
 """Radius with which somebody slips back between wall and crowd [m]."""
+ROUND = 0.3
+"""Where they go round what rests, to corners at least so far away [m]."""
+OUTSIDE = 1.0 / np.cos(np.pi / 8.0)
+"""Radius of an octagon around a circle over the circle's."""
+NEAR = 0.6
+"""Who is so near [m] to the ways round what rests goes there first."""
 HAIR = 1e-3
 """So near [m] to a straight line corners of a level are none."""
 PACE = 0.03
@@ -84,9 +91,33 @@ class Floors:
             self.aims[index] = floor.aim(self._points[index], self.ways[index])
             floor.agent(self._ids[index]).target = tuple(self.aims[index].tolist())
 
-    def way(self, index: int, target: FloatArray) -> shapely.LineString:
-        """The way of one from where it is to a target (2,) on its level."""
-        return shapely.LineString(self._floors[self.levels[index]].corners(self._points[index], target))
+    def way(self, index: int, target: FloatArray, *, start: FloatArray | None = None) -> shapely.LineString:
+        """The way of one from where it is, or a start (2,), to a target (2,) on its level."""
+        start = self._points[index] if start is None else start
+        return shapely.LineString(self._floors[self.levels[index]].corners(start, target))
+
+    def has_room(self, index: int, places: FloatArray) -> BoolArray:
+        """Whether one can go straight to places (P, 2) of its level, and its body has room there, shape (P,)."""
+        floor = self._floors[self.levels[index]]
+        here = np.broadcast_to(self._points[index], places.shape)
+        return floor.has_room(places, self._seekers[index].radius) & floor.is_straight(here, places)
+
+    def go_round(self, obstacles: Sequence[Obstacle], distance: float) -> None:
+        """Send people round obstacles that rest, at a distance [m], where there is a way."""
+        for number, floor in enumerate(self._floors):
+            middles = np.array([obstacle.outline.mean(axis=0) for obstacle in obstacles]).reshape(-1, 2)
+            heights = self._area.height_at(np.full(len(middles), number), middles)
+            here = [
+                obstacle
+                for obstacle, height in zip(obstacles, heights, strict=True)
+                if np.isnan(height) or is_beside(obstacle, height)
+            ]
+            floor.go_round(here, distance)
+
+    @property
+    def goes_round(self) -> bool:
+        """Whether anything is gone round."""
+        return any(floor.goes_round for floor in self._floors)
 
     def slim(self, radii: FloatArray) -> None:
         """Make bodies as wide as radii (N,) [m] say."""
@@ -181,17 +212,42 @@ class _Floor:
         self._inside = level.buffer(-0.05)
         shapely.prepare(self._inside)
         self._routing = jupedsim.RoutingEngine(level)
+        self._ways_round: list[tuple[shapely.Polygon, jupedsim.RoutingEngine]] = []
+
+    @property
+    def goes_round(self) -> bool:
+        """Whether anything is gone round."""
+        return bool(self._ways_round)
+
+    def go_round(self, obstacles: Sequence[Obstacle], distance: float) -> None:
+        """Find ways round obstacles, at a distance [m] from them and their margins."""
+        shapes = [
+            shapely.Polygon(one.outline).buffer(OUTSIDE * (one.margin + distance), quad_segs=2) for one in obstacles
+        ]
+        shapes = [shape for shape in shapes if shape.intersects(self._level)]
+        free = shapely.get_parts(self._level.difference(shapely.union_all(shapes))) if shapes else ()
+        self._ways_round = [(part, jupedsim.RoutingEngine(part)) for part in free]
 
     def aim(self, place: FloatArray, corners: FloatArray) -> FloatArray:
         """The first of the corners (C, 2) of the way from a place (2,) at least `AHEAD` away, or the last.
 
         JuPedSim looks for the way of everybody in every time step; to a corner it is short.
         """
-        far = np.flatnonzero(np.linalg.norm(corners - place, axis=1) >= AHEAD)
+        least = ROUND if self.goes_round else AHEAD
+        far = np.flatnonzero(np.linalg.norm(corners - place, axis=1) >= least)
         return corners[far[0]] if far.size else corners[-1]
 
     def corners(self, place: FloatArray, target: FloatArray) -> FloatArray:
-        """The way from a place to a target (2,), shape (C, 2)."""
+        """The way from a place to a target (2,), round what rests if there is one, shape (C, 2)."""
+        for part, routing in self._ways_round:
+            on_it = shapely.get_coordinates(shapely.shortest_line(part, shapely.points([place, target])))[::2]
+            away, left = np.linalg.norm(on_it - (place, target), axis=1)
+            if away <= NEAR and left <= HAIR:
+                try:
+                    round_it = np.array(routing.compute_waypoints(tuple(on_it[0].tolist()), tuple(target.tolist())))
+                except RuntimeError:  # on its edge, by a hair
+                    continue
+                return round_it if away <= HAIR else np.concatenate([place[None], round_it])
         try:
             return np.array(self._routing.compute_waypoints(tuple(place.tolist()), tuple(target.tolist())))
         except RuntimeError:  # one of them is in a wall, by a hair
@@ -208,11 +264,7 @@ class _Floor:
         Raises:
             RuntimeError: If somebody stands there.
         """
-        radius = radius or seeker.radius
-        if radius not in self._rooms:
-            self._rooms[radius] = self._level.buffer(-radius - 1e-4)
-            shapely.prepare(self._rooms[radius])
-        room = self._rooms[radius]
+        room = self._room(radius or seeker.radius)
         if not (shapely.contains_xy(room, *place) or room.is_empty):
             place = shapely.get_coordinates(shapely.shortest_line(room, shapely.Point(place)))[0]
         return self.simulation.add_agent(
@@ -220,11 +272,26 @@ class _Floor:
                 position=tuple(place.tolist()),
                 journey_id=self._journey,
                 stage_id=self._steering,
-                radius=radius,
+                radius=radius or seeker.radius,
                 desired_speed=seeker.speed,
                 time_gap=TIME_GAP,
             )
         )
+
+    def has_room(self, places: FloatArray, radius: float) -> BoolArray:
+        """Whether a body of a radius [m] has room at places (P, 2), shape (P,)."""
+        return np.asarray(shapely.contains_xy(self._room(radius), places[:, 0], places[:, 1]))
+
+    def is_straight(self, here: FloatArray, places: FloatArray) -> BoolArray:
+        """Whether nothing is between points (P, 2) and places (P, 2), shape (P,)."""
+        return np.asarray(shapely.covers(self._level, shapely.linestrings(np.stack([here, places], axis=1))))
+
+    def _room(self, radius: float) -> shapely.Geometry:
+        """Where the middle of a body of a radius [m] can be."""
+        if radius not in self._rooms:
+            self._rooms[radius] = self._level.buffer(-radius - 1e-4)
+            shapely.prepare(self._rooms[radius])
+        return self._rooms[radius]
 
     def leave(self, identity: int) -> None:
         """Take somebody off."""

@@ -163,7 +163,8 @@ def _steps(names: Sequence[str], feet: FootTable, bodies: Sequence[Proportions],
     long = ~flies & (lengths > spans[rows])
     note(long, "unreachable", ERROR, lengths, "is {:.2f} m from the footstep before it, more than the legs span")
     high = ~flies & ~long & (np.abs(rises) > limits.highest_step * leg)
-    note(high, "unreachable", ERROR, rises, "is {:+.2f} m above the footstep before it")
+    note(high & (rises > 0.0), "unreachable", ERROR, rises, "is {:.2f} m above the footstep before it")
+    note(high & (rises < 0.0), "unreachable", ERROR, -rises, "is {:.2f} m below the footstep before it")
     note(flies & (speeds > limits.fastest), "flight", ERROR, speeds, "needs {:.1f} m/s, faster than anyone runs")
     quick = ~flies & ~long & (durations > 0.0) & (speeds > limits.fastest_walk)
     note(quick, "hurried", ERROR, speeds, "needs {:.1f} m/s without flight, faster than anyone walks")
@@ -179,7 +180,7 @@ def _steps(names: Sequence[str], feet: FootTable, bodies: Sequence[Proportions],
         np.abs(turns) > limits.twist,
         "twisted",
         WARNING,
-        np.degrees(turns),
+        np.degrees(np.abs(turns)),
         "points {:.0f} degrees away from the foot before it",
     )
     own = np.flatnonzero(feet.numbers > 1)

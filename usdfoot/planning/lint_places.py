@@ -54,7 +54,8 @@ def find_ground_faults(
     checks = (
         (off, "offTerrain", np.zeros(len(off)), "is off the terrain"),
         (barred, "offTerrain", np.zeros(len(off)), "is on ground that is not walkable"),
-        (away, "offGround", above, "is {:+.2f} m above the ground"),
+        (away & (above > 0.0), "offGround", above, "is {:.2f} m above the ground"),
+        (away & (above < 0.0), "offGround", -above, "is {:.2f} m below the ground"),
         (steep, "steep", np.degrees(slopes), "is on a slope of {:.0f} degrees"),
     )
     found = []

@@ -3,17 +3,69 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from usdfoot.planning.world import Obstacle, World
+from usdfoot.maths.types import FloatArray
+from usdfoot.planning.world import Obstacle, World, clearances
 
-__all__ = ["measure_velocities", "moved_on", "with_velocity"]
+__all__ = ["Moving", "measure_velocities", "moved_on", "with_velocity"]
 
 FASTEST = 10.0
 """What seems to go faster than that has been put elsewhere [m/s]."""
+INSTANT = 0.05
+"""Obstacles are known at multiples of it [s]."""
+STILL = 0.01
+"""Corners that have gone no farther [m] rest."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Moving:
+    """Obstacles whose movements are known."""
+
+    at: Callable[[float], Sequence[Obstacle]]
+    """They at a time [s]."""
+    end: float
+    """From then on they all rest [s]."""
+    _worlds: dict[int, World] = field(init=False, default_factory=dict, compare=False, repr=False)
+
+    def later(self, seconds: float) -> Moving:
+        """The same for whom time begins so much later [s]."""
+        return Moving(at=lambda time: self.at(time + seconds), end=max(self.end - seconds, 0.0))
+
+    def clearances(self, points: FloatArray, heights: FloatArray, times: FloatArray) -> FloatArray:
+        """Distance [m] to the nearest one's margin at each time, negative inside.
+
+        Args:
+            points: (x, z) [m], shape (T, N, 2).
+            heights: Of the ground there [m], shape (N,).
+            times: [s], shape (T,).
+
+        Returns:
+            Shape (T, N), infinite where there is none.
+        """
+        found = np.empty(points.shape[:2])
+        for row, time in enumerate(times.tolist()):
+            found[row] = clearances(self._world(time), points[row], heights)
+        return found
+
+    def resting(self, now: float, *, seconds: float) -> tuple[Obstacle, ...]:
+        """Those that stay where they are for so long [s] from a time [s] on."""
+        known = self.at(now)
+        for later in np.linspace(0.0, seconds, 4)[1:].tolist():
+            then = {obstacle.name: obstacle for obstacle in self.at(now + later)}
+            known = [one for one in known if one.name in then and _is_still(one, then[one.name])]
+        return tuple(known)
+
+    def _world(self, time: float) -> World:
+        """What they are at a time [s], as if they stood there."""
+        number = round(min(max(time, 0.0), self.end) / INSTANT)
+        if number not in self._worlds:
+            stopped = tuple(replace(obstacle, velocity=None) for obstacle in self.at(number * INSTANT))
+            self._worlds[number] = World(obstacles=stopped)
+        return self._worlds[number]
 
 
 def measure_velocities(world: World, before: World, *, seconds: float) -> World:
@@ -64,6 +116,12 @@ def moved_on(world: World, *, seconds: float) -> World:
             for obstacle in world.obstacles
         ),
     )
+
+
+def _is_still(obstacle: Obstacle, later: Obstacle) -> bool:
+    """Whether an obstacle is where it was."""
+    same = len(obstacle.outline) == len(later.outline)
+    return same and bool(np.abs(obstacle.outline - later.outline).max() <= STILL)
 
 
 def _with_velocity(obstacle: Obstacle, before: Obstacle, seconds: float) -> Obstacle:

@@ -8,6 +8,7 @@ import numpy as np
 
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray
+from usdfoot.planning.moving import Moving
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.world import Obstacle
 
@@ -57,5 +58,8 @@ class Scenario:
 
     seekers: tuple[Seeker, ...]
     obstacles: tuple[Obstacle, ...]
+    """That stay where they are."""
     bounds: FloatArray | None
     """Outline to stay in (x, z) [m], shape (K, 2); None = there is none."""
+    moving: Moving | None = None
+    """Others, at times from the start on; None = there are none."""

@@ -11,8 +11,10 @@ from scipy.spatial import cKDTree
 
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.planning.cornering import Corners
+from usdfoot.planning.dodging import Dodges
 from usdfoot.planning.floors import TIME_STEP, Floors
 from usdfoot.planning.itineraries import Itinerary
+from usdfoot.planning.moving import Moving
 from usdfoot.planning.passages import Gates, find_passages
 from usdfoot.planning.places import Party
 from usdfoot.planning.slipping import HELD_UP, Slips
@@ -67,7 +69,7 @@ class Tracks:
     """How far from it they stopped [m], shape (N,)."""
 
 
-def simulate(party: Party, *, duration: float) -> Tracks:
+def simulate(party: Party, *, duration: float, moving: Moving | None = None, hold: float = 0.0) -> Tracks:
     """Tracks of people in one area (collision free speed model), until all have arrived or nobody gets on.
 
     Who has arrived stays there, and comes back if others push past. Up and down they go as much slower as walkers do.
@@ -75,17 +77,24 @@ def simulate(party: Party, *, duration: float) -> Tracks:
     Args:
         party: Who, and where.
         duration: At most [s].
+        moving: Obstacles that do, and that people wait for or get out of the way of; None = there are none.
+        hold: So long they only get out of the way of these, before they go [s].
     """
     legs, floors = _Legs(party.itineraries, party.goals), Floors(party)
     detours = _Detours(party.area, max(seeker.radius for seeker in party.seekers), len(party.seekers))
     everyone = list(range(len(party.seekers)))
     gates, slips, corners = _gates(party, floors), Slips(party.seekers), Corners(party.seekers)
+    dodges = Dodges(party.seekers, moving, party.area.levels)
     floors.steer(everyone, legs.targets)
     turned = [gates.turned.copy()]
     samples = [np.array([seeker.start[[0, 2]] for seeker in party.seekers])]
     heights = [party.area.height_at(party.starts, samples[0])]
     every = round(SAMPLE_STEP / TIME_STEP)
-    while len(samples) * SAMPLE_STEP < duration and not legs.arrived.all() and not _is_stuck(samples):
+    while len(samples) * SAMPLE_STEP < duration:
+        now = (len(samples) - 1) * SAMPLE_STEP
+        ends = legs.arrived.all() or _is_stuck(samples)
+        if ends and not dodges.expects(samples[-1], heights[-1], now=now):
+            break
         points = floors.iterate(every)
         samples.append(gates.centred(points, floors.levels))
         changed = legs.advance(points, floors.go_over(legs.next_levels))
@@ -103,14 +112,21 @@ def simulate(party: Party, *, duration: float) -> Tracks:
         )
         floors.slim(np.minimum(gates.thin, slips.thin))
         turned.append(np.maximum(gates.turned, slips.turned))
-        changed += detours.advance(samples, legs.arrived | gates.held | slips.active, floors)
+        waits = legs.arrived | gates.held | slips.active | dodges.waits | (now < hold)
+        changed += detours.advance(samples, waits, floors)
         if len(samples) % round(LOOK_AHEAD / SAMPLE_STEP) == 0:
             changed = everyone
         targets = np.where((gates.held | gates.led)[:, None], gates.places, legs.targets)
-        floors.steer(changed, np.where(detours.active[:, None], detours.targets, targets))
+        targets = np.where(detours.active[:, None], detours.targets, targets)
         heights.append(party.area.height_at(floors.levels, points))
+        changed += dodges.advance(points, heights[-1], floors, targets=targets, now=(len(samples) - 1) * SAMPLE_STEP)
+        floors.steer(sorted({*changed}), np.where(dodges.active[:, None], dodges.targets, targets))
         slopes, bends = _paces(samples, heights), corners.paces(points, floors.ways, elapsed=SAMPLE_STEP)
-        floors.pace(slopes * np.minimum(gates.paces(turned[-1]), bends))
+        floors.pace(
+            slopes
+            * np.minimum(gates.paces(turned[-1]), bends)
+            * np.where((now < hold) & ~dodges.active, 0.0, dodges.paces)
+        )
     times = SAMPLE_STEP * np.arange(len(samples))
     return Tracks(
         times=times,

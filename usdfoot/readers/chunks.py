@@ -81,4 +81,5 @@ def _opened(path: Path) -> Sdf.Layer | None:
 
 def _notes(layer: Sdf.Layer | None) -> Mapping[str, Any]:
     """What a layer says of its making."""
-    return dict(layer.customLayerData.get(PROVENANCE, {})) if layer else {}
+    said = layer.customLayerData.get(PROVENANCE) if layer else None
+    return said if isinstance(said, dict) else {}

@@ -9,11 +9,12 @@ from pxr import Usd
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import UsdfootError
 from usdfoot.model.report import Problem
-from usdfoot.planning.moving import with_velocity
+from usdfoot.planning.moving import Moving, with_velocity
 from usdfoot.planning.world import Obstacle
 from usdfoot.readers.obstacles import obstacle_prims, obstacles_of
 from usdfoot.readers.skeleton import is_moving
 from usdfoot.readers.stage import StagePrims
+from usdfoot.readers.transform_codes import transform_codes
 
 __all__ = ["MovingObstacles"]
 
@@ -43,6 +44,14 @@ class MovingObstacles:
     def others(self, obstacles: Sequence[Obstacle]) -> tuple[Obstacle, ...]:
         """Those of the obstacles that are not animated."""
         return tuple(obstacle for obstacle in obstacles if obstacle.name not in self._names)
+
+    def after(self, start: float) -> Moving | None:
+        """They at times from a start [s] on, None if there are none."""
+        if not self._moving:
+            return None
+        last = max((code for prim in self._moving for code in _codes(prim)), default=0.0)
+        end = max(last / self._units.time_codes_per_second - start, 0.0)
+        return Moving(at=lambda time: self.at(start + time), end=end)
 
     def doubts(self) -> tuple[Problem, ...]:
         """A warning of them where plans are made that see them only at the stage's start."""
@@ -79,6 +88,12 @@ class MovingObstacles:
                 except UsdfootError:
                     continue
         return self._read[number]
+
+
+def _codes(prim: Usd.Prim) -> list[float]:
+    """Time codes at which its place or its shape is said."""
+    shapes = [code for attribute in prim.GetAuthoredAttributes() for code in attribute.GetTimeSamples()]
+    return [*transform_codes(prim).tolist(), *shapes]
 
 
 def _is_animated(prim: Usd.Prim) -> bool:

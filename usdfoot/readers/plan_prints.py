@@ -18,7 +18,7 @@ from usdfoot.errors import PlanError
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 
-__all__ = ["path_orientations", "place_prints", "turn_prints"]
+__all__ = ["cut_rows", "path_orientations", "place_prints", "turn_prints"]
 
 _logger = logging.getLogger(__name__)
 
@@ -28,23 +28,24 @@ _IN_PLACE = 0.1
 """Shorter than this [m] the way past a footstep does not tell where it faces."""
 
 
-def place_prints(local: Sequence[FloatArray], matrices: Sequence[FloatArray], units: StageUnits) -> list[FloatArray]:
+def place_prints(local: Sequence[np.ndarray], matrices: Sequence[FloatArray], units: StageUnits) -> list[FloatArray]:
     """Positions in the canonical world [m], shape (N, 3) for each plan.
 
     Args:
-        local: In the spaces of P plans, stage units, shape (N, 3) each.
+        local: In the spaces of P plans, stage units, numbers of any type, shape (N, 3) each.
         matrices: From the plans to the world (row vectors), shape (4, 4) each.
         units: Of the stage.
     """
     if not local:
         return []
-    rows, to_world = np.concatenate(local), np.repeat(np.stack(matrices), [len(own) for own in local], axis=0)
+    rows = np.concatenate(local).astype(float)
+    to_world = np.repeat(np.stack(matrices), [len(own) for own in local], axis=0)
     turned = sum((rows[:, axis, None] * to_world[:, axis, :3] for axis in (1, 2)), rows[:, :1] * to_world[:, 0, :3])
-    return _cut(units.points_to_canonical(turned + to_world[:, 3, :3]), local)
+    return cut_rows(units.points_to_canonical(turned + to_world[:, 3, :3]), local)
 
 
 def turn_prints(
-    paths: Sequence[str], authored: Sequence[FloatArray], matrices: Sequence[FloatArray], *, units: StageUnits
+    paths: Sequence[str], authored: Sequence[np.ndarray], matrices: Sequence[FloatArray], *, units: StageUnits
 ) -> list[FloatArray | PlanError]:
     """Orientations in the canonical world, xyzw, shape (N, 4) for each plan, or why there are none.
 
@@ -53,13 +54,13 @@ def turn_prints(
 
     Args:
         paths: Of P plans, for messages.
-        authored: Quaternions xyzw, N of at least one, shape (N, 4) each.
+        authored: Quaternions xyzw, numbers of any type, N of at least one, shape (N, 4) each.
         matrices: From the plans to the world (row vectors), shape (4, 4) each.
         units: Of the stage.
     """
     if not authored:
         return []
-    rows = np.concatenate(authored)
+    rows = np.concatenate(authored).astype(float)
     lengths = np.sqrt(np.einsum("ij,ij->i", rows, rows))
     usable = (lengths > 1e-3) & (lengths < np.inf)
     own = rows / np.where(usable, lengths, 1.0)[:, None]
@@ -71,7 +72,7 @@ def turn_prints(
     upright &= (np.stack(matrices)[:, :3, :3] == np.eye(3)).all(axis=(1, 2))
     fine = upright & (np.minimum.reduceat(rises, firsts) > 0.0) & np.logical_and.reduceat(usable, firsts)
     found: list[FloatArray | PlanError] = []
-    cut = zip(_cut(unturned, authored), _cut(own, authored), _cut(usable, authored), strict=True)
+    cut = zip(cut_rows(unturned, authored), cut_rows(own, authored), cut_rows(usable, authored), strict=True)
     for index, (ready, units_own, is_usable) in enumerate(cut):
         try:
             if not fine[index]:
@@ -109,7 +110,7 @@ def path_orientations(sides: IntArray, positions: FloatArray) -> FloatArray:
     return quaternion.yaw_quaternion(np.arctan2(forward[:, 0], forward[:, 2]))
 
 
-def _cut(rows: np.ndarray, plans: Sequence[FloatArray]) -> list[np.ndarray]:
+def cut_rows(rows: np.ndarray, plans: Sequence[np.ndarray]) -> list[np.ndarray]:
     """The rows of each plan, as many as it has prints."""
     return [rows[first:end] for first, end in pairwise(accumulate(map(len, plans), initial=0))]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -16,7 +16,7 @@ from usdfoot.maths.types import FloatArray
 from usdfoot.model.limits import DEFAULT_LIMITS, check_limit
 from usdfoot.model.report import Problem
 from usdfoot.readers.skeleton import StartTransforms
-from usdfoot.readers.stage import authored, authored_or_primvar, targets
+from usdfoot.readers.stage import authored_in, authored_or_primvar, targets
 from usdfoot.readers.transform_codes import changes_place, changes_value
 
 __all__ = ["PRINTS", "TIMES", "PlanSource", "ask_plan"]
@@ -41,6 +41,9 @@ _ALL = frozenset((*PRINTS, *TIMES))
 _EACH = (*PRINTS[:2], *TIMES)
 """Attributes that have an entry a footstep."""
 
+_ANIMATED = "its positions are animated, the first sample is read. author one value, not time samples"
+_MOVED = "its transform is animated, its prints are read at the stage's start. remove the animation"
+
 _PRIMVARS = {f"primvars:{name}": name for name in (*TIMES, Token.ROOT_WEIGHTS, Token.STYLES)}
 """Attributes of plans by the names they have as primvars."""
 
@@ -56,7 +59,7 @@ class PlanSource:
     matrix: FloatArray
     """Local-to-world matrix (row vectors), shape (4, 4)."""
     ignored: tuple[Problem, ...]
-    """Warnings of what does not count."""
+    """Warnings of what viewers show otherwise."""
     has_root: bool
     """Whether a root trajectory is given with it."""
 
@@ -84,50 +87,53 @@ def ask_plan(
         kind = prim.GetTypeName() or "an untyped prim"
         raise PlanError(prim.GetPath(), f"is {kind}", "a footstep plan is a PointInstancer with UsdfootPlanAPI")
     given, transforms = prim.GetAuthoredPropertyNames(), transforms or StartTransforms(prim.GetStage())
-    said, path = _said(prim, given, names), str(prim.GetPath())
+    queries = {name: Usd.AttributeQuery(prim, name) for name in given if name in names}
+    said, path = _said(prim, given, names, queries), str(prim.GetPath())
     counts = [len(said[name]) for name in _EACH if name in said]
     check_limit(path, "footsteps", max(counts, default=0), limit=most)
+    place = transforms.place_of(prim if _PLACE in given else prim.GetParent())
+    ignored = [
+        *_unseen(prim, said.get(_HIDDEN)),
+        *(_swapped(prim) if _PROTOTYPES in given else ()),
+        *((_ANIMATED,) if _POSITIONS in queries and changes_value(queries[_POSITIONS]) else ()),
+        *((_MOVED,) if place.is_moving and changes_place(prim) else ()),
+    ]
     return PlanSource(
         path=path,
         said=said,
-        matrix=transforms.matrix_of(prim if _PLACE in given else prim.GetParent()),
-        ignored=_ignored(prim, path, given, hidden=said.get(_HIDDEN), transforms=transforms),
+        matrix=place.matrix,
+        ignored=tuple(Problem(severity="warning", where=path, message=f"{path}: {text}") for text in ignored),
         has_root=Token.ROOT_TRAJECTORY in given and bool(targets(prim, Token.ROOT_TRAJECTORY)),
     )
 
 
-def _said(prim: Usd.Prim, given: Collection[str], names: Collection[str]) -> dict[str, Any]:
+def _said(
+    prim: Usd.Prim, given: Collection[str], names: Collection[str], queries: Mapping[str, Usd.AttributeQuery]
+) -> dict[str, Any]:
     """Values of the given attributes, by name; those of plans may be primvars, as Houdini writes them."""
-    said = {name: authored(prim, name) for name in given if name in names}
+    said = {name: authored_in(query, prim, name) for name, query in queries.items()}
     for name in (_PRIMVARS[primvar] for primvar in given if primvar in _PRIMVARS):
         if name in names and said.get(name) is None:
             said[name] = authored_or_primvar(prim, name)
     return {name: value for name, value in said.items() if value is not None}
 
 
-def _ignored(
-    prim: Usd.Prim, path: str, given: Collection[str], *, hidden: Any, transforms: StartTransforms
-) -> tuple[Problem, ...]:
-    """Warnings of what viewers show otherwise: feet go by index, hidden prints stay and are counted, and none moves."""
-    found = []
+def _unseen(prim: Usd.Prim, hidden: Any) -> Iterator[str]:
+    """What is wrong with prints that viewers do not show: they stay, and are counted."""
     edits = prim.GetMetadata(_INACTIVE)
     for state, count in (
         ("inactive", len(edits.ApplyOperations([])) if edits else 0),
         ("invisible", len(hidden) if hidden else 0),
     ):
         if count:
-            found.append(
-                f"{count} of its prints are {state}, but stay footsteps. delete their entries from every array"
-            )
+            yield f"{count} of its prints are {state}, but stay footsteps. delete their entries from every array"
+
+
+def _swapped(prim: Usd.Prim) -> Iterator[str]:
+    """What is wrong with prototypes in another order than feet, which go by index."""
     prints = tuple(path.name for path in targets(prim, _PROTOTYPES)[:2])
     if _are_swapped(prints):
-        named = ", ".join(prints)
-        found.append(f"its prototypes are {named}, but index 0 is a left foot. list the left print first")
-    if changes_value(prim.GetAttribute(_POSITIONS)):
-        found.append("its positions are animated, the first sample is read. author one value, not time samples")
-    if transforms.is_moving(prim if _PLACE in given else prim.GetParent()) and changes_place(prim):
-        found.append("its transform is animated, its prints are read at the stage's start. remove the animation")
-    return tuple(Problem(severity="warning", where=path, message=f"{path}: {text}") for text in found)
+        yield f"its prototypes are {', '.join(prints)}, but index 0 is a left foot. list the left print first"
 
 
 @lru_cache(maxsize=1024)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from itertools import repeat
+from typing import Any, TypeVar
 
 import numpy as np
 from pxr import Usd, UsdGeom
@@ -19,7 +20,7 @@ from usdfoot.model.limits import DEFAULT_LIMITS
 from usdfoot.model.plan import FootstepPlan, PlanDraft
 from usdfoot.model.plan_checks import checked_plans
 from usdfoot.model.report import Problem
-from usdfoot.readers.plan_prints import path_orientations, place_prints, turn_prints
+from usdfoot.readers.plan_prints import cut_rows, path_orientations, place_prints, turn_prints
 from usdfoot.readers.plan_sources import PRINTS, TIMES, PlanSource, ask_plan
 from usdfoot.readers.skeleton import StartTransforms
 from usdfoot.readers.stage import is_authored
@@ -121,41 +122,48 @@ class _Authored:
     source: PlanSource
     sides: IntArray
     """Shape (N,)."""
-    local: FloatArray
-    """Positions in the plan's space [stage units], shape (N, 3)."""
-    orientations: FloatArray | None
-    """Xyzw, shape (N, 4)."""
+    local: np.ndarray
+    """Positions in the plan's space [stage units], numbers of any type, shape (N, 3)."""
+    orientations: np.ndarray | None
+    """Xyzw, numbers of any type, shape (N, 4)."""
     times: tuple[FloatArray, FloatArray] | None
     """Strikes and liftoffs [s], shape (N,); None = nobody asked."""
 
-    @staticmethod
-    def of(source: PlanSource, units: StageUnits, *, is_timed: bool) -> _Authored:
-        """Raises PlanError if an array is missing."""
-        sides = _array(source, _SIDES, (), int)
-        local = _array(source, _POSITIONS, (3,), float)
-        turns = [found for name in _ORIENTATIONS if (found := source.said.get(name)) is not None and len(found)]
-        times = None
-        if is_timed:
-            strikes, liftoffs = (units.codes_to_times(_array(source, name, (), float, _UNTIMED)) for name in TIMES)
-            times = _together(strikes, 0, 1), _together(liftoffs, -2, -1)
-        return _Authored(
+
+def _authored_of(
+    sources: Sequence[PlanSource], units: StageUnits, *, is_timed: bool
+) -> dict[int, _Authored | PlanError]:
+    """What is authored of plans, or which array one lacks, by their indices; those that lack one come first."""
+    found: dict[int, _Authored | PlanError] = {}
+    for index, source in enumerate(sources):
+        missing = [name for name in (_SIDES, _POSITIONS, *(TIMES if is_timed else ())) if name not in source.said]
+        if missing:
+            remedy = _UNTIMED if missing[0] in TIMES else "author one entry a footstep"
+            found[index] = PlanError(source.path, f"has no {missing[0]}", remedy)
+    whole = {index: source for index, source in enumerate(sources) if index not in found}
+    said = [source.said for source in whole.values()]
+    sides = _sides([own[_SIDES] for own in said])
+    strikes, liftoffs = ([own.get(name) for own in said] for name in TIMES)
+    timed: Iterable[tuple[FloatArray, FloatArray] | None] = repeat(None)
+    if is_timed:
+        timed = zip(_times(strikes, units, is_end=False), _times(liftoffs, units, is_end=True), strict=True)
+    for (index, source), own_sides, times in zip(whole.items(), sides, timed, strict=False):
+        turns = [turn for name in _ORIENTATIONS if (turn := source.said.get(name)) is not None and len(turn)]
+        found[index] = _Authored(
             source=source,
-            sides=sides,
-            local=local,
-            orientations=np.array(turns[0], dtype=float) if turns else None,
+            sides=own_sides,
+            local=np.asarray(source.said[_POSITIONS]),
+            orientations=np.asarray(turns[0]) if turns else None,
             times=times,
         )
+    return found
 
 
 def _drafts_of(sources: Sequence[PlanSource], units: StageUnits, *, is_timed: bool) -> list[Drafted | PlanError]:
     """Plans, unchecked, or why there are none."""
-    found: dict[int, Drafted | PlanError] = {}
-    plans: dict[int, _Authored] = {}
-    for index, source in enumerate(sources):
-        try:
-            plans[index] = _Authored.of(source, units, is_timed=is_timed)
-        except PlanError as error:
-            found[index] = error
+    authored = _authored_of(sources, units, is_timed=is_timed)
+    found: dict[int, Drafted | PlanError] = {i: error for i, error in authored.items() if isinstance(error, PlanError)}
+    plans = {index: plan for index, plan in authored.items() if isinstance(plan, _Authored)}
     matrices = [plan.source.matrix for plan in plans.values()]
     positions = place_prints([plan.local for plan in plans.values()], matrices, units)
     facing = {index: plan.orientations for index, plan in plans.items() if plan.orientations is not None}
@@ -199,24 +207,26 @@ def _draft(plan: _Authored, positions: FloatArray, orientations: FloatArray | No
     return draft, problems
 
 
-def _together(times: FloatArray, one: int, other: int) -> FloatArray:
-    """Times (N,) with the `other` equal to the `one` where they are so near that rounding alone tells them apart."""
-    if len(times) < 2 or not abs(times[other] - times[one]) <= SAME_TIME:
-        return times
-    times = times.copy()
-    times[other] = times[one]
-    return times
+def _sides(authored: Sequence[Any]) -> list[IntArray]:
+    """Sides of plans, shape (N,) each."""
+    arrays = [np.asarray(own) for own in authored]
+    return cut_rows(np.concatenate(arrays).astype(int), arrays) if arrays else []
 
 
-def _array(
-    source: PlanSource, name: str, shape: tuple[int, ...], kind: type, remedy: str = "author one entry a footstep"
-) -> np.ndarray:
-    """An array of what is said of the plan, shape (N, *shape)."""
-    value = source.said.get(name)
-    if value is None:
-        raise PlanError(source.path, f"has no {name}", remedy)
-    array: np.ndarray = np.array(value, dtype=kind)
-    return array if array.size else np.zeros((0, *shape), dtype=kind)
+def _times(codes: Sequence[Any], units: StageUnits, *, is_end: bool) -> list[FloatArray]:
+    """Times of plans [s], shape (N,) each, from their time codes.
+
+    The first two of a plan, or the last two, are one where they are so near that rounding alone tells them apart.
+    """
+    arrays = [np.asarray(own) for own in codes]
+    if not arrays:
+        return []
+    times, counts = units.codes_to_times(np.concatenate(arrays)), np.array([*map(len, arrays)])
+    ends = counts.cumsum()
+    first = (ends - 2 if is_end else ends - counts)[counts > 1]
+    first = first[np.abs(times[first + 1] - times[first]) <= SAME_TIME]
+    times[first + 1] = times[first]
+    return cut_rows(times, arrays)
 
 
 def _or_raise(found: tuple[_Read, tuple[Problem, ...]] | PlanError) -> tuple[_Read, tuple[Problem, ...]]:

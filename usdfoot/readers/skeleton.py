@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from pxr import Sdf, Tf, Usd, UsdGeom, UsdSkel
@@ -194,6 +195,15 @@ def _moves(prim: Usd.Prim) -> bool:
     return bool(xformable) and xformable.TransformMightBeTimeVarying()
 
 
+class StartPlace(NamedTuple):
+    """Where a prim is at its stage's start."""
+
+    matrix: FloatArray
+    """Local-to-world matrix (row vectors), shape (4, 4)."""
+    is_moving: bool
+    """Whether a transform on it or above it changes over time."""
+
+
 class StartTransforms:
     """Where many prims of a stage are at its start; what is above them is looked at once. The stage must stay as it is.
 
@@ -204,6 +214,15 @@ class StartTransforms:
     def __init__(self, stage: Usd.Stage) -> None:
         self._cache = UsdGeom.XformCache(start_code(stage))
         self._moving: dict[Sdf.Path, bool] = {}
+        self._places: dict[Sdf.Path, StartPlace] = {}
+
+    def place_of(self, prim: Usd.Prim) -> StartPlace:
+        """Where a prim is that many may ask about, as one above them."""
+        path = prim.GetPath()
+        place = self._places.get(path)
+        if place is None:
+            place = self._places[path] = StartPlace(self.matrix_of(prim), self.is_moving(prim))
+        return place
 
     def matrix_of(self, prim: Usd.Prim) -> FloatArray:
         """Local-to-world matrix (row vectors) of a prim, shape (4, 4)."""

@@ -11,7 +11,7 @@ from itertools import islice
 from typing import Any
 
 import numpy as np
-from pxr import Sdf, Tf, Usd, UsdGeom, UsdSkel
+from pxr import Sdf, Tf, Usd, UsdGeom, UsdSkel, UsdUtils
 
 from usdfoot.bridge.scene import StageInfo
 from usdfoot.bridge.schema import applied_apis, declared_kind, declared_type
@@ -25,6 +25,7 @@ from usdfoot.model.report import Problem
 __all__ = [
     "StagePrims",
     "authored",
+    "authored_in",
     "authored_or_primvar",
     "authored_values",
     "collect_prims",
@@ -33,6 +34,7 @@ __all__ = [
     "identifier_of",
     "is_as_saved",
     "is_authored",
+    "keep_open",
     "layers_of",
     "open_stage",
     "read_stage_info",
@@ -87,6 +89,15 @@ def open_stage(scene: str | os.PathLike[str] | Usd.Stage) -> Usd.Stage:
     if not stage:
         raise SceneError(path, "cannot be opened as USD", f"give a {_EXTENSIONS} file")
     return stage
+
+
+def keep_open(stage: Usd.Stage) -> None:
+    """Has a stage stay open until the process ends, without being closed then.
+
+    Closing that of a large crowd takes a sixth of the time in which nothing of it is found to be made. For processes of
+    usdfoot's own, which open one.
+    """
+    UsdUtils.StageCache.Get().Insert(stage)
 
 
 def read_stage_info(stage: Usd.Stage) -> StageInfo:
@@ -146,8 +157,7 @@ def identifier_of(layer: Sdf.Layer) -> str:
 
 def has_marked(stage: Usd.Stage, *, more_than: int) -> bool:
     """Whether so many prims are marked with schemas of usdfoot, found without looking at the others."""
-    prims = (prim for prim in stage.Traverse() if prim.HasAuthoredMetadata("apiSchemas"))
-    marked = (prim for prim in prims if any(name.startswith(_OURS) for name in applied_apis(prim)))
+    marked = (prim for prim in stage.Traverse() if any(name.startswith(_OURS) for name in applied_apis(prim)))
     return next(islice(marked, more_than, None), None) is not None
 
 
@@ -171,10 +181,14 @@ def authored(prim: Usd.Prim, name: str) -> Any:
     Raises:
         SceneError: If the attribute is of a type that cannot stand for the schema's, as text cannot for a number.
     """
-    attribute = Usd.AttributeQuery(prim, name)  # resolves it once
-    if not attribute.HasAuthoredValue():  # as one that is not there
+    return authored_in(Usd.AttributeQuery(prim, name), prim, name)  # resolves it once
+
+
+def authored_in(query: Usd.AttributeQuery, prim: Usd.Prim, name: str) -> Any:
+    """As `authored` by a query of the prim's attribute of this name, which may not be there."""
+    if not query.HasAuthoredValue():
         return None
-    value = attribute.Get(_EARLIEST)
+    value = query.Get(_EARLIEST)
     return value if declared_kind(name) in (None, type(value)) else _of_type(name, prim.GetAttribute(name), value)
 
 
@@ -269,10 +283,9 @@ def collect_prims(stage: Usd.Stage, *, most: int = DEFAULT_LIMITS.prims) -> Stag
     kinds: dict[str, str] = {}
     prototypes: list[Sdf.Path] = []
     for prim in walk_stage(stage, most=most):
-        if prim.HasAuthoredMetadata("apiSchemas"):
-            for name in applied_apis(prim):
-                if name.startswith(_OURS):
-                    with_apis.setdefault(name, []).append(prim)
+        for name in applied_apis(prim):
+            if name.startswith(_OURS):
+                with_apis.setdefault(name, []).append(prim)
         type_name = prim.GetTypeName()
         kind = kinds.get(type_name)
         if kind is None:

@@ -58,8 +58,10 @@ def changes_place(prim: Usd.Prim) -> bool:
     return len(codes) > 1 and bool(np.ptp(matrices_of(prim, codes), axis=0).any())
 
 
-def changes_value(attribute: Usd.Attribute) -> bool:
+def changes_value(attribute: Usd.Attribute | Usd.AttributeQuery) -> bool:
     """Whether an attribute differs between its time samples."""
+    if not attribute.ValueMightBeTimeVarying():  # quickly told by a query
+        return False
     codes = attribute.GetTimeSamples()
     return any(attribute.Get(code) != attribute.Get(codes[0]) for code in codes[1:])
 

@@ -247,14 +247,14 @@ def read_joint_positions(
 def _world_matrices(agent: WrittenAgent, codes: FloatArray, joints: slice | list[int]) -> FloatArray:
     """Matrices (row vectors) of K joints to the stage's world at time codes (F,), shape (F, K, 4, 4)."""
     skel: FloatArray = np.empty((len(codes), len(np.arange(len(agent.skeleton.joints))[joints]), 4, 4))
-    above = np.empty((len(codes), 1, 4, 4))
+    above = np.empty((len(codes), 4, 4))
     xforms = UsdGeom.XformCache()
     for frame, code in enumerate(codes.tolist()):
         time = Usd.TimeCode(code)
         xforms.SetTime(time)
         skel[frame] = np.asarray(agent.query.ComputeJointSkelTransforms(time))[joints]
         above[frame] = xforms.GetLocalToWorldTransform(agent.skeleton_prim)
-    world = skel @ above
+    world = (skel.reshape(len(codes), -1, 4) @ above).reshape(skel.shape)
     nowhere = np.flatnonzero(~np.isfinite(world).all(axis=(1, 2, 3)))
     if nowhere.size:
         raise SceneError(agent.animation, f"moves joints to nowhere at {codes[nowhere[0]]:g}", "author finite values")

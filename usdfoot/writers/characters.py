@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import glob
 import hashlib
+import logging
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +18,8 @@ from usdfoot.writers.layers import LayerFormat, new_layer
 from usdfoot.writers.paths import relative_asset
 
 __all__ = ["FOLDER", "CharacterCopy", "copy_character", "copy_material", "is_bound", "must_be_copied", "open_asset"]
+
+_logger = logging.getLogger(__name__)
 
 FOLDER = "characters"
 """Folder of copies within the crowd's."""
@@ -154,9 +157,15 @@ def _moved(path: str, copied: CharacterCopy, folder: Path, collect: bool) -> str
     path, packaged = Ar.SplitPackageRelativePathOuter(path)  # a package comes along whole
     home = copied.name.removesuffix(".usdc")
     digest = hashlib.sha256(os.path.dirname(path).encode()).hexdigest()[:8]
-    found = glob.glob(glob.escape(path).replace("<UDIM>", "[0-9][0-9][0-9][0-9]"))
-    tiles = [tile for tile in found if os.path.isfile(tile)]  # a device would never end
+    tiles = [tile for tile in glob.glob(glob.escape(path).replace("<UDIM>", "[0-9][0-9][0-9][0-9]")) if _is_asset(tile)]
+    if not tiles:
+        _logger.warning("%s: is no file to collect, %s keeps its path. see that it is there", path, copied.name)
     for tile in tiles:
         copied.files[f"{home}/{digest}/{os.path.basename(tile)}"] = Path(tile)
     moved = f"./{os.path.basename(home)}/{digest}/{os.path.basename(path)}" if tiles else path
     return Ar.JoinPackageRelativePath(moved, packaged) if packaged else moved
+
+
+def _is_asset(path: str) -> bool:
+    """Whether it is a file of some kind: a device would never end, and keys and passwords seldom have a suffix."""
+    return bool(os.path.isfile(path) and os.path.splitext(path)[1])

@@ -1,4 +1,4 @@
-"""Folder lock: one run at a time writes into a folder."""
+"""Folder lock: one run at a time writes into a folder, or the tasks of one job."""
 
 from __future__ import annotations
 
@@ -18,14 +18,15 @@ __all__ = ["lock_folder"]
 
 
 @contextmanager
-def lock_folder(folder: Path) -> Iterator[None]:
-    """While the block lasts nobody else gets into one for the same folder.
+def lock_folder(folder: Path, *, is_shared: bool = False) -> Iterator[None]:
+    """While the block lasts nobody else gets into one for the same folder, but for those who share it.
 
     No file says so: of who was killed nothing is left. Where the folder cannot be made or locked, as on some disks of a
     network, nobody is kept out.
 
     Args:
         folder: Made if it does not exist, and removed again if nothing is in it in the end.
+        is_shared: Whether others may write at the same time who say so too: chunks of a crowd, each its own.
 
     Raises:
         OutputError: If another run is in such a block.
@@ -37,7 +38,7 @@ def lock_folder(folder: Path) -> Iterator[None]:
             folder.mkdir(parents=True, exist_ok=True)
             handle = os.open(folder, os.O_RDONLY)
             stack.callback(os.close, handle)
-            is_free = _lock(handle)
+            is_free = _lock(handle, is_shared)
         except OSError:
             is_free = True
         if not is_free:
@@ -45,11 +46,11 @@ def lock_folder(folder: Path) -> Iterator[None]:
         yield
 
 
-def _lock(handle: int) -> bool:
-    """Whether nobody else has locked the folder."""
+def _lock(handle: int, is_shared: bool) -> bool:
+    """Whether nobody else has locked the folder, or all share it."""
     try:
         if fcntl:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(handle, (fcntl.LOCK_SH if is_shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
     except BlockingIOError:
         return False
     return True

@@ -175,7 +175,7 @@ def staged_files(folder: Path) -> Iterator[StagedFiles]:
         folder: Made if it does not exist.
 
     Raises:
-        OutputError: If the folder cannot be made or written to.
+        OutputError: If the folder cannot be made or written to; OSError of files that are elsewhere.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -186,6 +186,8 @@ def staged_files(folder: Path) -> Iterator[StagedFiles]:
         yield files
         files.commit()
     except OSError as error:
+        if isinstance(error.filename, str) and not Path(error.filename).is_relative_to(folder):
+            raise
         remedy = "make room, or name another folder" if error.errno in _NO_ROOM else "name a folder you may write to"
         raise OutputError(folder, f"cannot be written to ({error.strerror})", remedy) from error
     finally:
