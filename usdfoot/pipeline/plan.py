@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +18,9 @@ from usdfoot.maths.planar import GROUND_AXES
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Outcome, Problem
-from usdfoot.model.terrain import Terrain
 from usdfoot.pipeline.flying import flying_like_clips
 from usdfoot.pipeline.plan_doubts import find_doubts
 from usdfoot.pipeline.plan_waits import wait_for_moving
-from usdfoot.planning.moving import Moving
 from usdfoot.planning.path import PathOptions
 from usdfoot.planning.world import Obstacle
 from usdfoot.readers.casting import Casting
@@ -90,7 +88,7 @@ def plan_scene_paths(
     obstacles, obstacle_problems = read_obstacles(stage, prims, info.units)
     moving = MovingObstacles(prims, info.units)
     still = moving.others(obstacles)
-    found, waits = _plans(walkers, terrain, still, moving=moving.after(0.0), options=options)
+    found = plan_walkers(walkers, terrain, obstacles=still, options=options)
     errors |= {name: plan for name, plan in found.items() if isinstance(plan, UsdfootError)}
     problems = [_problem(error) for error in errors.values()] + [*terrain_problems, *obstacle_problems]
     problems += [problem for problem in listed.problems if problem.severity == "error"]
@@ -107,12 +105,25 @@ def plan_scene_paths(
     ]
     if not planned:
         raise _no_paths(info, problems)
-    planned = flying_like_clips(planned, sources, terrain=terrain, casting=Casting.to_look(stage, prims, info.units))
+    casting = Casting.to_look(stage, prims, info.units)
+
+    def flown(parts: Sequence[PlannedAgent]) -> list[PlannedAgent]:
+        return flying_like_clips(parts, sources, terrain=terrain, casting=casting)
+
+    def go_round(walker: Walker, others: Sequence[Obstacle]) -> FootstepPlan | UsdfootError:
+        plan = plan_walkers([walker], terrain, obstacles=[*still, *others], options=options)[walker.name]
+        part = next(part for part in planned if part.name == walker.name)
+        return flown([replace(part, plan=plan)])[0].plan if isinstance(plan, FootstepPlan) else plan
+
+    planned = flown(planned)
     walked = [walker for walker in walkers if walker.name in _names(planned)]
+    known = moving.after(0.0)
+    if known and options.around is not False:
+        planned, waits = wait_for_moving(walked, planned, moving=known, go_round=go_round)
+        problems += waits
     problems += [doubt for walker in walked for doubt in walker.doubts()]
     problems += [doubt for walker in walked if (doubt := walker.style_doubt())]
     problems += _detours(planned, walked)
-    problems += waits
     problems += find_doubts(
         planned,
         terrain,
@@ -155,25 +166,6 @@ def save_plans(
         sources=info.layers,
         provenance={"version": __version__, **made_by},
     )
-
-
-def _plans(
-    walkers: Sequence[Walker],
-    terrain: Terrain,
-    obstacles: Sequence[Obstacle],
-    *,
-    moving: Moving | None,
-    options: PathOptions,
-) -> tuple[Mapping[str, FootstepPlan | UsdfootError], list[Problem]]:
-    """Plans by name, round obstacles and late enough for those that move, or why there is none; and who waits."""
-    found = plan_walkers(walkers, terrain, obstacles=obstacles, options=options)
-    if moving is None or options.around is False:
-        return found, []
-
-    def go_round(walker: Walker, others: Sequence[Obstacle]) -> FootstepPlan | UsdfootError:
-        return plan_walkers([walker], terrain, obstacles=[*obstacles, *others], options=options)[walker.name]
-
-    return wait_for_moving(walkers, found, moving=moving, go_round=go_round)
 
 
 def _names(planned: Sequence[PlannedAgent]) -> set[str]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from usdfoot.errors import UsdfootError
 from usdfoot.model.plan import FootstepPlan
@@ -11,32 +12,30 @@ from usdfoot.planning.moving import Moving
 from usdfoot.planning.waiting import find_meetings, let_pass
 from usdfoot.planning.world import Obstacle
 from usdfoot.readers.walkers import Walker
+from usdfoot.writers.plans import PlannedAgent
 
 __all__ = ["wait_for_moving"]
-
-Plans = Mapping[str, FootstepPlan | UsdfootError]
 
 
 def wait_for_moving(
     walkers: Sequence[Walker],
-    plans: Plans,
+    planned: Sequence[PlannedAgent],
     *,
     moving: Moving,
     go_round: Callable[[Walker, Sequence[Obstacle]], FootstepPlan | UsdfootError],
-) -> tuple[dict[str, FootstepPlan | UsdfootError], list[Problem]]:
-    """The plans, those that meet an obstacle later where that helps, by name; and who waits, or cannot.
+) -> tuple[list[PlannedAgent], list[Problem]]:
+    """The plans, those that meet an obstacle later where that helps; and who waits, or cannot.
 
     Args:
-        walkers: Who walks.
-        plans: Their plans by name.
+        walkers: Who walks each.
+        planned: Their plans, with the flights and double supports they are walked with.
         moving: Obstacles at times of the stage.
         go_round: Plans somebody's way again, also round these obstacles.
     """
-    walking = [walker for walker in walkers if isinstance(plans[walker.name], FootstepPlan)]
-    made = [plan for walker in walking if isinstance(plan := plans[walker.name], FootstepPlan)]
-    found, problems = dict(plans), []
-    for row, (name, time) in find_meetings(made, [walker.proportions for walker in walking], moving).items():
-        walker, plan = walking[row], made[row]
+    found, problems = list(planned), list[Problem]()
+    bodies = [walker.proportions for walker in walkers]
+    for row, (name, time) in find_meetings([part.plan for part in planned], bodies, moving).items():
+        walker, plan = walkers[row], planned[row].plan
         later = let_pass(plan, walker.proportions, moving)
         if later is None:
             other = go_round(walker, moving.at(moving.end))
@@ -46,7 +45,7 @@ def wait_for_moving(
             what = f"meets {name} at {time:.2f} s, and to wait does not help"
             remedy = "lead the path elsewhere, or author another usdfoot:path:startTime"
         else:
-            found[walker.name] = later
+            found[row] = replace(planned[row], plan=later)
             wait = later.strike_times[-1] - plan.strike_times[-1]
             if wait <= 0.0:
                 continue
