@@ -65,3 +65,20 @@ def test_who_speeds_up_and_stops_stays_within_all_targets(scene, tmp_path):
     crowd = animate(composed(tmp_path / "plans.usdc", scene), tmp_path / "crowd", agents="Runner").crowd_file
     (agent,) = validate(crowd).agents
     assert [figure.name for figure in agent.figures if not figure.passed] == []
+
+
+def test_feet_of_quick_walks_stand_together_no_longer_than_in_the_clips(shared_data, tmp_path):
+    """At 1.9 m/s all but no time: people's feet do for a tenth of the step."""
+    stage = new_stage(tmp_path / "scene.usda", Units(meters=0.01, rate=30.0))
+    for name in ("character", "clips"):
+        stage.DefinePrim(f"/World/{name}").GetReferences().AddReference(
+            str(shared_data / "bandai" / f"bandai_{name}.usdc")
+        )
+    op = UsdGeom.Xform.Define(stage, "/World/Track").AddTranslateOp()
+    for code in (0.0, 180.0):
+        op.Set(Gf.Vec3d(0.0, 0.0, 190.0 * code / 30.0), code)
+    add_agent(stage, "/World/Walker", trajectory="/World/Track", character="/World/character", clips="/World/clips")
+    stage.GetRootLayer().Save()
+    (plan,) = plan_scene_trajectories(tmp_path / "scene.usda", tmp_path / "plans.usdc").plans.values()
+    together = plan.liftoff_times[2:-4] - plan.strike_times[3:-3]
+    assert np.median(together) < 0.06 * np.median(np.diff(plan.strike_times))

@@ -210,6 +210,19 @@ def test_what_is_wrong_with_a_clip_is_said(spoil, message):
         read(stage)
 
 
+def test_a_clip_squeezed_into_no_time_by_an_offset_is_refused(tmp_path):
+    """Analysis looks at windows of so many seconds: a billion samples of it."""
+    source = scene()
+    source.GetRootLayer().Export(str(tmp_path / "clips.usda"))
+    stage = new_stage()
+    offset = Sdf.LayerOffset(0.0, 1e-9)
+    stage.DefinePrim("/World").GetReferences().AddReference(str(tmp_path / "clips.usda"), "/World", offset)
+    with pytest.raises(
+        ClipError, match=r"/World/walk: has 3e\+10 samples a second\. correct their times, or the offset"
+    ):
+        read(stage)
+
+
 def keep_first(animation):
     for attribute in (animation.GetRotationsAttr(), animation.GetTranslationsAttr()):
         for time in attribute.GetTimeSamples()[1:]:

@@ -99,6 +99,16 @@ def test_rates_out_of_the_ordinary_are_said(rate, every, said):
     assert [said in message for message in found] == ([True] if said else [])
 
 
+@pytest.mark.parametrize(("kilometres", "units", "spacing"), [(10.0, Units(), 0), (4000.0, Units(0.01, "Z"), 320)])
+def test_a_scene_on_the_grid_of_a_map_is_named(kilometres, units, spacing):
+    """Positions are of single precision: figures would say that footsteps are missed."""
+    stage = simple_scene(units=units)
+    place = np.array([0.0, 0.0, 1000.0 * kilometres])
+    UsdGeom.Xformable(stage.GetPrimAtPath("/World")).AddTranslateOp().Set(Gf.Vec3d(*units.points(place).tolist()))
+    said = [problem.message for problem in read_scene(stage).crowd.problems]
+    assert [f"are {spacing} mm apart" in message for message in said] == [True] * bool(spacing)
+
+
 def test_tuning_is_read_in_the_scenes_units_and_what_is_given_goes_over_it():
     stage = simple_scene(units=Units(0.01))
     prim = stage.GetPrimAtPath("/World/Hero")

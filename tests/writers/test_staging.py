@@ -37,10 +37,10 @@ def test_a_failure_while_writing_a_crowd_again_leaves_the_old_one(tmp_path, monk
     crowd, _, _ = write(tmp_path)
     before = contents(crowd.parent)
 
-    def full_disk(self, name, text):
+    def full_disk(self, name, content):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(staging.StagedFiles, "add_text", full_disk)
+    monkeypatch.setattr(staging.StagedFiles, "add_bytes", full_disk)
     with pytest.raises(OutputError, match=r"cannot be written to \(No space left on device\)"):
         write(tmp_path, frames=5)
     assert contents(crowd.parent) == before

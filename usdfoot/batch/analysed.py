@@ -89,7 +89,7 @@ class KeptExamples:
         examples, problems = cut or build_once(library, samples=samples)
         try:
             with staged_files(self._folder) as files:
-                files.add_bytes(name, given if given and cut else _bytes_of(examples, problems))
+                files.add_bytes(name, [given if given and cut else _bytes_of(examples, problems)])
         except OutputError as error:  # the crowd itself may have room
             _logger.warning("the clips' analysis is not kept: %s", error)
         return examples, problems

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from usdfoot.batch.entries import AgentEntry, entry_of, json_line, read_totals, totals_json
-from usdfoot.bridge.chunks import JsonText
 from usdfoot.model.agent import Agent
 from usdfoot.model.motion import Motion
 from usdfoot.model.report import Problem
@@ -30,8 +29,8 @@ __all__ = [
 class ChunkRecord:
     """What became of a chunk's agents."""
 
-    head: JsonText
-    """What the report says of the chunk, a line: who is in it, its problems and the totals of its steps."""
+    head: bytes
+    """What the report says of the chunk, a line of JSON: who is in it, its problems and the totals of its steps."""
     anims: str
     """Name of the file with its animations."""
     content_hash: str
@@ -89,7 +88,7 @@ def record_of(
         "problems": [problem_json(problem) for problem in told],
         "totals": totals_json(present),
     }
-    return "\n".join([json_line(head), *(entry.text for entry in present)])
+    return "\n".join([json_line(head), *(entry.text.decode() for entry in present)])
 
 
 def parse_record(text: str, *, kept_agents: int | None = None) -> ChunkRecord:
@@ -99,8 +98,8 @@ def parse_record(text: str, *, kept_agents: int | None = None) -> ChunkRecord:
         text: Its lines.
         kept_agents: How many of the agents an earlier run made; None = the whole chunk.
     """
-    head, *lines = text.split("\n")
-    return _record(JsonText(head), json.loads(head), lines, kept_agents=kept_agents)
+    head, *lines = text.encode().split(b"\n")
+    return _record(head, json.loads(head), lines, kept_agents=kept_agents)
 
 
 def kept_record(text: str | None) -> ChunkRecord | None:
@@ -111,28 +110,28 @@ def kept_record(text: str | None) -> ChunkRecord | None:
         return None
 
 
-def read_records(heads: Sequence[Mapping[str, Any]], lines: Sequence[str]) -> list[ChunkRecord]:
+def read_records(heads: Sequence[Mapping[str, Any]], lines: Sequence[bytes]) -> list[ChunkRecord]:
     """Records of chunks that are kept as a report has them: the chunks' entries, and a line for each of their agents.
 
     Raises:
         KeyError, TypeError, ValueError: If somebody wrote into the report.
     """
     rest = iter(lines)
-    records = [_record(JsonText(json_line(head)), head, [next(rest, "") for _ in head["agents"]]) for head in heads]
+    records = [_record(json_line(head).encode(), head, [next(rest, b"") for _ in head["agents"]]) for head in heads]
     if next(rest, None) is not None or any(not agent.text for record in records for agent in record.agents):
         raise ValueError("the chunks have other agents than the report")
     return records
 
 
 def _record(
-    text: JsonText, head: Mapping[str, Any], lines: Sequence[str], *, kept_agents: int | None = None
+    text: bytes, head: Mapping[str, Any], lines: Sequence[bytes], *, kept_agents: int | None = None
 ) -> ChunkRecord:
     return ChunkRecord(
         head=text,
         anims=str(head["anims"]),
         content_hash=str(head["contentHash"]),
         agents=tuple(
-            AgentEntry(name=name, prim=prim, text=JsonText(line.lstrip()))
+            AgentEntry(name=name, prim=prim, text=line)
             for (name, prim), line in zip(head["agents"], lines, strict=True)
         ),
         problems=tuple(problem_of(problem) for problem in head["problems"]),
@@ -153,7 +152,7 @@ def problem_of(entry: Mapping[str, str]) -> Problem:
 
 
 NOBODY = ChunkRecord(
-    head=JsonText(""),
+    head=b"",
     anims="",
     content_hash="",
     agents=(),

@@ -5,11 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-__all__ = ["ChunkNotes", "JsonText"]
-
-
-class JsonText(str):
-    """JSON already: goes into a file of JSON as it is."""
+__all__ = ["ChunkNotes"]
 
 
 @dataclass(frozen=True, kw_only=True)

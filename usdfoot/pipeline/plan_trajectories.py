@@ -19,7 +19,7 @@ from usdfoot.model.ground import Ground
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits, check_range
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain, no_terrain
-from usdfoot.pipeline.flying import runs_like_clips
+from usdfoot.pipeline.flying import flying_like_clips
 from usdfoot.pipeline.plan import PlanReport, save_plans
 from usdfoot.pipeline.plan_doubts import find_doubts
 from usdfoot.planning.proportions import Proportions
@@ -92,8 +92,8 @@ def plan_scene_trajectories(
     """Plan footsteps for everyone who moves on a stage and write them as a layer.
 
     These are the agents with usdfoot:agent:trajectory; without any, all animated Points and PointInstancers with ids;
-    without any, all animated Xforms and SkelRoots. Agents whose clips show the same habits step as these do, and those
-    who run fly as long.
+    without any, all animated Xforms and SkelRoots. Agents whose clips show the same habits step as these do, those who
+    run fly as long, and in walks both feet stand together no longer.
 
     Args:
         scene: The USD scene; never changed.
@@ -203,7 +203,7 @@ def _like_clips(around: _Surroundings, listed: ListedScene) -> _Surroundings:
     reader = HabitsReader(build=build_once)
     habits = {reader.read(casting, source) for source in followers}
     body = replace(around.body, habits=habits.pop()) if len(habits) == 1 else around.body
-    fly = partial(runs_like_clips, sources=followers, terrain=around.terrain, casting=casting)
+    fly = partial(flying_like_clips, sources=followers, terrain=around.terrain, casting=casting)
     return replace(around, body=body, fly=fly)
 
 

@@ -24,8 +24,8 @@ from usdfoot.writers.root import SUBLAYERS
 
 __all__ = ["EarlierCrowd", "find_earlier"]
 
-_AGENTS, _END = '\n "agents": [\n', "\n ]"
-"""Between which a report has its agents, a line each."""
+_AGENTS, _NEXT, _END = b'\n "agents": [\n  ', b",\n  ", b"\n ]"
+"""What a report has before its agents, a line each, between and after them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,13 +90,13 @@ def _is_same(scene: Any, folder: Path, options: MotionOptions, call: CallRecord)
 def _read_report(folder: Path) -> tuple[dict[str, Any], list[ChunkRecord]] | None:
     """report.json without its agents, which are most of it, and its chunks' records; None if of other versions."""
     try:
-        text = (folder / File.REPORT).read_text(encoding="utf-8")
+        text = (folder / File.REPORT).read_bytes()
         start = text.index(_AGENTS) + len(_AGENTS)
         end = text.index(_END, start)
         agents, report = text[start:end], json.loads(text[:start] + text[end:])
         is_ours = report["versions"] == {"usdfoot": __version__, **library_versions()}
         is_ours = is_ours and isinstance(report["files"], dict)
-        return (report, read_records(report["chunks"], agents.split(",\n"))) if is_ours else None
+        return (report, read_records(report["chunks"], agents.split(_NEXT))) if is_ours else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
 

@@ -29,6 +29,8 @@ __all__ = ["ClipSource", "missing_leg_joints", "read_clip"]
 
 _logger = logging.getLogger(__name__)
 
+_MOST_SAMPLES = 1e4
+"""A second; no camera takes more, and analysis has windows of so and so many seconds."""
 _OTHER_AXES = 0.7
 """Axes of legs are other ones from here on [rad]; less may be the poses that were current when rigs were written."""
 
@@ -174,7 +176,15 @@ def _sample_codes(
     codes = np.concatenate(moving)
     above = transform_codes(source.skeleton_prim) if source.is_bound else codes
     within = above[(above >= codes.min()) & (above <= codes.max())]
-    return regular_codes([codes, within], units.time_codes_per_second, where=source.prim.GetPath(), most=most_frames)
+    regular = regular_codes([codes, within], units.time_codes_per_second, where=source.prim.GetPath(), most=most_frames)
+    rate = (len(regular) - 1) / float(np.ptp(units.codes_to_times(regular)))
+    if rate > _MOST_SAMPLES:
+        what, remedy = (
+            f"has {rate:.2g} samples a second",
+            "correct their times, or the offset of a layer or reference",
+        )
+        raise ClipError(source.prim.GetPath(), what, remedy)
+    return regular
 
 
 def _spread(rest: FloatArray, values: FloatArray, order: IntArray) -> FloatArray:

@@ -29,6 +29,7 @@ from usdfoot.model.tuning import BodyTuning
 from usdfoot.readers.agents import AgentSource
 from usdfoot.readers.casting import Casting, skipped
 from usdfoot.readers.clip_sources import ClipFinder
+from usdfoot.readers.distances import distance_problems
 from usdfoot.readers.far_agents import SamplingReader
 from usdfoot.readers.frames import find_frames, frames_problems, rate_problems, spans_of
 from usdfoot.readers.listing import ListedScene, list_scene
@@ -141,9 +142,11 @@ class SceneReader:
             self._overrides, self._walks, everyone=everyone, absent=absent, units=self.info.units
         )
         self._placements: dict[str, Placement] = {}
-        spans = spans_of(self._walks.read_all(self._chosen) if foreseen else (), self.info)
+        walks = [*self._walks.read_all(self._chosen)] if foreseen else []
+        spans = spans_of(walks, self.info)
         codes = find_frames(spans, self.info, frames, most=limits.frames)
         self._frame_problems = [*rate_problems(self.info, sampling.every), *frames_problems(spans, codes)]
+        self._frame_problems += distance_problems(walks, self.info)
         self._set_frames(codes)
 
     def _set_frames(self, codes: FloatArray) -> None:

@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from usdfoot.bridge.chunks import JsonText
 from usdfoot.bridge.file_hashes import mark_unchanged
 from usdfoot.bridge.scene import Scene
 from usdfoot.bridge.tokens import ChunkFiles, File, Prim, chunk_files, chunk_folder
@@ -109,7 +108,7 @@ class CrowdWriter:
         files.add_layer(File.ANIMS, stacked_layer(self._format, anims, text=True))
         files.add_layer(File.EXPANDED, expanded_layer(self._format, agents))
         self._hashes = files.content_hashes()
-        files.add_text(File.REPORT, _readable({**report, "files": self._hashes}) + "\n")
+        files.add_bytes(File.REPORT, _readable({**report, "files": self._hashes}))
         if not (folder / File.OVERRIDES).exists():
             files.add_layer(File.OVERRIDES, stacked_layer(self._format, (), text=True))
         self._has_materials = bool(materials)
@@ -123,23 +122,33 @@ class CrowdWriter:
         mark_unchanged([folder / name for name in self._hashes], marked=folder / File.REPORT)
 
 
-def _readable(report: Mapping[str, Any]) -> str:
-    """The report as JSON, one line for each entry of its lists and mappings."""
-    lines = []
+def _readable(report: Mapping[str, Any]) -> Iterator[bytes]:
+    """The report as JSON in pieces, one line for each entry of its lists and mappings; bytes are JSON already."""
+    before = b"{\n"
     for key, value in sorted(report.items()):
+        yield before + f' "{key}": '.encode()
         if isinstance(value, Mapping):
-            entries = [f"{json.dumps(name)}: {_compact(value[name])}" for name in sorted(value)]
-            text = "{\n  " + ",\n  ".join(entries) + "\n }" if entries else "{}"
+            entries = [f"{json.dumps(name)}: ".encode() + _compact(value[name]) for name in sorted(value)]
+            yield from _lines(b"{", entries, b"}")
         elif isinstance(value, Sequence) and not isinstance(value, str):
-            text = "[\n  " + ",\n  ".join(map(_compact, value)) + "\n ]" if value else "[]"
+            yield from _lines(b"[", [_compact(entry) for entry in value], b"]")
         else:
-            text = _compact(value)
-        lines.append(f" {json.dumps(key)}: {text}")
-    return "{\n" + ",\n".join(lines) + "\n}"
+            yield _compact(value)
+        before = b",\n"
+    yield b"\n}\n"
 
 
-def _compact(value: object) -> str:
-    return value if isinstance(value, JsonText) else json.dumps(value, sort_keys=True, allow_nan=False)
+def _lines(start: bytes, entries: Sequence[bytes], end: bytes) -> Iterator[bytes]:
+    yield start
+    if entries:
+        yield b"\n  "
+        yield b",\n  ".join(entries)
+        yield b"\n "
+    yield end
+
+
+def _compact(value: object) -> bytes:
+    return value if isinstance(value, bytes) else json.dumps(value, sort_keys=True, allow_nan=False).encode()
 
 
 def crowd_format(scene: Scene) -> LayerFormat:

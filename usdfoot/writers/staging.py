@@ -7,7 +7,7 @@ import logging
 import os
 import secrets
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -88,9 +88,10 @@ class StagedFiles:
         """Save a text file."""
         self.reserve(name).write_text(text, encoding="utf-8", newline="\n")
 
-    def add_bytes(self, name: str, content: bytes) -> None:
-        """Save a file of any kind."""
-        self.reserve(name).write_bytes(content)
+    def add_bytes(self, name: str, content: Iterable[bytes]) -> None:
+        """Save a file of any kind, of which there are several parts."""
+        with self.reserve(name).open("wb") as stream:
+            stream.writelines(content)
 
     def add_file(self, name: str, source: Path) -> None:
         """Copy a file."""
