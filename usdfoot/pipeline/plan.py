@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,6 @@ from usdfoot.pipeline.flying import flying_like_clips
 from usdfoot.pipeline.plan_doubts import find_doubts
 from usdfoot.pipeline.plan_waits import wait_for_moving
 from usdfoot.planning.path import PathOptions
-from usdfoot.planning.world import Obstacle
 from usdfoot.readers.casting import Casting
 from usdfoot.readers.habits import HabitsReader
 from usdfoot.readers.listing import list_scene
@@ -112,16 +111,16 @@ def plan_scene_paths(
     def flown(parts: Sequence[PlannedAgent]) -> list[PlannedAgent]:
         return flying_like_clips(parts, sources, terrain=terrain, casting=casting)
 
-    def go_round(walker: Walker, others: Sequence[Obstacle]) -> FootstepPlan | UsdfootError:
-        plan = plan_walkers([walker], terrain, obstacles=[*still, *others], options=options)[walker.name]
-        part = next(part for part in planned if part.name == walker.name)
-        return flown([replace(part, plan=plan)])[0].plan if isinstance(plan, FootstepPlan) else plan
-
     planned = flown(planned)
     walked = [walker for walker in walkers if walker.name in _names(planned)]
-    known = moving.after(0.0)
-    if known and options.around is not False:
-        planned, waits = wait_for_moving(walked, planned, moving=known, go_round=go_round)
+    if options.around is not False:
+        planned, waits = wait_for_moving(
+            walked,
+            planned,
+            moving=moving.after(0.0),
+            again=lambda walker, more: plan_walkers([walker], terrain, obstacles=[*still, *more], options=options),
+            flown=flown,
+        )
         problems += waits
     problems += [doubt for walker in walked for doubt in walker.doubts()]
     problems += [doubt for walker in walked if (doubt := walker.style_doubt())]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from usdfoot.errors import UsdfootError
@@ -21,26 +21,31 @@ def wait_for_moving(
     walkers: Sequence[Walker],
     planned: Sequence[PlannedAgent],
     *,
-    moving: Moving,
-    go_round: Callable[[Walker, Sequence[Obstacle]], FootstepPlan | UsdfootError],
+    moving: Moving | None,
+    again: Callable[[Walker, Sequence[Obstacle]], Mapping[str, FootstepPlan | UsdfootError]],
+    flown: Callable[[Sequence[PlannedAgent]], Sequence[PlannedAgent]],
 ) -> tuple[list[PlannedAgent], list[Problem]]:
     """The plans, those that meet an obstacle later where that helps; and who waits, or cannot.
 
     Args:
         walkers: Who walks each.
         planned: Their plans, with the flights and double supports they are walked with.
-        moving: Obstacles at times of the stage.
-        go_round: Plans somebody's way again, also round these obstacles.
+        moving: Obstacles at times of the stage; None = there are none.
+        again: Plans somebody's way again, also round these obstacles.
+        flown: Gives plans their flights and double supports.
     """
+    if moving is None:
+        return list(planned), []
     found, problems = list(planned), list[Problem]()
     bodies = [walker.proportions for walker in walkers]
     for row, (name, time) in find_meetings([part.plan for part in planned], bodies, moving).items():
         walker, plan = walkers[row], planned[row].plan
         later = let_pass(plan, walker.proportions, moving)
         if later is None:
-            other = go_round(walker, moving.at(moving.end))
+            other = again(walker, moving.at(moving.end))[walker.name]
             if isinstance(other, FootstepPlan):
-                plan, later = other, let_pass(other, walker.proportions, moving)
+                plan = flown([replace(planned[row], plan=other)])[0].plan
+                later = let_pass(plan, walker.proportions, moving)
         if later is None:
             what = f"meets {name} at {time:.2f} s, and to wait does not help"
             remedy = "lead the path elsewhere, or author another usdfoot:path:startTime"
