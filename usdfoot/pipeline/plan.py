@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -107,20 +108,12 @@ def plan_scene_paths(
     if not planned:
         raise _no_paths(info, problems)
     casting = Casting.to_look(stage, prims, info.units)
-
-    def flown(parts: Sequence[PlannedAgent]) -> list[PlannedAgent]:
-        return flying_like_clips(parts, sources, terrain=terrain, casting=casting)
-
+    flown = partial(flying_like_clips, sources=sources, terrain=terrain, casting=casting)
     planned = flown(planned)
     walked = [walker for walker in walkers if walker.name in _names(planned)]
-    if options.around is not False:
-        planned, waits = wait_for_moving(
-            walked,
-            planned,
-            moving=moving.after(0.0),
-            again=lambda walker, more: plan_walkers([walker], terrain, obstacles=[*still, *more], options=options),
-            flown=flown,
-        )
+    if options.around is not False and (known := moving.after(0.0)):
+        again = partial(plan_walkers, terrain=terrain, options=options)
+        planned, waits = wait_for_moving(walked, planned, moving=known, still=still, again=again, flown=flown)
         problems += waits
     problems += [doubt for walker in walked for doubt in walker.doubts()]
     problems += [doubt for walker in walked if (doubt := walker.style_doubt())]

@@ -21,8 +21,9 @@ def wait_for_moving(
     walkers: Sequence[Walker],
     planned: Sequence[PlannedAgent],
     *,
-    moving: Moving | None,
-    again: Callable[[Walker, Sequence[Obstacle]], Mapping[str, FootstepPlan | UsdfootError]],
+    moving: Moving,
+    still: Sequence[Obstacle],
+    again: Callable[..., Mapping[str, FootstepPlan | UsdfootError]],
     flown: Callable[[Sequence[PlannedAgent]], Sequence[PlannedAgent]],
 ) -> tuple[list[PlannedAgent], list[Problem]]:
     """The plans, those that meet an obstacle later where that helps; and who waits, or cannot.
@@ -30,19 +31,18 @@ def wait_for_moving(
     Args:
         walkers: Who walks each.
         planned: Their plans, with the flights and double supports they are walked with.
-        moving: Obstacles at times of the stage; None = there are none.
-        again: Plans somebody's way again, also round these obstacles.
+        moving: Obstacles at times of the stage.
+        still: The others.
+        again: Plans the ways of walkers round `obstacles`, by name.
         flown: Gives plans their flights and double supports.
     """
-    if moving is None:
-        return list(planned), []
     found, problems = list(planned), list[Problem]()
     bodies = [walker.proportions for walker in walkers]
     for row, (name, time) in find_meetings([part.plan for part in planned], bodies, moving).items():
         walker, plan = walkers[row], planned[row].plan
         later = let_pass(plan, walker.proportions, moving)
         if later is None:
-            other = again(walker, moving.at(moving.end))[walker.name]
+            other = again([walker], obstacles=[*still, *moving.at(moving.end)])[walker.name]
             if isinstance(other, FootstepPlan):
                 plan = flown([replace(planned[row], plan=other)])[0].plan
                 later = let_pass(plan, walker.proportions, moving)
