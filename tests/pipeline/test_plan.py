@@ -204,6 +204,28 @@ def test_a_style_that_no_clip_has_is_named_when_the_path_is_planned(stages, tmp_
     assert said == [[what], []]
 
 
+def test_who_waits_for_a_door_stands_on_both_feet_though_its_clips_hardly_do(stages, tmp_path):
+    copy, opens = copy_stages(stages, tmp_path, kept=("walk_100", "walk_130", "stand")), 9.0
+    scene = tmp_path / "scene.usda"
+    stage = new_stage(scene, Units(rate=30.0))
+    stage.SetEndTimeCode(30.0 * (opens + 1.0))
+    for name, asset in (("Motion", "clips.usdc"), ("Person", "human.usdc")):
+        stage.DefinePrim(f"/World/{name}").GetReferences().AddReference(str(copy / asset))
+    add_curve(stage, "/World/Way", Units())
+    add_agent(stage, "/World/Guest", path="/World/Way", character="/World/Person", clips="/World/Motion/Clips")
+    door = UsdGeom.Cube.Define(stage, "/World/Door")
+    door.CreateSizeAttr(1.0)
+    door.GetPrim().AddAppliedSchema(Schema.OBSTACLE)
+    slide = door.AddTranslateOp()
+    for time, aside in ((0.0, 0.0), (opens, 0.0), (opens + 0.1, 6.0)):
+        slide.Set(Gf.Vec3d(aside, 0.5, 2.0), 30.0 * time)
+    stage.GetRootLayer().Save()
+    plan = plan_scene_paths(scene, tmp_path / "plans.usda").plans["Guest"]
+    swings = plan.strike_times[2:] - plan.liftoff_times[:-2]
+    assert np.diff(plan.strike_times).max() > 3.0, "it waits"
+    assert swings.max() < 1.0, "in a wait both feet stand"
+
+
 def test_a_run_that_is_planned_first_steps_and_flies_like_the_clips_as_one_that_is_animated_at_once(stages, tmp_path):
     copy = copy_stages(stages, tmp_path, kept=("jog_180", "jog_220", "run_260", "run_320", "stand"))
     points = np.array([(0.0, 0.0, 0.0), (0.0, 0.0, 3.0), (0.0, 0.0, 6.0), (0.0, 0.0, 9.0)])
