@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from tests.builders import Gait, build_walker
+from tests.engine.walkers import library_of
 from tests.walker_body import BALL_HEIGHT, HIP_WIDTH
 from usdfoot.analysis.examples import build_examples
 from usdfoot.analysis.mirror import mirror_map
@@ -59,6 +60,18 @@ def test_stand_in_a_clip_is_found() -> None:
     balls = joints[list(library.biped.balls)]
     assert_allclose(balls[0], [0.1, BALL_HEIGHT, 0.0], atol=5e-3)
     assert_allclose(balls[1], [-0.1, BALL_HEIGHT, 0.0], atol=5e-3)
+
+
+def test_where_no_foot_stands_for_a_whole_step_those_that_stand_longest_show_how() -> None:
+    slow = Gait(step_time=0.4, step_length=0.6, duty=0.42)
+    leap = Gait(step_time=0.4, step_length=2.6, duty=0.2)
+    stances = []
+    for gaits in ((slow,), (slow, leap)):
+        library = library_of(gaits)
+        joints = joints_of(find_standing_pose(library, build_examples(library)[0]), library)
+        legs = [library.biped.hips, library.biped.knees, library.biped.ankles, library.biped.balls]
+        stances.append(joints[np.array(legs)])
+    assert_allclose(stances[1], stances[0], atol=0.02)
 
 
 def test_without_examples_the_rest_pose_stands() -> None:

@@ -260,7 +260,7 @@ def _hurried(stage):
     return [fault for fault in lint_scene(stage).faults if fault.kind == "hurried"]
 
 
-def test_who_is_to_go_much_faster_than_its_clips_is_told_how_fast_these_are(stages, tmp_path):
+def test_who_is_to_go_much_faster_than_its_clips_goes_as_fast_as_these_can_be_hurried(stages, tmp_path):
     copy = copy_stages(stages, tmp_path, kept=("run_320", "run_400", "walk_130", "stand"))
     scene = tmp_path / "scene.usda"
     stage = new_stage(scene, Units(rate=30.0))
@@ -272,10 +272,37 @@ def test_who_is_to_go_much_faster_than_its_clips_is_told_how_fast_these_are(stag
         way, person = f"/World/{name}Way", "/World/Person"
         add_agent(stage, f"/World/{name}", path=way, character=person, clips="/World/Motion/Clips")
     stage.GetRootLayer().Save()
-    (problem,) = plan_scene_paths(scene, tmp_path / "plans.usdc").problems
+    report = plan_scene_paths(scene, tmp_path / "plans.usdc")
+    (problem,) = report.problems
     assert problem.severity == "warning" and problem.where == "Sprinter"
     assert "is to go 6.00 m/s, 1.5 times as fast as its clips, which go up to 4.0" in problem.message
     assert "lower usdfoot:path:speed" in problem.message
+    taken = float(problem.message.split(" m/s were taken")[0].rsplit(" ", 1)[-1])
+    assert 4.7 < taken < 5.0
+    plan = report.plans["Sprinter"]
+    assert (np.diff(plan.positions[2:-1, 2]) / np.diff(plan.strike_times[2:-1])).max() < 1.02 * taken
+
+
+def test_steps_narrower_than_ik_pulls_those_of_the_clips_are_wider_and_that_is_said(stages, tmp_path):
+    copy = copy_stages(stages, tmp_path, kept=("walk_100", "walk_130", "stand"))
+    scene = tmp_path / "scene.usda"
+    stage = new_stage(scene, Units(rate=30.0))
+    for name, asset in (("Motion", "clips.usdc"), ("Person", "human.usdc")):
+        stage.DefinePrim(f"/World/{name}").GetReferences().AddReference(str(copy / asset))
+    for name, x, reach in (("Stiff", 0.0, 0.04), ("Supple", 3.0, 0.3)):
+        points = np.array([(x, 0.0, z) for z in (0.0, 2.0, 4.0, 6.0)])
+        add_curve(stage, f"/World/{name}Way", Units(), points, stepWidth=0.02)
+        way, person = f"/World/{name}Way", "/World/Person"
+        agent = add_agent(stage, f"/World/{name}", path=way, character=person, clips="/World/Motion/Clips")
+        uniform = Sdf.VariabilityUniform
+        agent.CreateAttribute(Agent.IK_REACH, Sdf.ValueTypeNames.Float, False, uniform).Set(reach)
+    stage.GetRootLayer().Save()
+    report = plan_scene_paths(scene, tmp_path / "plans.usdc")
+    (problem,) = report.problems
+    assert problem.severity == "warning" and problem.where == "Stiff"
+    assert "is to take steps 0.020 m wide, farther from those of its clips than IK may pull; 0.0" in problem.message
+    stiff, supple = (np.abs(np.diff(report.plans[name].positions[3:-2, 0])) for name in ("Stiff", "Supple"))
+    assert stiff.min() > 0.03 > supple.max()
 
 
 def test_who_has_clips_without_steps_is_planned_as_asked(stages, tmp_path):

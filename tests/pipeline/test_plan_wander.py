@@ -13,6 +13,7 @@ from usdfoot.pipeline.lint import lint_scene
 from usdfoot.pipeline.plan import plan_scene_paths
 from usdfoot.pipeline.plan_goals import plan_scene_crowd, plan_scene_wander
 from usdfoot.pipeline.plan_trajectories import plan_scene_trajectories
+from usdfoot.planning.path import PathOptions
 from usdfoot.planning.world import Obstacle, World, box_outline, clearances
 
 UNITS = Units(0.01, "Z", 30.0)
@@ -118,32 +119,60 @@ def test_lint_looks_at_animated_obstacles_as_each_foot_strikes(tmp_path, capsys)
     assert faults["nothing"] and all("the obstacle /World/Cart/Body" in message for message in faults["nothing"])
 
 
-@pytest.mark.parametrize("planner", ["path", "trajectories"])
-def test_planners_that_know_it_only_at_the_start_say_so_and_whose_feet_it_meets(tmp_path, planner):
+def draw(stage: Usd.Stage) -> None:
+    """A curve along the way, walked from the start on."""
+    curve = UsdGeom.BasisCurves.Define(stage, "/World/Way")
+    curve.CreatePointsAttr([Gf.Vec3f(*UNITS.points([0.0, 0.0, z])) for z in (0.0, 10.0)])
+    curve.CreateCurveVertexCountsAttr([2])
+    curve.CreateTypeAttr("linear")
+    curve.GetPrim().AddAppliedSchema(Schema.PATH)
+    curve.GetPrim().CreateAttribute(Path.START_TIME, Sdf.ValueTypeNames.TimeCode).Set(START * UNITS.rate)
+    stage.Save()
+
+
+def test_trajectories_are_kept_to_and_whose_feet_it_meets_is_told(tmp_path):
     scene, layer = tmp_path / "park.usda", tmp_path / "plans.usda"
     stage = park(scene, parking, by="prim")
-    person = stage.GetPrimAtPath("/World/Person")
-    if planner == "path":
-        curve = UsdGeom.BasisCurves.Define(stage, "/World/Way")
-        curve.CreatePointsAttr([Gf.Vec3f(*UNITS.points([0.0, 0.0, z])) for z in (0.0, 10.0)])
-        curve.CreateCurveVertexCountsAttr([2])
-        curve.CreateTypeAttr("linear")
-        curve.GetPrim().AddAppliedSchema(Schema.PATH)
-        curve.GetPrim().CreateAttribute(Path.START_TIME, Sdf.ValueTypeNames.TimeCode).Set(START * UNITS.rate)
-        stage.Save()
-        report = plan_scene_paths(scene, layer)
-    else:
-        track = UsdGeom.Xform.Define(stage, "/World/Track")
-        operation = track.AddTranslateOp()
-        for time in (0.0, 8.0):
-            operation.Set(Gf.Vec3d(*UNITS.points([0.0, 0.0, 1.2 * time])), (START + time) * UNITS.rate)
-        person.CreateRelationship(Agent.TRAJECTORY, custom=False).SetTargets([track.GetPath()])
-        stage.Save()
-        report = plan_scene_trajectories(scene, layer, prims="/World/Track")
+    track = UsdGeom.Xform.Define(stage, "/World/Track")
+    operation = track.AddTranslateOp()
+    for time in (0.0, 8.0):
+        operation.Set(Gf.Vec3d(*UNITS.points([0.0, 0.0, 1.2 * time])), (START + time) * UNITS.rate)
+    stage.Save()
+    report = plan_scene_trajectories(scene, layer, prims="/World/Track")
     warnings = [problem.message for problem in report.problems if problem.severity == "warning"]
     assert any("the obstacle /World/Cart/Body" in message for message in warnings)
-    told = [message for message in warnings if message.startswith("/World/Cart/Body: is animated")]
-    assert len(told) == (planner != "trajectories"), "which plans round nothing"
+
+
+def test_a_path_is_walked_later_where_something_crosses_it(tmp_path):
+    scene, layer = tmp_path / "park.usda", tmp_path / "plans.usda"
+    draw(park(scene, crossing, by="prim"))
+    report = plan_scene_paths(scene, layer)
+    (told,) = [problem.message for problem in report.problems if problem.where == "Way"]
+    assert "for /World/Cart/Body. --no-around keeps its times" in told and "Way: waits" in told
+    assert room(report.plans["Way"], crossing) > 0.2
+    kept = plan_scene_paths(scene, layer, options=PathOptions(around=False))
+    assert room(kept.plans["Way"], crossing) < 0.0
+    np.testing.assert_array_equal(kept.plans["Way"].positions, report.plans["Way"].positions)
+    assert any("the obstacle /World/Cart/Body" in problem.message for problem in kept.problems)
+
+
+def test_a_path_goes_round_what_stays_on_it_and_not_round_what_leaves(tmp_path):
+    aside = {}
+    for way in (parking, leaving):
+        scene = tmp_path / f"{way.__name__}.usda"
+        draw(park(scene, way, by="prim"))
+        plan = plan_scene_paths(scene, tmp_path / "plans.usda").plans["Way"]
+        assert room(plan, way) > 0.2
+        aside[way] = np.abs(plan.positions[:, 0]).max()
+    assert aside[leaving] < 0.3 < HALF < aside[parking]
+
+
+def test_what_a_path_cannot_wait_for_is_named_with_the_time(tmp_path):
+    scene = tmp_path / "park.usda"
+    draw(park(scene, lambda time: np.array([0.0, 0.0, 12.0 - time]), by="prim"))
+    report = plan_scene_paths(scene, tmp_path / "plans.usda")
+    told = [problem.message for problem in report.problems if "to wait does not help" in problem.message]
+    assert len(told) == 1 and told[0].startswith("Way: meets /World/Cart/Body at ") and " s, and" in told[0]
 
 
 @pytest.mark.parametrize("way", [crossing, parking, leaving])

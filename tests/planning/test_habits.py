@@ -14,7 +14,7 @@ from usdfoot.analysis.timing import HUMAN_LEG
 from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
 from usdfoot.planning.gait import derive_gait
-from usdfoot.planning.habits import PEOPLE, Habits, find_habits
+from usdfoot.planning.habits import PEOPLE, SPAN, Habits, find_habits
 from usdfoot.planning.lint import lint_plans
 from usdfoot.planning.path import plan_path
 from usdfoot.planning.proportions import Proportions
@@ -55,6 +55,18 @@ def test_who_runs_faster_than_the_clips_steps_as_much_quicker_as_people():
     assert fast[0] - slow[0] == pytest.approx(fast[1] - slow[1], rel=1e-3)
 
 
+def test_who_leaps_along_takes_slower_running_steps_no_longer_than_legs_span():
+    """A cartoon's run: at its own speed as it is, at that of a walk no step is longer than legs."""
+    leap = Gait(step_length=2.9, step_time=0.55, duty=0.2)
+    found, leg_length = habits_of(LOPE, leap)
+    body = Proportions(leg_length=leg_length, habits=found)
+    own = derive_gait(body, speed=2.9 / 0.55)
+    assert (own.step_length, own.step_time) == pytest.approx((2.9, 0.55), rel=0.03)
+    slow = derive_gait(body, speed=1.01 * own.fastest_walk)
+    assert slow.step_length <= 1.05 * SPAN * leg_length
+    assert found.quickening < PEOPLE.quickening == habits_of(LOPE, RUN)[0].quickening
+
+
 def test_where_clips_show_no_such_steps_they_are_peoples():
     assert habits_of(TURN, SIDE, BACK)[0] == PEOPLE
     runs, _ = habits_of(RUN)
@@ -79,6 +91,16 @@ def test_a_path_at_the_speed_of_the_clips_is_walked_in_their_steps():
 def test_who_takes_steps_as_long_as_the_legs_span_takes_no_longer_ones(speed, length):
     body = Proportions(leg_length=0.38, hip_width=0.34, habits=Habits(walk_ratio=0.0156, easy_step=1.37, run_step=0.58))
     path = WalkingPath(name="/Along", points=np.array([(0.0, 0.0, 0.0), (0.0, 0.0, length)]), speed=speed)
+    assert lint_plans([plan_path(path, LEVEL, proportions=body)], LEVEL, bodies=[body]) == []
+
+
+@pytest.mark.parametrize("speed", [1.9, 2.1, 2.5])
+def test_who_runs_in_long_steps_leaps_rather_than_walks_farther_than_legs_span(speed):
+    """A cartoon slows down in curves from running steps of more than two legs to walking ones."""
+    habits = Habits(walk_ratio=0.0156, easy_step=1.37, run_step=0.6, quickening=0.0, step_width=0.9)
+    body = Proportions(leg_length=0.38, hip_width=0.34, habits=habits)
+    along = np.linspace(0.0, 2.0 * np.pi, 200)
+    path = WalkingPath(name="/S", points=np.stack([2.0 * np.sin(along), 0.0 * along, along], axis=1), speed=speed)
     assert lint_plans([plan_path(path, LEVEL, proportions=body)], LEVEL, bodies=[body]) == []
 
 

@@ -95,6 +95,20 @@ def test_crowds_from_both_ends_of_a_corridor_all_get_through(width, length):
     assert len(find_collisions(feet_of(plans, [Proportions()] * len(plans))).times) == 0
 
 
+@pytest.mark.parametrize("gap", [0.1, 0.4, 0.48, 0.6])
+def test_a_gap_between_two_corners_holds_nobody_up(gap):
+    pytest.importorskip("jupedsim")
+    aside = 0.5 * gap / np.sqrt(2.0)
+    walls = [
+        Obstacle(name="/Left", outline=box_outline((-3.0, -1.0), (-aside, -aside))),
+        Obstacle(name="/Right", outline=box_outline((aside, aside), (3.0, 1.0))),
+    ]
+    one = seeker("/One", (1.0, -3.0), (-1.0, 3.0))
+    plans, problems = plan_crowd(scenario(one, obstacles=walls), FLAT, options=CrowdOptions(duration=60.0))
+    assert problems == () and len(plans) == 1
+    assert np.hypot(*(plans[0].positions[-1, [0, 2]] - [-1.0, 3.0])) < 0.4
+
+
 def test_who_queues_before_a_gap_stands_aside_only_if_somebody_comes_the_other_way():
     pytest.importorskip("jupedsim")
     queue = [seeker(f"/There_{i}", (0.0, -1.2 - 0.6 * i), (-2.0 + i, 3.0)) for i in range(5)]

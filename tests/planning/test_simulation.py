@@ -7,8 +7,11 @@ import pytest
 
 from tests.planning.seekers import FLAT, scenario, seeker
 from usdfoot.planning.crowd import plan_crowd
+from usdfoot.planning.world import Obstacle, box_outline
 
 jupedsim = pytest.importorskip("jupedsim")
+import shapely  # noqa: E402
+
 from usdfoot.planning.floors import Floors  # noqa: E402
 from usdfoot.planning.places import find_places  # noqa: E402
 
@@ -68,3 +71,13 @@ def test_its_body_is_as_wide_and_quick_as_before(monkeypatch):
         place = floors.iterate(50)[0]
     model = made[0].newest.model
     assert place[0] < 8.0 and (model.radius, model.desired_speed) == (0.2, 0.6)
+
+
+def test_round_corners_nobody_is_sent_so_far_that_there_might_be_another_way():
+    wall = Obstacle(name="/Wall", outline=box_outline((-6.0, -0.2), (6.5, 0.2)))
+    parties, _ = find_places(scenario(seeker("/One", (-4.0, -0.6), (5.5, 4.0)), obstacles=[wall]), FLAT)
+    floors = Floors(parties[0])
+    floors.steer([0], parties[0].goals)
+    assert len(floors.ways[0]) > 2
+    way, aim = shapely.LineString(floors.ways[0]), shapely.Point(floors.aims[0])
+    assert way.distance(aim) < 1e-9 and 4.0 < way.project(aim) < 8.0

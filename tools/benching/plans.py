@@ -64,13 +64,16 @@ def plan_times(*, together: int = TOGETHER, repeats: int = 3) -> dict[str, dict[
     level, hills = Ground(LEVEL), Ground(_hills())
     bounds, obstacles = box_outline(np.full(2, -HALF), np.full(2, HALF)), _obstacles()
     world = World(bounds=bounds, obstacles=obstacles)
+    hilly = replace(world, ground=hills)
     planners: dict[str, Callable[[int], object]] = {
         "path, level": partial(_follow, level),
         "path, hills": partial(_follow, hills),
         "path, stairs": partial(_follow, Ground(_stairs())),
         "wander, level": partial(_wander, world, []),
-        "wander, hills": partial(_wander, replace(world, ground=hills), []),
+        "wander, hills": partial(_wander, hilly, []),
         "wander, to one goal": partial(_wander, world, [_free_place()]),
+        "wander, to own goals": partial(_wander, world, _free_places(together)),
+        "wander, to own goals, hills": partial(_wander, hilly, _free_places(together, hills)),
         "over 100 stones": partial(_cross, 100),
         "over 400 stones": partial(_cross, 400),
         "trajectories": partial(_track, level),
@@ -118,7 +121,7 @@ def _track(ground: Ground, count: int) -> object:
 
 
 def _wander(world: World, goals: list[FloatArray], count: int) -> object:
-    """Plans of those who set out from the middle in all directions."""
+    """Plans of those who set out from the middle in all directions, to goals in turn if there are any."""
     height = 0.0 if world.ground is None else float(world.ground.heights(np.zeros((1, 2)), np.array([HALF])).heights[0])
     return plan_wanders(
         world,
@@ -126,7 +129,7 @@ def _wander(world: World, goals: list[FloatArray], count: int) -> object:
         0.3 * np.arange(count),
         generators=[np.random.default_rng(number) for number in range(count)],
         names=[f"/W{number}" for number in range(count)],
-        goals=[goals] * count,
+        goals=[goals[number % len(goals) :][:1] if goals else [] for number in range(count)],
         steps=STEPS,
     )
 
@@ -157,6 +160,15 @@ def _free_place() -> FloatArray:
     places = AHEAD * np.stack([np.sin(around), np.cos(around)], axis=1)
     place = places[np.argmax(clearances(World(obstacles=_obstacles()), places))]
     return np.array([place[0], 0.0, place[1]])
+
+
+def _free_places(count: int, ground: Ground | None = None) -> list[FloatArray]:
+    """Goals of so many in the same area."""
+    places = np.random.default_rng(9).uniform(-0.5 * HALF, 0.5 * HALF, size=(4 * count, 2))
+    room = clearances(World(obstacles=_obstacles()), places)
+    places = places[(room > 0.5) & (np.linalg.norm(places, axis=1) > 3.0)][:count]
+    heights = np.zeros(count) if ground is None else ground.heights(places, np.full(count, HALF)).heights
+    return list(np.insert(places, 1, heights, axis=1))
 
 
 def _hills() -> Terrain:

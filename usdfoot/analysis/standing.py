@@ -56,8 +56,8 @@ class StandingPose:
 def find_standing_pose(library: ClipLibrary, examples: Examples, *, limits: StandLimits | None = None) -> StandingPose:
     """A symmetric standing pose: the calmest stand in the clips, else put together from the examples.
 
-    Without a stand the legs are those of mid stance, when the pelvis is highest, set upright below the hips; the rest
-    of the body is the mean over all examples and phases.
+    Without a stand the legs are those of mid stance, when the pelvis is highest, in the steps whose feet stand longest,
+    set upright below the hips; the rest of the body is the mean over all examples and phases.
 
     Args:
         library: Skeleton, biped and clips.
@@ -127,8 +127,8 @@ def _composed(library: ClipLibrary, examples: Examples) -> tuple[FloatArray, int
     everything = poses.reshape(-1, *poses.shape[2:])
     rotations = quaternion.mean(everything, np.ones(len(everything)))
     highest = np.argmax(examples.pelvis_positions[..., 1], axis=1)
-    standing = examples.support_liftoffs >= 0.9 * examples.durations
-    standing = standing if standing.any() else np.ones(len(examples), dtype=bool)
+    shares = examples.support_liftoffs / examples.durations
+    standing = shares >= 0.9 * min(float(shares.max()), 1.0)
     for side in range(2):
         leg = np.array(library.skeleton.chain(library.biped.pelvis, library.biped.balls[side])[1:])
         mine = np.flatnonzero(standing & (examples.swing_sides == 1 - side))

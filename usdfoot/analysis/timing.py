@@ -50,7 +50,9 @@ class TimingRule:
     """Steps longer than this have a flight [m]; 0 = where the walk would be faster than Froude number 0.5
     (Kram et al. 1997)."""
     run_step: float = 0.455
-    """What the shortest running steps take, longer ones less (`QUICKENING`), unless that is too fast [s]."""
+    """What the shortest running steps take, longer ones less, unless that is too fast [s]."""
+    quickening: float = QUICKENING
+    """By which part of that they take less, a metre [1/m]."""
     leap_speed: float = 4.0
     """Fastest that a step with flight carries the body [m/s]; longer leaps take longer."""
     leap_gain: float = 1.6
@@ -88,7 +90,7 @@ def time_steps(distances: FloatArray, rule: TimingRule) -> StepTiming:
     """Step time and double support, or flight, of steps by their distance ([P] Figure 12).
 
     People keep the ratio of step length to cadence, so a walking step of L metres takes 0.36 / L seconds: longer steps
-    are quicker, up to Froude number 0.5. A running step takes run_step (1 - QUICKENING L). The share of a stride that a
+    are quicker, up to Froude number 0.5. A running step takes run_step (1 - quickening L). The share of a stride that a
     foot stands falls with speed, from 0.67 in a slow walk to 0.55 in the fastest (Grieve and Gear 1966), and in runs
     from 0.42 on (Minetti and Alexander 1997).
 
@@ -101,7 +103,7 @@ def time_steps(distances: FloatArray, rule: TimingRule) -> StepTiming:
     lengths = np.asarray(distances, dtype=float) / size
     froude_speed = np.sqrt(EARTH_GRAVITY * HUMAN_LEG)
     walking = np.minimum(60.0 * rule.walk_ratio / np.maximum(lengths, 1e-9), rule.longest_step)
-    running = np.maximum(rule.run_step * (1.0 - QUICKENING * lengths), lengths / rule.leap_speed)
+    running = np.maximum(rule.run_step * (1.0 - rule.quickening * lengths), lengths / rule.leap_speed)
     fastest_walk = np.sqrt(RUN_FROUDE) * froude_speed
     flies = lengths > (rule.flight_distance / size or np.sqrt(60.0 * rule.walk_ratio * fastest_walk))
     times = np.where(flies, running, np.maximum(walking, lengths / fastest_walk))

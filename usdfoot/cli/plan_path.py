@@ -27,7 +27,8 @@ to animate: sublayer plans.usda and city.usda in one stage; agents with usdfoot:
 (usdfoot animate city.usda plans such agents by itself, standing at both ends.)
 
 a curve that leads where nobody walks is gone round (a warning says how far); where there is no way round the place is
-named and nothing is planned. usdfoot animate keeps to such curves as drawn.
+named and nothing is planned. for an obstacle that is animated it goes slower or stands until that has passed (a
+warning says how long), and goes round where it stays. usdfoot animate keeps to such curves as drawn.
 
 exit codes: 0 all planned, 1 some agents or curves skipped (listed), 2 nothing written
 
@@ -52,7 +53,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action=argparse.BooleanOptionalAction,
         default=True,
         help="go round obstacles and ground that is too steep, too low or not walkable, or plan nothing where there is "
-        "no way round; else the curves are kept to as they are drawn (default: on)",
+        "no way round, and wait for obstacles that are animated; else the curves are kept to as they are drawn "
+        "(default: on)",
     )
     parser.add_argument(
         "--first-foot", choices=("left", "right"), default="left", help="the foot that steps first (default: left)"

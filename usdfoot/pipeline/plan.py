@@ -18,9 +18,13 @@ from usdfoot.maths.planar import GROUND_AXES
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Outcome, Problem
+from usdfoot.model.terrain import Terrain
 from usdfoot.pipeline.flying import flying_like_clips
 from usdfoot.pipeline.plan_doubts import find_doubts
+from usdfoot.pipeline.plan_waits import wait_for_moving
+from usdfoot.planning.moving import Moving
 from usdfoot.planning.path import PathOptions
+from usdfoot.planning.world import Obstacle
 from usdfoot.readers.casting import Casting
 from usdfoot.readers.habits import HabitsReader
 from usdfoot.readers.listing import list_scene
@@ -60,8 +64,8 @@ def plan_scene_paths(
 
     Every agent with usdfoot:agent:path gets a plan; every curve with UsdfootPathAPI (or every curve, if none has it)
     that no agent follows gets one too. Where a curve leads over ground nobody walks on or through an obstacle, the
-    plan goes round as `PathOptions.around` says. Agents that have clips lift their feet as these do, as if they were
-    animated.
+    plan goes round as `PathOptions.around` says; for obstacles that are animated it waits. Agents that have clips lift
+    their feet as these do, as if they were animated.
 
     Args:
         scene: The USD scene; never changed.
@@ -85,7 +89,8 @@ def plan_scene_paths(
     progress("plan", 0, 0)
     obstacles, obstacle_problems = read_obstacles(stage, prims, info.units)
     moving = MovingObstacles(prims, info.units)
-    found = plan_walkers(walkers, terrain, obstacles=obstacles, options=options)
+    still = moving.others(obstacles)
+    found, waits = _plans(walkers, terrain, still, moving=moving.after(0.0), options=options)
     errors |= {name: plan for name, plan in found.items() if isinstance(plan, UsdfootError)}
     problems = [_problem(error) for error in errors.values()] + [*terrain_problems, *obstacle_problems]
     problems += [problem for problem in listed.problems if problem.severity == "error"]
@@ -107,12 +112,12 @@ def plan_scene_paths(
     problems += [doubt for walker in walked for doubt in walker.doubts()]
     problems += [doubt for walker in walked if (doubt := walker.style_doubt())]
     problems += _detours(planned, walked)
-    problems += moving.doubts()
+    problems += waits
     problems += find_doubts(
         planned,
         terrain,
         bodies=[walker.proportions for walker in walked],
-        obstacles=moving.others(obstacles),
+        obstacles=still,
         moving=moving.at if moving else None,
     )
     progress("write", 0, 0)
@@ -150,6 +155,25 @@ def save_plans(
         sources=info.layers,
         provenance={"version": __version__, **made_by},
     )
+
+
+def _plans(
+    walkers: Sequence[Walker],
+    terrain: Terrain,
+    obstacles: Sequence[Obstacle],
+    *,
+    moving: Moving | None,
+    options: PathOptions,
+) -> tuple[Mapping[str, FootstepPlan | UsdfootError], list[Problem]]:
+    """Plans by name, round obstacles and late enough for those that move, or why there is none; and who waits."""
+    found = plan_walkers(walkers, terrain, obstacles=obstacles, options=options)
+    if moving is None or options.around is False:
+        return found, []
+
+    def go_round(walker: Walker, others: Sequence[Obstacle]) -> FootstepPlan | UsdfootError:
+        return plan_walkers([walker], terrain, obstacles=[*obstacles, *others], options=options)[walker.name]
+
+    return wait_for_moving(walkers, found, moving=moving, go_round=go_round)
 
 
 def _names(planned: Sequence[PlannedAgent]) -> set[str]:

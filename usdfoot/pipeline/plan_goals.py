@@ -32,7 +32,7 @@ from usdfoot.planning.world import World
 __all__ = ["GoalOptions", "plan_scene_crowd", "plan_scene_stones", "plan_scene_wander"]
 
 TOGETHER = 500
-"""Those who wander at random, or to the same goals, are planned so many at a time, for memory's sake."""
+"""Those who wander are planned so many at a time, for memory's sake."""
 
 Progress = Callable[[str, int, int], None]
 
@@ -125,9 +125,9 @@ def plan_scene_wander(
     world_at = _world_of(found, outline, terrain if terrain.has_terrain else None)
     generators = np.random.default_rng(seed).spawn(len(found.agents))
     made, problems = {}, []
-    alike: dict[tuple[Proportions, bytes], list[int]] = {}
+    alike: dict[Proportions, list[int]] = {}
     for number, agent in enumerate(found.agents):
-        alike.setdefault((agent.seeker.body, agent.seeker.goals.tobytes()), []).append(number)
+        alike.setdefault(agent.seeker.body, []).append(number)
     parts = [own[first : first + TOGETHER] for own in alike.values() for first in range(0, len(own), TOGETHER)]
     for index, part in enumerate(parts):
         progress("plan", index, len(parts))

@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray
+from usdfoot.planning.legs import find_near, find_routes
 from usdfoot.planning.moving import measure_velocities, moved_on
-from usdfoot.planning.routes import Route, RouteFinder
+from usdfoot.planning.route_kernel import STRAYED
+from usdfoot.planning.route_searches import Looks
+from usdfoot.planning.routes import Route, RouteFinder, look_along
 from usdfoot.planning.spots import HEADROOM
 from usdfoot.planning.wanderer import WanderOptions
 from usdfoot.planning.world import World, is_clear
 
-__all__ = ["Aims", "News", "find_aims", "finder_in"]
+__all__ = ["Aims", "News", "find_aims", "finder_in", "look_ahead"]
+
+AHEAD = 4.0
+"""How far it looks along its way over how far it wants to see."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,13 +77,6 @@ class Aims:
         goals = tuple(_on_ground(aims.world, np.asarray(goal, dtype=float)) for goal in news.goals)
         return replace(aims, goals=goals, routes=(), at_random=not goals)
 
-    def routed(self, place: FloatArray, options: WanderOptions, finder: RouteFinder) -> Aims:
-        """The same with routes from a place (3,)."""
-        if self.routes or not self.goals:
-            return self
-        routes = _routes(finder, place, self.goals, options, must_reach=False)
-        return replace(self, routes=tuple(routes))
-
     def passed(self, place: FloatArray, options: WanderOptions) -> Aims:
         """The same without a goal that it is at, in a place (3,)."""
         if not self.routes:
@@ -89,30 +88,81 @@ class Aims:
 
 
 def find_aims(
-    world: World,
+    finder: RouteFinder,
     starts: FloatArray,
     goals: Sequence[Sequence[FloatArray]],
     *,
     options: WanderOptions,
     start_time: float,
 ) -> list[Aims | PlanError]:
-    """What those aim at who begin at starts (N, 3), or why they cannot."""
-    places, heights = starts[:, [0, 2]], starts[:, 1]
-    clear = is_clear(world, places, heights, radius=options.radius, step=options.step)
+    """What those aim at who begin at starts (N, 3) in a finder's world, or why they cannot."""
+    world = finder.world
+    clear = is_clear(world, starts[:, [0, 2]], starts[:, 1], radius=options.radius, step=options.step)
     found: list[Aims | PlanError] = []
-    finder = finder_in(world, options)
     for start, own, stands in zip(starts, goals, clear, strict=True):
         try:
             if not stands:
                 what = "is too close to an obstacle, out of bounds or off the ground"
                 raise PlanError(f"start ({start[0]:.2f}, {start[2]:.2f}) m", what, "start where there is room to stand")
             ends = tuple(_on_ground(world, np.asarray(goal, dtype=float)) for goal in own)
-            routes = tuple(_routes(finder, start, ends, options))
         except PlanError as error:
             found.append(error)
             continue
-        found.append(Aims(known=world, known_at=start_time, world=world, goals=ends, routes=routes, at_random=not ends))
+        found.append(Aims(known=world, known_at=start_time, world=world, goals=ends, routes=(), at_random=not ends))
+    begun = [row for row, aim in enumerate(found) if isinstance(aim, Aims)]
+    ways = find_routes(finder, starts[begun], [aim.goals for aim in found if isinstance(aim, Aims)], options=options)
+    for row, routes in zip(begun, ways, strict=True):
+        aim = found[row]
+        if isinstance(routes, PlanError):
+            found[row] = routes
+        elif isinstance(aim, Aims):
+            found[row] = replace(aim, routes=routes)
     return found
+
+
+def look_ahead(
+    aims: Sequence[Aims], places: FloatArray, finders: Mapping[int, RouteFinder], *, options: WanderOptions
+) -> tuple[list[Aims], Looks]:
+    """The same with routes from places (N, 3), and what each sees of its way.
+
+    Args:
+        aims: N of them.
+        places: Where they are (x, y, z) [m], shape (N, 3).
+        finders: Of routes in their worlds, by the worlds' id.
+        options: How they wander.
+    """
+    aims = list(aims)
+    _route(aims, places, finders, options)
+    looks = look_along([aim.route for aim in aims], places, ahead=AHEAD * options.look_ahead)
+    strayed = np.flatnonzero(looks.led == STRAYED)
+    if not strayed.size:
+        return aims, looks
+    for finder, own in _by_finder([aims[row] for row in strayed], finders):
+        rows = strayed[own]
+        routes = [route for route in (aims[row].route for row in rows) if route]
+        for row, route in zip(rows, finder.extended(routes, places[rows]), strict=True):
+            aims[row] = replace(aims[row], routes=(route, *aims[row].routes[1:]))
+    again = look_along([aims[row].route for row in strayed], places[strayed], ahead=AHEAD * options.look_ahead)
+    return aims, looks.with_rows(strayed, again)
+
+
+def _route(aims: list[Aims], places: FloatArray, finders: Mapping[int, RouteFinder], options: WanderOptions) -> None:
+    """Put routes from places (N, 3) into those that have none and need one."""
+    lost = np.array([row for row, aim in enumerate(aims) if aim.goals and not aim.routes], dtype=int)
+    for finder, own in _by_finder([aims[row] for row in lost], finders):
+        rows = lost[own]
+        for row, routes in zip(
+            rows, find_near(finder, places[rows], [aims[row].goals for row in rows], options=options), strict=True
+        ):
+            aims[row] = replace(aims[row], routes=routes)
+
+
+def _by_finder(aims: Sequence[Aims], finders: Mapping[int, RouteFinder]) -> list[tuple[RouteFinder, list[int]]]:
+    """The finders of the worlds they are in, and who is in each."""
+    rows: dict[int, list[int]] = {}
+    for row, aim in enumerate(aims):
+        rows.setdefault(id(aim.world), []).append(row)
+    return [(finders[world], own) for world, own in rows.items()]
 
 
 def _on_ground(world: World, point: FloatArray) -> FloatArray:
@@ -128,35 +178,3 @@ def _on_ground(world: World, point: FloatArray) -> FloatArray:
 def finder_in(world: World, options: WanderOptions) -> RouteFinder:
     """Finds the routes of those who wander in a world."""
     return RouteFinder(world, step=options.step, headroom=HEADROOM * options.body.leg_length)
-
-
-def _routes(
-    finder: RouteFinder,
-    place: FloatArray,
-    goals: Sequence[FloatArray],
-    options: WanderOptions,
-    *,
-    must_reach: bool = True,
-) -> list[Route]:
-    """Routes to goals (3,), each reached from the one before, the first from a place (3,).
-
-    Raises:
-        PlanError: If a goal is not clear or, if it must be, cannot be reached.
-    """
-    routes: list[Route] = []
-    half_depth = options.body.half_depth(options.radius)
-    for goal in goals:
-        for radius in dict.fromkeys((options.radius, half_depth)):
-            route = finder.find(place, goal, radius=radius, must_be_clear=must_reach)
-            if route.find(place[None])[0] >= 0:
-                break
-        if must_reach and route.find(place[None])[0] < 0:
-            raise PlanError(
-                f"goal ({goal[0]:.2f}, {goal[2]:.2f}) m, height {goal[1]:.2f} m",
-                f"cannot be reached from ({place[0]:.2f}, {place[2]:.2f}) m, height {place[1]:.2f} m, "
-                f"on foot by a body {2 * options.radius:.2f} m wide, sideways {2 * half_depth:.2f} m",
-                "open a way, join the levels by a ramp or stairs, or move the goal",
-            )
-        routes.append(route)
-        place = goal
-    return routes

@@ -12,7 +12,7 @@ from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.planning.foot_table import FootTable
 from usdfoot.planning.world import UNDERFOOT, Obstacle, World, clearances
 
-__all__ = ["Bumps", "find_bumps"]
+__all__ = ["Bumps", "body_places", "coming_times", "find_bumps", "lower_heights", "sole_places"]
 
 ON_TOP = 0.02
 """Soles no more than this below the top of an obstacle stand on it [m]."""
@@ -49,7 +49,7 @@ def find_bumps(
         moving: Others at a time [s], asked for while each foot stands and as it comes; None = there are none.
     """
     soles, bodies = sole_places(feet), body_places(feet)
-    lower = _lower(feet)
+    lower = lower_heights(feet)
     none = np.zeros(len(feet.owners))
     standing = _inside(soles, feet.half_widths, feet.positions[:, 1] + ON_TOP, obstacles)
     walking = _inside(bodies, none, lower + STEPPED_OVER, obstacles)
@@ -109,7 +109,7 @@ def _before(feet: FootTable) -> IntArray:
     return np.where(feet.numbers > 0, rows - 1, rows)
 
 
-def _lower(feet: FootTable) -> FloatArray:
+def lower_heights(feet: FootTable) -> FloatArray:
     """Height of the lower of the feet a body stands on [m], shape (S,)."""
     return np.minimum(feet.positions[:, 1], feet.positions[_before(feet), 1])
 

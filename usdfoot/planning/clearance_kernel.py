@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import warp as wp
 
-__all__ = ["BODY", "UNDERFOOT", "Outlines", "find_clearances"]
+__all__ = ["BODY", "UNDERFOOT", "Outlines", "find_clearance", "find_clearances"]
 
 BODY = 1.8
 """Obstacles higher above the ground than that are in nobody's way [m]."""
@@ -63,6 +63,33 @@ def signed_distance(outlines: Outlines, outline: int, place: wp.vec2d):
     return distance
 
 
+@wp.func
+def find_clearance(outlines: Outlines, point: wp.vec2d, height: wp.float64, time: wp.float64, most: wp.float64):
+    """Least distance of a point from all margins and from the bounds, at most `most`.
+
+    At a height of the ground, which is no number where all obstacles count, and a time from now on. Obstacles whose box
+    is farther are not asked.
+    """
+    zero = wp.float64(0.0)
+    best = wp.float64(most)
+    for outline in range(outlines.margins.shape[0]):
+        place = point - time * outlines.velocities[outline]
+        if outline == outlines.bounds:
+            best = wp.min(best, -signed_distance(outlines, outline, place))
+        else:
+            reach = outlines.heights[outline]
+            asked = height + wp.float64(BODY) > reach[0] and height - wp.float64(UNDERFOOT) < reach[1]
+            asked = asked or wp.isnan(height)
+            low = outlines.lowest[outline] - place
+            high = place - outlines.highest[outline]
+            x = wp.max(wp.max(low[0], high[0]), zero)
+            z = wp.max(wp.max(low[1], high[1]), zero)
+            apart = wp.max(best + outlines.margins[outline] + SURE, zero)
+            if asked and x * x + z * z <= apart * apart:
+                best = wp.min(best, signed_distance(outlines, outline, place) - outlines.margins[outline])
+    return best
+
+
 @wp.kernel(enable_backward=False)
 def find_clearances(
     outlines: Outlines,
@@ -71,30 +98,15 @@ def find_clearances(
     times: wp.array(dtype=wp.float64),
     distances: wp.array(dtype=wp.float64),
 ):
-    """Least distance of each point from all margins and from the bounds; obstacles whose box is farther are not asked.
+    """Least distance of each point from all margins and from the bounds.
 
     Heights of the ground and times from now on are those of all points, or none at all.
     """
     index = wp.tid()
-    zero = wp.float64(0.0)
-    best = distances[index]
-    for outline in range(outlines.margins.shape[0]):
-        place = points[index]
-        if times.shape[0] > 0:
-            place = place - times[index] * outlines.velocities[outline]
-        if outline == outlines.bounds:
-            best = wp.min(best, -signed_distance(outlines, outline, place))
-        else:
-            asked = bool(True)
-            if heights.shape[0] > 0:
-                height = heights[index]
-                reach = outlines.heights[outline]
-                asked = height + wp.float64(BODY) > reach[0] and height - wp.float64(UNDERFOOT) < reach[1]
-            low = outlines.lowest[outline] - place
-            high = place - outlines.highest[outline]
-            x = wp.max(wp.max(low[0], high[0]), zero)
-            z = wp.max(wp.max(low[1], high[1]), zero)
-            apart = wp.max(best + outlines.margins[outline] + SURE, zero)
-            if asked and x * x + z * z <= apart * apart:
-                best = wp.min(best, signed_distance(outlines, outline, place) - outlines.margins[outline])
-    distances[index] = best
+    height = wp.float64(wp.nan)
+    if heights.shape[0] > 0:
+        height = heights[index]
+    time = wp.float64(0.0)
+    if times.shape[0] > 0:
+        time = times[index]
+    distances[index] = find_clearance(outlines, points[index], height, time, distances[index])

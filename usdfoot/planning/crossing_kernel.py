@@ -6,6 +6,8 @@ from __future__ import annotations
 
 import warp as wp
 
+from usdfoot.planning.heap_kernel import climb, sink
+
 __all__ = ["Footing", "Searches", "StepRules", "find_ways"]
 
 NONE = wp.constant(wp.int32(-1))
@@ -106,47 +108,6 @@ def is_uncrossed(
 
 
 @wp.func
-def climb(searches: Searches, search: int, slot: int):
-    """Moves a node of a heap up to where no better one is below it."""
-    node = searches.heap[search, slot]
-    at = wp.int32(slot)
-    going = bool(True)
-    while going and at > 0:
-        above = (at - 1) / 2
-        other = searches.heap[search, above]
-        going = searches.keys[search, node] < searches.keys[search, other]
-        if going:
-            searches.heap[search, at] = other
-            searches.slots[search, other] = at
-            at = above
-    searches.heap[search, at] = node
-    searches.slots[search, node] = at
-
-
-@wp.func
-def sink(searches: Searches, search: int, count: int):
-    """Moves the first node of a heap of so many down to where no better one is below it."""
-    node = searches.heap[search, 0]
-    at = wp.int32(0)
-    going = bool(True)
-    while going and 2 * at + 1 < count:
-        below = 2 * at + 1
-        if below + 1 < count:
-            left = searches.heap[search, below]
-            right = searches.heap[search, below + 1]
-            if searches.keys[search, right] < searches.keys[search, left]:
-                below += 1
-        other = searches.heap[search, below]
-        going = searches.keys[search, other] < searches.keys[search, node]
-        if going:
-            searches.heap[search, at] = other
-            searches.slots[search, other] = at
-            at = below
-    searches.heap[search, at] = node
-    searches.slots[search, node] = at
-
-
-@wp.func
 def offer_step(
     footing: Footing,
     rules: StepRules,
@@ -188,7 +149,7 @@ def offer_step(
             searches.heap[search, count] = other
             searches.slots[search, other] = count
             count += 1
-        climb(searches, search, searches.slots[search, other])
+        climb(searches.heap, searches.slots, searches.keys, search, searches.slots[search, other])
     return count
 
 
@@ -214,7 +175,7 @@ def find_ways(footing: Footing, rules: StepRules, searches: Searches, arrived: w
         count -= 1
         if count > 0:
             searches.heap[search, 0] = searches.heap[search, count]
-            sink(searches, search, count)
+            sink(searches.heap, searches.slots, searches.keys, search, count)
         place = node / headings / 2
         if place == 2 or place == 3:
             found = node

@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
-from usdfoot.planning.itineraries import SNUG
+from usdfoot.planning.gaps import without_gaps
 from usdfoot.planning.places import Party
 from usdfoot.planning.scenario import Seeker
 from usdfoot.planning.world import Obstacle, is_beside
@@ -35,7 +35,7 @@ OUTSIDE = 1.0 / np.cos(np.pi / 8.0)
 NEAR = 0.6
 """Who is so near [m] to the ways round what rests goes there first."""
 HAIR = 1e-3
-"""So near [m] to a straight line corners of a level are none."""
+"""Who is so near [m] to the ways round what rests is on them."""
 PACE = 0.03
 """Changes of speed smaller than this part of it are left out."""
 
@@ -53,8 +53,8 @@ class Floors:
 
     def __init__(self, party: Party) -> None:
         self._area, self._seekers = party.area, party.seekers
-        self.rooms = tuple(_wide(level, party.narrowest) for level in party.area.levels)
-        """What of each level is wide enough, shape (L,)."""
+        self.rooms = tuple(without_gaps(level, party.narrowest) for level in party.area.levels)
+        """What of each level is wide enough: JuPedSim sends anybody through the smallest gap, shape (L,)."""
         self._floors = [_Floor(room) for room in self.rooms]
         self.levels: IntArray = party.starts.copy()
         """Level each is on, shape (N,)."""
@@ -190,15 +190,6 @@ class Floors:
         return True
 
 
-def _wide(level: shapely.Polygon, radius: float) -> shapely.Polygon:
-    """A level without what is narrower than a body: JuPedSim sends anybody through the smallest gap between cells."""
-    if radius <= 0.0:
-        return level
-    room = level.buffer(-SNUG * radius)
-    wide = room.buffer(SNUG * radius, join_style="mitre").intersection(level).simplify(HAIR)
-    return wide if wide.geom_type == "Polygon" else level
-
-
 class _Floor:
     """The simulation of one level."""
 
@@ -231,11 +222,15 @@ class _Floor:
     def aim(self, place: FloatArray, corners: FloatArray) -> FloatArray:
         """The first of the corners (C, 2) of the way from a place (2,) at least `AHEAD` away, or the last.
 
-        JuPedSim looks for the way of everybody in every time step; to a corner it is short.
+        JuPedSim looks for the way of everybody in every time step; to a corner it is short. Round corners it is sent no
+        farther than `AHEAD` beyond the last of them: it might know another way to what is farther.
         """
         least = ROUND if self.goes_round else AHEAD
         far = np.flatnonzero(np.linalg.norm(corners - place, axis=1) >= least)
-        return corners[far[0]] if far.size else corners[-1]
+        if not far.size or far[0] < 2:
+            return corners[far[0]] if far.size else corners[-1]
+        before, after = corners[far[0] - 1], corners[far[0]]
+        return before + min(1.0, AHEAD / float(np.linalg.norm(after - before))) * (after - before)
 
     def corners(self, place: FloatArray, target: FloatArray) -> FloatArray:
         """The way from a place to a target (2,), round what rests if there is one, shape (C, 2)."""

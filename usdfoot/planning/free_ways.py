@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray, IntArray
-from usdfoot.planning.routes import Route, aims_along
+from usdfoot.planning.route_kernel import LED
+from usdfoot.planning.route_searches import Looks
 from usdfoot.planning.spots import STEEPEST
 from usdfoot.planning.wanderer import SIDEWAYS, Wanderers, WanderOptions, rows_of
 from usdfoot.planning.world import World, clearances
@@ -26,8 +25,9 @@ DRAWS = 24
 def choose_steps(
     wanderers: Wanderers,
     world: World,
-    routes: Sequence[Route | None],
+    looks: Looks,
     *,
+    radii: FloatArray,
     draws: FloatArray,
     options: WanderOptions,
 ) -> tuple[FloatArray, FloatArray, IntArray]:
@@ -36,7 +36,8 @@ def choose_steps(
     Args:
         wanderers: N of them.
         world: In which all of them are.
-        routes: Of each to its goal, None = at random.
+        looks: What each sees of its way to its goal.
+        radii: Half the width that each needs on its way [m], shape (N,).
         draws: Random numbers, normally distributed, shape (N, 1 + DRAWS).
         options: How they wander.
 
@@ -45,10 +46,9 @@ def choose_steps(
     """
     easy, count = wanderers.easy_steps, len(wanderers)
     wanted, farthest = options.wobble * draws[:, 0], easy
-    needed, radii = np.full(count, options.look_ahead), _radii(routes, options)
-    led, aims = _aims(wanderers, routes, ahead=4.0 * options.look_ahead)
+    needed, led = np.full(count, options.look_ahead), np.flatnonzero(looks.led == LED)
     if led.size:
-        vectors, wanted, farthest = aims - wanderers.places[led], wanted.copy(), easy.copy()
+        vectors, wanted, farthest = looks.aims[led] - wanderers.places[led], wanted.copy(), easy.copy()
         wanted[led] = planar.wrap_angle(planar.yaw_of(vectors) - wanderers.yaws[led])
         farthest[led] = needed[led] = np.minimum(easy[led], np.linalg.norm(vectors, axis=1))
     around = wanted[:, None] + draws[:, 1:] * np.linspace(0.2, 3.0, DRAWS)
@@ -71,10 +71,10 @@ def choose_steps(
 
 
 def choose_facings(
-    wanderers: Wanderers, turns: FloatArray, world: World, *, routes: Sequence[Route | None], options: WanderOptions
+    wanderers: Wanderers, turns: FloatArray, world: World, *, radii: FloatArray, options: WanderOptions
 ) -> FloatArray:
     """How far they look to the right of where they go in the next step: sideways where a narrow way leads."""
-    narrow = _radii(routes, options) < options.radius
+    narrow = radii < options.radius
     rows = np.flatnonzero(narrow)
     if rows.size:
         ahead = np.linspace(0.0, SHOULDERS, 9)[:, None]
@@ -84,24 +84,6 @@ def choose_facings(
         narrow[rows] = room.reshape(len(rows), -1).min(axis=1) < options.radius
     changes = np.where(narrow, SIDEWAYS, 0.0) - wanderers.facings
     return wanderers.facings + np.clip(changes, -options.turn, options.turn)
-
-
-def _radii(routes: Sequence[Route | None], options: WanderOptions) -> FloatArray:
-    """Half the width that each needs on its way [m], shape (N,)."""
-    return np.array([route.radius if route else options.radius for route in routes])
-
-
-def _aims(wanderers: Wanderers, routes: Sequence[Route | None], *, ahead: float) -> tuple[IntArray, FloatArray]:
-    """Who has a way to its goal (M,), and the points (x, z) in plain view on it, at most `ahead` [m] on, (M, 2)."""
-    numbers = np.array([id(route) if route else 0 for route in routes])
-    rows: list[IntArray] = [np.zeros(0, dtype=int)]
-    aims: list[FloatArray] = [np.zeros((0, 2))]
-    for route in {id(route): route for route in routes if route}.values():
-        own = np.flatnonzero(numbers == id(route))
-        led, points = aims_along(route, wanderers.positions[own], ahead=ahead)
-        rows.append(own[led])
-        aims.append(points)
-    return np.concatenate(rows), np.concatenate(aims)
 
 
 def _free_ways(

@@ -7,15 +7,13 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from usdfoot.analysis.gaits import RUNNING_FROUDE
-from usdfoot.analysis.timing import EARTH_GRAVITY, HUMAN_LEG, QUICKENING, TimingRule, contact_overlaps, time_steps
+from usdfoot.analysis.timing import EARTH_GRAVITY, HUMAN_LEG, TimingRule, contact_overlaps, time_steps
 from usdfoot.maths.types import BoolArray, FloatArray
+from usdfoot.planning.habits import SPAN
 from usdfoot.planning.proportions import Proportions
 
 __all__ = ["TOE_OUT", "Gait", "derive_gait", "longest_time", "natural_lengths", "overlap_shares"]
 
-SPAN = 1.4
-"""Longest step without a flight that nobody asked for, foot to foot over the leg length where the hips were none apart;
-legs reach 1.5."""
 TOE_OUT = 0.1
 """How far feet point outward of the heading [rad]."""
 LONGEST_TABLED = 3.5
@@ -112,7 +110,7 @@ def longest_time(rule: TimingRule) -> float:
 def natural_lengths(speeds: FloatArray, rule: TimingRule) -> FloatArray:
     """Step lengths [m] people of a timing rule choose at speeds [m/s], shape (N,).
 
-    Steps of a run are the quicker the longer they are (`QUICKENING`), also where it is faster than leaps carry anybody.
+    Steps of a run are the quicker the longer they are, also where it is faster than leaps carry anybody.
     """
     lengths = rule.leg_length * np.linspace(0.0, LONGEST_TABLED, 2000)[1:]
     timing = time_steps(lengths, rule)
@@ -121,13 +119,14 @@ def natural_lengths(speeds: FloatArray, rule: TimingRule) -> FloatArray:
     walked = np.where(speeds < known[0], speeds * slowest, np.interp(speeds, known, lengths, left=0.0))
     size = rule.leg_length / HUMAN_LEG
     pace = np.asarray(speeds) / np.sqrt(size * rule.gravity / EARTH_GRAVITY)
-    run = size * pace / (1.0 / rule.run_step + QUICKENING * pace)
+    run = size * pace / (1.0 / rule.run_step + rule.quickening * pace)
     return np.where(_runs(speeds, rule), run, walked)
 
 
-def overlap_shares(speeds: FloatArray, rule: TimingRule) -> FloatArray:
-    """Double support over step time at speeds [m/s], negative where people fly, shape (N,)."""
-    return contact_overlaps(np.asarray(speeds) / np.sqrt(rule.gravity * rule.leg_length), _runs(speeds, rule))
+def overlap_shares(speeds: FloatArray, rule: TimingRule, *, leaps: BoolArray | None = None) -> FloatArray:
+    """Double support over step time at speeds [m/s], negative where people fly, shape (N,): where they run or leap."""
+    flies = _runs(speeds, rule) if leaps is None else _runs(speeds, rule) | leaps
+    return contact_overlaps(np.asarray(speeds) / np.sqrt(rule.gravity * rule.leg_length), flies)
 
 
 def _runs(speeds: FloatArray, rule: TimingRule) -> BoolArray:

@@ -12,7 +12,7 @@ from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.examples import Examples
 from usdfoot.spaces.landings import end_landings, left_landings, root_velocities
 
-__all__ = ["PEOPLE", "Habits", "fastest_step", "find_habits"]
+__all__ = ["PEOPLE", "Habits", "fastest_step", "find_habits", "narrowest_step"]
 
 STEADY = 0.3
 """A steady step is as long as the one before it, up to this part of their mean, and goes no more than this part of its
@@ -23,6 +23,11 @@ LEVEL = 0.06
 """And rises or falls by no more than this, over the leg length."""
 SLOWEST = 0.25
 """Speed over sqrt(gravity leg length) from which people keep their walk ratio; slower steps all take as long."""
+SPAN = 1.4
+"""Longest step without a flight that nobody asked for, foot to foot over the leg length where the hips were none apart;
+legs reach 1.5."""
+WALKED = float(np.sqrt(RUNNING_FROUDE * EARTH_GRAVITY * HUMAN_LEG))
+"""Speed from which people do not walk [m/s]."""
 LONGEST = 3.0
 """Longer running steps say nothing of shorter ones, for a leg of 0.86 m [m]."""
 
@@ -35,6 +40,8 @@ class Habits:
     """Step length by cadence in walks [m per step/min]."""
     run_step: float = TimingRule.run_step
     """What the shortest running steps take [s]."""
+    quickening: float = TimingRule.quickening
+    """By which part of that longer ones take less, a metre [1/m]."""
     easy_step: float = 0.8
     """Length of an easy walking step over the leg length."""
     step_width: float = 0.0
@@ -48,6 +55,7 @@ class Habits:
             walk_ratio=self.walk_ratio,
             longest_step=float(slower * TimingRule.longest_step),
             run_step=self.run_step,
+            quickening=self.quickening,
         )
 
 
@@ -72,20 +80,44 @@ def find_habits(examples: Examples, *, leg_length: float) -> Habits:
     flies = has_flight(durations, examples.support_liftoffs, landings, leg_length=leg_length)
     walks = steady & ~flies & (froude >= SLOWEST)
     runs = steady & flies & (froude > np.sqrt(RUNNING_FROUDE))
-    shortest = durations / np.sqrt(size) / (1.0 - QUICKENING * np.minimum(speeds * durations / size, LONGEST))
     ratio = _median(speeds * durations**2 / 60.0 / size**1.5, walks, PEOPLE.walk_ratio)
+    run_step, quickening = PEOPLE.run_step * float(np.sqrt(ratio / PEOPLE.walk_ratio)), PEOPLE.quickening
+    if runs.any():
+        run_step, quickening = _running(durations[runs] / np.sqrt(size), speeds[runs] * durations[runs] / size)
     return Habits(
         walk_ratio=ratio,
-        run_step=_median(shortest, runs, PEOPLE.run_step * float(np.sqrt(ratio / PEOPLE.walk_ratio))),
+        run_step=run_step,
+        quickening=quickening,
         easy_step=_median(speeds * durations / leg_length, walks, PEOPLE.easy_step),
         step_width=_median(landings[:, 0] / leg_length, walks, PEOPLE.step_width),
     )
+
+
+def _running(times: FloatArray, lengths: FloatArray) -> tuple[float, float]:
+    """`run_step` [s] and `quickening` [1/m] of running steps of times [s] and lengths [m] (N,), for a leg of 0.86 m.
+
+    Where steps as slow as a walk would be longer than legs span, as by the fast and slow-paced runs of cartoons, slower
+    runs keep more of their pace than people's.
+    """
+    run_step = float(np.median(times / (1.0 - QUICKENING * np.minimum(lengths, LONGEST))))
+    spanned = WALKED / (SPAN * HUMAN_LEG)  # steps a second at which those as slow as a walk are that long
+    if 1.0 / run_step + QUICKENING * WALKED >= spanned:
+        return run_step, QUICKENING
+    pace, speed = float(np.median(1.0 / times)), float(np.median(lengths / times))
+    quickening = max((pace - spanned) / (speed - WALKED), 0.0)
+    return 1.0 / (pace - quickening * speed), quickening
 
 
 def fastest_step(examples: Examples) -> float:
     """Speed of the fastest step of clips [m/s]; without any step there is no limit."""
     speeds = np.linalg.norm(examples.landings, axis=1) / examples.durations
     return float(speeds.max(initial=0.0)) or float("inf")
+
+
+def narrowest_step(examples: Examples) -> float:
+    """Between the feet in the narrowest step of clips [m], negative where they cross; 0 without any step."""
+    landings = left_landings(end_landings(examples), examples.swing_sides)
+    return float(landings[:, 0].min(initial=np.inf)) if len(examples) else 0.0
 
 
 def _steady(examples: Examples, leg_length: float) -> BoolArray:

@@ -130,7 +130,7 @@ def find_bump_faults(
     found = []
     for bumps, least, what in (
         (soles, limits.bump, "is {:.2f} m in the obstacle "),
-        (bodies, 0.0, "leads the body {:.2f} m into the obstacle "),
+        (bodies, 0.0, "leads the body {:.3f} m into the obstacle "),
     ):
         for row, name, depth in zip(bumps.rows, bumps.obstacles, bumps.depths, strict=True):
             if depth > least:

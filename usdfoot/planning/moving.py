@@ -51,6 +51,14 @@ class Moving:
             found[row] = clearances(self._world(time), points[row], heights)
         return found
 
+    def clearances_then(self, points: FloatArray, heights: FloatArray, times: FloatArray) -> FloatArray:
+        """As `clearances`, of points (N, 2) each at its own time (N,) [s], shape (N,)."""
+        found, instants = np.empty(len(points)), np.rint(times / INSTANT).astype(np.intp)
+        order = np.argsort(instants, kind="stable")
+        for rows in np.split(order, np.flatnonzero(np.diff(instants[order])) + 1):
+            found[rows] = clearances(self._world(instants[rows[0]] * INSTANT), points[rows], heights[rows])
+        return found
+
     def resting(self, now: float, *, seconds: float) -> tuple[Obstacle, ...]:
         """Those that stay where they are for so long [s] from a time [s] on."""
         known = self.at(now)
@@ -61,7 +69,7 @@ class Moving:
 
     def _world(self, time: float) -> World:
         """What they are at a time [s], as if they stood there."""
-        number = round(min(max(time, 0.0), self.end) / INSTANT)
+        number = round(min(time, self.end) / INSTANT)
         if number not in self._worlds:
             stopped = tuple(replace(obstacle, velocity=None) for obstacle in self.at(number * INSTANT))
             self._worlds[number] = World(obstacles=stopped)

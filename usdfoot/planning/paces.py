@@ -42,7 +42,7 @@ def pace_steps(ways: Ways, gaits: list[Gait], *, rows: IntArray, arcs: FloatArra
 
     A step takes the gait's time, longer where steps are shorter since the walk ratio holds. Up, down or over an edge it
     takes no less than that however short it is, nor less than a walking foot needs to swing; how long both feet stand
-    follows from the speed there, and from that time.
+    follows from the speed there, and from that time. Who runs leaps over what is farther than the legs span.
 
     Args:
         ways: All ways.
@@ -67,9 +67,14 @@ def pace_steps(ways: Ways, gaits: list[Gait], *, rows: IntArray, arcs: FloatArra
     stretches = np.clip((arcs - previous) / (lengths * shares), 1.0 - STRETCH, 1.0 + STRETCH)
     durations = np.maximum(np.where(arcs > previous, local * stretches, local), quickest)
     speeds, parts = lengths * shares / local, np.empty(len(rows))
+    walked, runs = (
+        np.array(values)[rows]
+        for values in ([gait.walked_length for gait in gaits], [gait.speed > gait.fastest_walk for gait in gaits])
+    )
+    leaps = runs & (arcs - previous > walked)
     for rule in dict.fromkeys(gait.rule for gait in gaits):
         own = np.array([gait.rule == rule for gait in gaits])[rows]
-        parts[own] = overlap_shares(speeds[own], rule)
+        parts[own] = overlap_shares(speeds[own], rule, leaps=leaps[own])
     level, edges = SWING * longest / 0.7, (parts > 0.0) & (lifts > EDGE_HEIGHT)
     least = np.maximum(local, np.minimum(local, level / (1.0 - LEAST_OVERLAP)) + LIFT * lifts)
     durations = np.where(edges, np.maximum(durations, least), durations)

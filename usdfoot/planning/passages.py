@@ -117,7 +117,7 @@ def _half_width(local: shapely.Geometry, mouths: FloatArray, most: float) -> flo
     for _ in range(HALVINGS):
         radius = 0.5 * (low + high)
         rooms = shapely.get_parts(local.buffer(-radius))
-        joined = any(all(room.distance(mouth) <= radius for mouth in mouths) for room in rooms)
+        joined = any(all(room.intersects(mouth) for mouth in mouths) for room in rooms)
         low, high = (radius, high) if joined else (low, radius)
     return low
 

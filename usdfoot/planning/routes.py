@@ -1,62 +1,55 @@
-"""Routes: the shortest ways to a goal around obstacles and over passable ground, on every level, on a grid."""
+"""Routes: the shortest ways to goals around obstacles and over passable ground, on every level, on a grid."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse.csgraph import dijkstra
 
 from usdfoot.errors import PlanError
-from usdfoot.maths.types import FloatArray, IntArray
-from usdfoot.planning.spots import Spots, build_spots
-from usdfoot.planning.world import World, clearances
+from usdfoot.maths.types import FloatArray
+from usdfoot.planning.route_grid import Lattice
+from usdfoot.planning.route_kernel import NOWHERE
+from usdfoot.planning.route_searches import Ends, Looks, Searched, find_starts, look_from
+from usdfoot.planning.route_windows import RouteWindows
+from usdfoot.planning.world import World
 
-__all__ = ["Route", "RouteFinder", "aims_along"]
+__all__ = ["Route", "RouteFinder", "look_along"]
 
 MOST_CELLS = 4_000_000
-VIEWS = 15
-"""Places on a straight line at which one looks whether it leads over spots."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Route:
-    """How far every spot is from a goal, and which spot comes next on the way there."""
+    """The ways to a goal, as far as they were looked for."""
 
     goal: FloatArray
     """On the ground [m], shape (3,)."""
-    spots: Spots
-    """Where a body has room."""
-    distances: FloatArray
-    """Of the way to the goal [m], infinite where there is none, shape (S,)."""
-    following: IntArray
-    """Next spot on the way, negative at the goal and where there is none, shape (S,)."""
+    end: Ends
+    """Where the ways end, a single one."""
+    lattice: Lattice
+    """Over whose cells they lead."""
+    searched: Searched
+    """What is known of them."""
+    row: int
+    """Which of its searches knows it."""
     step: float
     """Highest step on the way [m]; infinite without terrain, where heights mean nothing."""
-    radius: float
-    """Half the width of the narrowest places of the way [m], at least."""
     falls_short: bool = False
     """Whether there is no way to the goal from the start, and the way leads as near to it as one gets from there."""
 
-    def find(self, places: FloatArray) -> IntArray:
-        """The spots with a way to the goal at or beside places (N, 3), -1 where there is none, shape (N,)."""
-        spots = self.spots.at(places[:, [0, 2]], places[:, 1], within=self.step)
-        spots[np.append(~np.isfinite(self.distances), True)[spots]] = -1
-        return spots
-
-    def ways(self, spots: IntArray, *, length: float) -> IntArray:
-        """The spots on the ways to the goal from some of them (N,) on, for so many metres, the goal last, (N, L)."""
-        ways = [spots]
-        while len(ways) * self.spots.cell < length:
-            following = self.following[ways[-1]]
-            if not (following >= 0).any():
-                break
-            ways.append(np.where(following >= 0, following, ways[-1]))
-        return np.stack(ways, axis=1)
+    @property
+    def radius(self) -> float:
+        """Half the width of the narrowest places of the way [m], at least."""
+        return 2.0 * self.lattice.cell
 
 
 class RouteFinder:
-    """Finds the ways to goals in one world from everywhere, those to one goal once.
+    """Finds the ways to goals in one world.
+
+    How long a way is, and over which spots it leads, depends on nothing but the world, the goal and, without bounds,
+    the start: not on what else is asked for.
 
     Args:
         world: Bounds, obstacles, terrain; without bounds routes stay within 10 m of start, goal and obstacles.
@@ -65,128 +58,120 @@ class RouteFinder:
     """
 
     def __init__(self, world: World, *, step: float, headroom: float) -> None:
-        self._world, self._step, self._headroom = world, step, headroom
-        self._found: dict[tuple[object, ...], Route] = {}
+        self.world, self._windows = world, RouteWindows(world, step=step, headroom=headroom)
 
-    def find(self, start: FloatArray, goal: FloatArray, *, radius: float, must_be_clear: bool = True) -> Route:
-        """The ways to a goal.
+    def find(
+        self, starts: FloatArray, goals: FloatArray, *, radius: float, own_lattice: bool = False
+    ) -> list[Route | PlanError]:
+        """Routes from starts to goals, or why they cannot be looked for; `look_along` says whether they lead there.
 
         Args:
-            start: (x, y, z) [m], shape (3,).
-            goal: On the ground (x, y, z) [m], shape (3,).
+            starts: (x, y, z) [m], shape (N, 3).
+            goals: On the ground (x, y, z) [m], shape (N, 3).
             radius: Of the body [m]; a cell is half of it.
-            must_be_clear: Whether a goal that is not clear is an error; else, and where the start has no way to it, the
-                way leads as near to it as one gets.
-
-        Raises:
-            PlanError: If the goal is not clear, or the area too large.
+            own_lattice: Whether the ground too is looked at where the goal is a cell's centre: for each goal anew.
         """
-        world, cell = self._world, 0.5 * radius
-        if must_be_clear and not clearances(world, goal[None, [0, 2]], goal[[1]])[0] >= radius:
-            raise PlanError(_place("goal", goal), *_obstruction(world, goal, radius))
-        corner, shape = _grid(world, start, goal, cell)
-        level = float(start[1]) if world.ground is None else 0.0
-        asked = goal.tobytes(), radius, corner.tobytes(), shape, level
-        if asked not in self._found:
-            self._found[asked] = self._lay(goal, corner, shape, cell, level)
-        route = self._found[asked]
-        begin = int(route.spots.at(start[None, [0, 2]], start[[1]], within=route.step)[0])
-        if must_be_clear or begin < 0 or np.isfinite(route.distances[begin]):
-            return route
-        return _to(replace(route, falls_short=True), _nearest_within_reach(route.spots, begin, goal))
+        lowest, highest = _extents(self.world, starts, goals)
+        counts = np.ceil((highest - lowest) / (0.5 * radius)) + 1.0
+        found: list[Route | PlanError] = [_too_large(*size) for size in highest - lowest]
+        fits = np.flatnonzero(counts.prod(axis=1) <= MOST_CELLS)
+        lowest, counts, goals, cell = lowest[fits], counts[fits].astype(np.int64), goals[fits], 0.5 * radius
+        centres = goals[:, [0, 2]]
+        cells = np.rint(centres / cell).astype(np.int64)
+        origins = centres - cell * cells if own_lattice else np.zeros((len(fits), 2))
+        anchors = centres if self._windows.within == np.inf else origins + cell * cells  # spots of a terrain stay
+        first = cells - np.rint((centres - lowest) / cell).astype(np.int64) + 1  # nobody stands at the rim
+        ends = Ends(places=goals, anchors=anchors, cells=cells, lowest=first, highest=first + counts - 3)
+        levels = starts[fits, 1] if self.world.ground is None else np.zeros(len(fits))
+        lattices = [
+            Lattice(cell=cell, origin=(float(x), float(z)), level=float(level))
+            for (x, z), level in zip(origins, levels, strict=True)
+        ]
+        searched = self._windows.search(ends, starts[fits], lattices)
+        for index, (row, lattice, (known, number)) in enumerate(zip(fits, lattices, searched, strict=True)):
+            end = ends.of(np.array([index]))
+            step = self._windows.within
+            found[row] = Route(goal=goals[index], end=end, lattice=lattice, searched=known, row=number, step=step)
+        return found
 
-    def _lay(self, goal: FloatArray, corner: FloatArray, shape: tuple[int, int], cell: float, level: float) -> Route:
-        """The ways to a goal on a grid; without terrain all spots are on one level [m]."""
-        world, step = self._world, self._step
-        spots = build_spots(world.ground, corner, shape, cell=cell, step=step, headroom=self._headroom)
-        spots = replace(spots, heights=spots.heights + level)
-        within = step if world.ground is not None and world.ground.has_terrain else np.inf
-        target = spots.at(goal[None, [0, 2]], goal[[1]], within=within)[0]
-        free = (clearances(world, spots.points, spots.heights) >= 2.0 * cell) & ~spots.is_edge
-        free[target] |= target >= 0
-        spots = spots.only(free)
-        target = int(spots.at(goal[None, [0, 2]], goal[[1]], within=within)[0])
-        count = len(spots.heights)
-        route = Route(
-            goal=goal,
-            spots=spots,
-            distances=np.full(count, np.inf),
-            following=np.full(count, -1),
-            step=within,
-            radius=2.0 * cell,
-        )
-        return _to(route, target) if target >= 0 else route
+    def extended(self, routes: Sequence[Route], places: FloatArray) -> list[Route]:
+        """The routes with the ways to their ends from places (N, 3), one of each."""
+        ends, lattices = _joined([route.end for route in routes]), [route.lattice for route in routes]
+        found = self._windows.search(ends, places, lattices)
+        return [
+            replace(route, searched=searched, row=row) for route, (searched, row) in zip(routes, found, strict=True)
+        ]
+
+    def shortened(self, routes: Sequence[Route], places: FloatArray) -> list[Route]:
+        """The routes to as near to their goals as one gets from places (N, 3), which have no ways there.
+
+        Those of places where nobody can stand stay as they are.
+        """
+        begins = [
+            find_starts(route.searched, np.array([route.row]), place[None])
+            for route, place in zip(routes, places, strict=True)
+        ]
+        stuck = [row for row, begin in enumerate(begins) if begin[0] >= 0]
+        found = list(routes)
+        if not stuck:
+            return found
+        ends = _joined([routes[row].end for row in stuck])
+        own = [routes[row].searched.places_of(routes[row].row, begins[row])[0] for row in stuck]
+        lattices = [routes[row].lattice for row in stuck]
+        everywhere = self._windows.search(replace(ends, places=np.array(own)), None, lattices)
+        nearest = []
+        for number, (searched, row) in zip(stuck, everywhere, strict=True):
+            reached = searched.places_of(row, searched.known_spots(row))
+            away = np.linalg.norm(reached - routes[number].goal, axis=1)
+            nearest.append(reached[np.argmin(away)])
+        ends = replace(ends, places=np.array(nearest))
+        short = [
+            replace(routes[number], end=ends.of(np.array([index])), falls_short=True)
+            for index, number in enumerate(stuck)
+        ]
+        for number, route in zip(stuck, self.extended(short, places[stuck]), strict=True):
+            found[number] = route
+        return found
 
 
-def _to(route: Route, target: int) -> Route:
-    """The route with the ways to a spot."""
-    distances, following = dijkstra(route.spots.links, directed=False, indices=target, return_predecessors=True)
-    return replace(route, distances=distances, following=following)
-
-
-def _grid(world: World, start: FloatArray, goal: FloatArray, cell: float) -> tuple[FloatArray, tuple[int, int]]:
-    """Centre of the first cell (x, z) [m] and cells along x and z of a grid with start and goal, the latter a centre.
-
-    Raises:
-        PlanError: If the area is too large.
-    """
-    lowest, highest = _extent(world, np.stack([start, goal])[:, [0, 2]])
-    counts = np.ceil((highest - lowest) / cell) + 1.0
-    if not counts.prod() <= MOST_CELLS:
-        size = highest - lowest
-        raise PlanError("area", f"is {size[0]:.0f} m by {size[1]:.0f} m, too large for a route", "give narrower bounds")
-    corner = goal[[0, 2]] - np.rint((goal[[0, 2]] - lowest) / cell) * cell
-    return corner, (int(counts[0]), int(counts[1]))
-
-
-def _nearest_within_reach(spots: Spots, begin: int, goal: FloatArray) -> int:
-    """The spot nearest to a goal (3,) of those to which one gets from the spot where one begins."""
-    away = np.linalg.norm(np.insert(spots.points, 1, spots.heights, axis=1) - goal, axis=1)
-    return int(np.argmin(np.where(np.isfinite(dijkstra(spots.links, directed=False, indices=begin)), away, np.inf)))
-
-
-def aims_along(route: Route, places: FloatArray, *, ahead: float) -> tuple[IntArray, FloatArray]:
-    """Which of some places (N, 3) have a way to the goal (M,), and the farthest points in plain view on it.
+def look_along(routes: Sequence[Route | None], places: FloatArray, *, ahead: float = 0.0) -> Looks:
+    """What is known of the way from each place (N, 3) along its route; nobody is led without one.
 
     In plain view is where a straight line leads over spots all the way.
 
     Args:
-        route: To the goal.
+        routes: Of each place.
         places: (x, y, z) [m], shape (N, 3).
         ahead: How far to look [m].
-
-    Returns:
-        Rows of the places, shape (M,); points (x, z) [m], shape (M, 2).
     """
-    spots = route.find(places)
-    led = np.flatnonzero(spots >= 0)
-    ways = route.ways(spots[led], length=ahead)
-    points = np.insert(route.spots.points, 1, route.spots.heights, axis=1)[ways]  # (M, L, 3)
-    begins, shares = places[led, None], np.linspace(0.0, 1.0, VIEWS + 1)[1:, None, None, None]
-    views = (begins + shares * (points - begins)).reshape(-1, 3)
-    seen = route.spots.at(views[:, [0, 2]], views[:, 1], within=route.step).reshape(VIEWS, *ways.shape) >= 0
-    visible = np.asarray(seen.all(axis=0))
-    last = visible.shape[1] - 1
-    farthest = np.where(visible.any(axis=1), last - np.argmax(visible[:, ::-1], axis=1), min(1, last))
-    return led, points[np.arange(len(led)), farthest][:, [0, 2]]
+    count = len(places)
+    led, lengths, aims = np.full(count, NOWHERE), np.full(count, np.inf), np.zeros((count, 2))
+    owners = np.array([id(route.searched) if route else 0 for route in routes])
+    numbers = np.array([route.row if route else 0 for route in routes])
+    for searched in {id(route.searched): route.searched for route in routes if route}.values():
+        own = np.flatnonzero(owners == id(searched))
+        looks = look_from(searched, numbers[own], places[own], ahead=ahead)
+        led[own], lengths[own], aims[own] = looks.led, looks.lengths, looks.aims
+    return Looks(led=led, lengths=lengths, aims=aims)
 
 
-def _extent(world: World, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Lowest and highest corner of the grid."""
+def _joined(ends: Sequence[Ends]) -> Ends:
+    """All ends, one after the other."""
+    return Ends(**{name: np.concatenate([vars(end)[name] for end in ends]) for name in vars(ends[0])})
+
+
+def _extents(world: World, starts: FloatArray, goals: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Lowest and highest corners (x, z) of where ways from starts (N, 3) to goals may lead [m], shape (N, 2) each."""
     if world.bounds is not None:
-        return world.bounds.min(axis=0), world.bounds.max(axis=0)
-    places = np.concatenate([points, *(obstacle.outline for obstacle in world.obstacles)])
-    return places.min(axis=0) - 10.0, places.max(axis=0) + 10.0
+        shape = len(goals), 2
+        return np.broadcast_to(world.bounds.min(axis=0), shape), np.broadcast_to(world.bounds.max(axis=0), shape)
+    places = np.stack([starts, goals])[:, :, [0, 2]]
+    lowest, highest = places.min(axis=0), places.max(axis=0)
+    if world.obstacles:
+        corners = np.concatenate([obstacle.outline for obstacle in world.obstacles])
+        lowest, highest = np.minimum(lowest, corners.min(axis=0)), np.maximum(highest, corners.max(axis=0))
+    return lowest - 10.0, highest + 10.0
 
 
-def _obstruction(world: World, goal: FloatArray, radius: float) -> tuple[str, str]:
-    """What is wrong with a goal, and what would be right."""
-    for obstacle in world.obstacles:
-        alone = World(obstacles=(obstacle,))
-        if clearances(alone, goal[None, [0, 2]], goal[[1]])[0] < radius:
-            return f"is within {radius:.2f} m of the obstacle {obstacle.name}", "move it away"
-    return f"is outside the bounds or within {radius:.2f} m of them", "move it inside"
-
-
-def _place(what: str, point: FloatArray) -> str:
-    return f"{what} ({point[0]:.2f}, {point[2]:.2f}) m"
+def _too_large(width: float, length: float) -> PlanError:
+    return PlanError("area", f"is {width:.0f} m by {length:.0f} m, too large for a route", "give narrower bounds")

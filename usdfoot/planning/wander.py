@@ -2,33 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Generator, Sequence
 
 import numpy as np
 
-from usdfoot.analysis.timing import STAND_TIME, time_footsteps
 from usdfoot.errors import PlanError
-from usdfoot.maths.types import BoolArray, FloatArray, IntArray
-from usdfoot.model.biped import LEFT, RIGHT
+from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.planning.aims import Aims, News, find_aims, finder_in
-from usdfoot.planning.free_ways import DRAWS, choose_facings, choose_steps
-from usdfoot.planning.proportions import Proportions
-from usdfoot.planning.routes import Route
-from usdfoot.planning.wanderer import (
-    SIDEWAYS,
-    Footstep,
-    Footsteps,
-    Wanderers,
-    WanderOptions,
-    concatenated,
-    joined,
-    lay_footsteps,
-    rows_of,
-    set_out,
-    take_steps,
-)
+from usdfoot.planning.joining import join_footsteps
+from usdfoot.planning.strolls import stroll
+from usdfoot.planning.wanderer import Footstep, Footsteps, WanderOptions, concatenated, rows_of, set_out
 from usdfoot.planning.world import World
 
 __all__ = ["Footstep", "News", "WanderOptions", "join_footsteps", "plan_wander", "plan_wanders", "wander"]
@@ -70,12 +54,14 @@ def wander(
     """
     options = options or WanderOptions()
     starts = np.asarray(start, dtype=float)[None]
-    (aims,) = find_aims(world, starts, [goals], options=options, start_time=start_time)
+    finder = finder_in(world, options)
+    (aims,) = find_aims(finder, starts, [goals], options=options, start_time=start_time)
     if isinstance(aims, PlanError):
         raise aims
-    way = _walk(
+    way = stroll(
         set_out(starts, np.array([yaw], dtype=float), np.array([options.speed]), options=options),
         [aims],
+        finder=finder,
         generators=[generator],
         options=options,
         start_time=start_time,
@@ -88,129 +74,6 @@ def wander(
             except StopIteration:
                 return
             news = yield footsteps.of(0)
-
-
-def _walk(
-    wanderers: Wanderers,
-    aims: Sequence[Aims],
-    *,
-    generators: Sequence[np.random.Generator],
-    options: WanderOptions,
-    start_time: float,
-) -> Generator[tuple[IntArray, Footsteps], Sequence[World | News | None] | None, None]:
-    """Who of N takes another step, and their footsteps; they are told what is sent, in the same order.
-
-    All step at once, each as it would alone.
-    """
-    rows, aims = np.arange(len(wanderers)), list(aims)
-    both = [_lay(wanderers, aims, np.full(len(rows), side), options, time=start_time) for side in (RIGHT, LEFT)]
-    for footsteps in both:
-        aims = _told(aims, (yield rows, footsteps), footsteps)
-    before = replace(both[-1], strike_times=both[-1].strike_times + options.stand_time)
-    while rows.size:
-        stood = np.array([aim.has_arrived for aim in aims])
-        finders = {id(aim.world): finder_in(aim.world, options) for aim in aims}
-        standing = zip(aims, wanderers.positions, strict=True)
-        aims = [aim.routed(place, options, finders[id(aim.world)]) for aim, place in standing]
-        wanderers = _step(wanderers, aims, stood, [generators[int(row)] for row in rows], options)
-        before = _lay(wanderers, aims, wanderers.sides, options, before=before)
-        news = yield rows, before
-        places = wanderers.positions
-        aims = [aim.passed(place, options) for aim, place in zip(aims, places, strict=True)]
-        aims = _told(aims, news, before)
-        kept = np.flatnonzero(~(stood & [aim.has_arrived for aim in aims]))
-        if len(kept) < len(rows):
-            rows, aims = rows[kept], [aims[row] for row in kept]
-            wanderers, before = rows_of(wanderers, kept), rows_of(before, kept)
-
-
-def _told(aims: Sequence[Aims], news: Sequence[World | News | None] | None, footsteps: Footsteps) -> list[Aims]:
-    """What they aim at after news, each as its foot is down."""
-    everyone = zip(aims, news or [None] * len(aims), footsteps.strike_times, strict=True)
-    return [aim.told(own, float(time)) for aim, own, time in everyone]
-
-
-def _by_world(aims: Sequence[Aims]) -> list[tuple[World, IntArray]]:
-    """The worlds they are in, and who is in each."""
-    numbers = np.array([id(aim.world) for aim in aims])
-    worlds = {id(aim.world): aim.world for aim in aims}
-    return [(world, np.flatnonzero(numbers == number)) for number, world in worlds.items()]
-
-
-def _lay(
-    wanderers: Wanderers,
-    aims: Sequence[Aims],
-    sides: IntArray,
-    options: WanderOptions,
-    *,
-    before: Footsteps | None = None,
-    time: float = 0.0,
-) -> Footsteps:
-    """The footsteps of one foot of each in its world; see `lay_footsteps`."""
-    parts = [(own, world.ground) for world, own in _by_world(aims)]
-    laid = [
-        lay_footsteps(
-            rows_of(wanderers, own),
-            sides[own],
-            ground=ground,
-            options=options,
-            before=None if before is None else rows_of(before, own),
-            time=time,
-        )
-        for own, ground in parts
-    ]
-    return joined(laid, [own for own, _ in parts])
-
-
-def _step(
-    wanderers: Wanderers,
-    aims: Sequence[Aims],
-    stood: BoolArray,
-    generators: Sequence[np.random.Generator],
-    options: WanderOptions,
-) -> Wanderers:
-    """The wanderers a step on in their worlds; who stands, or waits, closes up its feet."""
-    parts = _by_world(aims)
-    stepped = []
-    for world, own in parts:
-        some, routes = rows_of(wanderers, own), [aims[row].route for row in own]
-        goes = np.flatnonzero(~(stood[own] | _waits(some, routes, options)))
-        draws = np.array([generators[int(row)].standard_normal(1 + DRAWS) for row in own[goes]]).reshape(-1, 1 + DRAWS)
-        stepped.append(_step_on(some, world, routes, goes, draws=draws, options=options))
-    return joined(stepped, [own for _, own in parts])
-
-
-def _waits(wanderers: Wanderers, routes: Sequence[Route | None], options: WanderOptions) -> BoolArray:
-    """Who is where its way ends short of the goal, shape (N,)."""
-    waits = np.zeros(len(wanderers), dtype=bool)
-    for row, route in enumerate(routes):
-        if route and route.falls_short:
-            spot = int(route.find(wanderers.positions[[row]])[0])
-            waits[row] = spot >= 0 and route.distances[spot] <= options.arrival
-    return waits
-
-
-def _step_on(
-    wanderers: Wanderers,
-    world: World,
-    routes: Sequence[Route | None],
-    goes: IntArray,
-    *,
-    draws: FloatArray,
-    options: WanderOptions,
-) -> Wanderers:
-    """Those of a world a step on: who goes (M,) along its route if there is one, the others on the spot."""
-    lengths, turns, facings = np.zeros(len(wanderers)), np.zeros(len(wanderers)), wanderers.facings.copy()
-    spins = np.zeros(len(wanderers), dtype=int)
-    if goes.size:
-        some, own = rows_of(wanderers, goes), [routes[row] for row in goes]
-        free, turns[goes], spins[goes] = choose_steps(some, world, own, draws=draws, options=options)
-        facings[goes] = choose_facings(some, turns[goes], world, routes=own, options=options)
-        turned = np.maximum(facings[goes], some.facings)
-        sidewards = (options.side_step - free) / SIDEWAYS * turned + free
-        lengths[goes] = np.minimum(free, np.where(turned < SIDEWAYS, sidewards, options.side_step))
-    stepped = take_steps(wanderers, lengths, turns, ground=world.ground, options=options)
-    return replace(stepped, spins=spins, facings=facings)
 
 
 def plan_wander(
@@ -266,8 +129,8 @@ def plan_wanders(
 ) -> list[FootstepPlan | PlanError]:
     """Plans of N who wander in one world, each as by `plan_wander` alone, or why there is none.
 
-    All take each footstep at once. They do not see each other. The route to each goal, 100 bytes a cell of
-    half a radius, is held until all have arrived.
+    All take each footstep at once. They do not see each other. What is known of the ground between starts and goals,
+    200 bytes a cell of half a radius, and of each route, 30 kB or more, is held until all have arrived.
 
     Args:
         world: Bounds, obstacles, terrain.
@@ -286,13 +149,14 @@ def plan_wanders(
         PlanError: If there are fewer than two steps.
     """
     options = options or WanderOptions()
-    count = len(starts)
-    aims = find_aims(world, starts, goals or [()] * count, options=options, start_time=start_time)
+    count, finder = len(starts), finder_in(world, options)
+    aims = find_aims(finder, starts, goals or [()] * count, options=options, start_time=start_time)
     begun = np.array([number for number, aim in enumerate(aims) if isinstance(aim, Aims)], dtype=int)
     paced = np.full(count, options.speed) if speeds is None else speeds
-    way = _walk(
+    way = stroll(
         set_out(starts[begun], yaws[begun], paced[begun], options=options),
         [aim for aim in aims if isinstance(aim, Aims)],
+        finder=finder,
         generators=[generators[number] for number in begun],
         options=options,
         start_time=start_time,
@@ -337,48 +201,4 @@ def _plan(footsteps: Footsteps, name: str, options: WanderOptions, *, most: int)
         body=options.body,
         ends_standing=count < most,
         stand_time=options.stand_time,
-    )
-
-
-def join_footsteps(
-    footsteps: Iterable[Footstep],
-    *,
-    name: str,
-    body: Proportions | None = None,
-    speed: float = 0.0,
-    ends_standing: bool = False,
-    stand_time: float = STAND_TIME,
-) -> FootstepPlan:
-    """The plan of footsteps as they came.
-
-    Args:
-        footsteps: From `wander`, the first two of which stand.
-        name: Of the plan.
-        body: That walks.
-        speed: Mean of all steps [m/s]; 0 = as fast as such steps are.
-        ends_standing: Whether it stands at the end, as `wander` does at its last goal.
-        stand_time: How long it stands before the first step [s].
-    """
-    body = body or Proportions()
-    steps = list(footsteps)
-    if len(steps) < 2:
-        raise PlanError(name, f"has {len(steps)} footstep(s)", "let it take at least two")
-    positions = np.array([step.position for step in steps])
-    times = time_footsteps(
-        positions,
-        body.timing,
-        speed=speed,
-        start_time=steps[0].strike_time,
-        starts_standing=True,
-        ends_standing=ends_standing,
-        stand_time=stand_time,
-    )
-    return FootstepPlan(
-        name=name,
-        sides=np.array([step.side for step in steps]),
-        positions=positions,
-        orientations=np.array([step.orientation for step in steps]),
-        strike_times=times.strike_times,
-        liftoff_times=times.liftoff_times,
-        root_weights=np.zeros(len(steps)),
     )

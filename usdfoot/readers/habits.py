@@ -15,8 +15,8 @@ from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.examples import Examples
 from usdfoot.model.path import WalkingPath
 from usdfoot.planning.gait import derive_gait
-from usdfoot.planning.habits import PEOPLE, Habits, fastest_step, find_habits
-from usdfoot.planning.hurry import unhurried_time
+from usdfoot.planning.habits import PEOPLE, Habits, fastest_step, find_habits, narrowest_step
+from usdfoot.planning.hurry import MOST_HURRY, unhurried_time
 from usdfoot.planning.proportions import Proportions
 from usdfoot.readers.agents import AgentSource, read_agent_options
 from usdfoot.readers.casting import Casting
@@ -26,6 +26,10 @@ if TYPE_CHECKING:
     from usdfoot.engine.animate import ExamplesBuilder
 
 __all__ = ["HabitsReader"]
+
+
+SIDEWAYS = 0.8
+"""Part of IK's reach that steps as narrow as asked may take; the rest is for their lengths and turns."""
 
 
 class HabitsReader:
@@ -79,9 +83,12 @@ class HabitsReader:
     def unhurried(self, path: WalkingPath, casting: Casting, source: AgentSource, *, body: Proportions) -> WalkingPath:
         """The path of an agent, slower where its steps would be so quick that its clips had to be hurried too much.
 
-        Only who is given both speed and step length can be asked for that: to one of them the other is derived.
+        Who is given a speed alone goes no faster than the fastest step of the clips, hurried as much as they can be.
         """
-        if not (path.speed and path.step_length):
+        if not path.step_length:
+            fastest = MOST_HURRY * self.fastest(casting, source)
+            return replace(path, speed=fastest) if path.speed > fastest else path
+        if not path.speed:
             return path
         try:
             library = self._library_of(casting, source)
@@ -96,6 +103,20 @@ class HabitsReader:
         if quickest <= gait.step_time:
             return path
         return replace(path, speed=path.step_length / quickest, quickest_step=quickest)
+
+    def in_reach(self, path: WalkingPath, casting: Casting, source: AgentSource) -> WalkingPath:
+        """The path of an agent, with wider steps where IK may not pull its clips' steps to such narrow ones."""
+        if not path.step_width:
+            return path
+        try:
+            library = self._library_of(casting, source)
+            if library is None:
+                return path
+            reach = read_agent_options(source, casting.units).ik_reach
+            narrowest = narrowest_step(self._examples_of(library)) - SIDEWAYS * reach
+        except UsdfootError:  # animating it tells why
+            return path
+        return replace(path, step_width=narrowest) if path.step_width < narrowest else path
 
     def _library_of(self, casting: Casting, source: AgentSource) -> ClipLibrary | None:
         """Clips that move an agent, None where physics does."""

@@ -18,7 +18,6 @@ from usdfoot.model.path import WalkingPath
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
-from usdfoot.planning.hurry import MOST_HURRY
 from usdfoot.planning.path import PathOptions, plan_each
 from usdfoot.planning.proportions import Proportions, proportions_of
 from usdfoot.planning.world import Obstacle
@@ -49,6 +48,8 @@ class Walker:
     proportions: Proportions
     asked_speed: float = 0.0
     """What the path asks for where that would hurry the clips too much [m/s]; 0 = the path's own speed is as asked."""
+    asked_width: float = 0.0
+    """The same of its step width, where IK may not pull the clips' steps to it [m]."""
     fastest_step: float = float("inf")
     """Speed of the fastest step of the clips that move the walker [m/s]."""
     is_animated: bool = False
@@ -57,10 +58,10 @@ class Walker:
     """Of the clips that move the walker; empty = none do."""
 
     def doubts(self) -> tuple[Problem, ...]:
-        """Warnings of speeds that clips do not have or cannot be hurried to, and of a curve that is animated."""
+        """Warnings of speeds and widths that clips do not have or get to, and of a curve that is animated."""
         found = []
         path = self.path
-        if self.asked_speed:
+        if self.asked_speed and path.step_length:
             asked, taken = path.step_length / self.asked_speed, path.step_length / path.speed
             found.append(
                 f"{self.name}: is to go {self.asked_speed:.2f} m/s by steps of {path.step_length:.2f} m in {asked:.2f} "
@@ -68,11 +69,18 @@ class Walker:
                 "usdfoot:path:speed, lengthen usdfoot:path:stepLength, leave one of them out or add clips of quicker "
                 "steps"
             )
-        if path.speed > MOST_HURRY * self.fastest_step:
-            times = path.speed / self.fastest_step
+        elif self.asked_speed:
+            times = self.asked_speed / self.fastest_step
             found.append(
-                f"{self.name}: is to go {path.speed:.2f} m/s, {times:.1f} times as fast as its clips, which go up to "
-                f"{self.fastest_step:.2f} m/s: so hurried, they jerk. lower usdfoot:path:speed or add faster clips"
+                f"{self.name}: is to go {self.asked_speed:.2f} m/s, {times:.1f} times as fast as its clips, which go "
+                f"up to {self.fastest_step:.2f} m/s: so hurried, they would jerk, and {path.speed:.2f} m/s were taken. "
+                "lower usdfoot:path:speed or add faster clips"
+            )
+        if self.asked_width:
+            found.append(
+                f"{self.name}: is to take steps {self.asked_width:.3f} m wide, farther from those of its clips than IK "
+                f"may pull; {path.step_width:.3f} m were taken. raise usdfoot:path:stepWidth or usdfoot:agent:ikReach, "
+                "or add clips of narrower steps"
             )
         if self.is_animated:
             found.append(
@@ -134,14 +142,16 @@ def read_walkers(
             character = casting.character_of(source)
             steps_like = finder.read(casting, source)
             body = replace(proportions_of(character.skeleton, character.biped, character.bind_pose), habits=steps_like)
-            slowed = finder.unhurried(path, casting, source, body=body)
+            wide = finder.in_reach(path, casting, source)
+            slowed = finder.unhurried(wide, casting, source, body=body)
             walkers.append(
                 Walker(
                     name=source.name,
                     agent=str(source.prim.GetPath()),
                     path=slowed,
                     proportions=body,
-                    asked_speed=0.0 if slowed is path else path.speed,
+                    asked_speed=0.0 if slowed is wide else path.speed,
+                    asked_width=0.0 if wide is path else path.step_width,
                     fastest_step=finder.fastest(casting, source),
                     is_animated=_is_animated(source.path, moving),
                     known_styles=finder.styles(casting, source) if path.style else (),
