@@ -77,6 +77,29 @@ def test_plans_mean_the_same_in_any_units_and_agents_point_at_them(tmp_path, uni
     assert_allclose(read.strike_times, reference.strike_times, atol=1e-4)  # text keeps six digits of time codes
 
 
+def test_agents_of_one_prim_keep_to_their_curves_whoever_else_is_asked_for(tmp_path):
+    """Who was chosen or left alone took the first curve, so that an agent walked elsewhere where another was muted."""
+    scene = scene_with_path(tmp_path / "scene.usda")
+    stage = Usd.Stage.Open(str(scene))
+    curves = UsdGeom.BasisCurves(stage.GetPrimAtPath("/World/Way"))
+    points = np.concatenate([CURVE + (5.0 * number, 0.0, 0.0) for number in range(3)])
+    curves.GetPointsAttr().Set([Gf.Vec3f(*point) for point in points.tolist()])
+    curves.GetCurveVertexCountsAttr().Set([len(CURVE)] * 3)
+    other = UsdGeom.Xform.Define(stage, "/World/Zoe").GetPrim()
+    other.AddAppliedSchema(Schema.AGENT)
+    for name, target in ((Agent.PATH, "/World/Way"), (Agent.CHARACTER, "/World/Person")):
+        other.CreateRelationship(name, custom=False).SetTargets([target])
+    stage.GetRootLayer().Save()
+    both = plan_scene_paths(scene, tmp_path / "plans.usda")
+    assert [round(float(plan.positions[0, 0])) for plan in both.plans.values()] == [0, 5]
+    (said,) = [problem.message for problem in both.problems if "curves" in problem.message]
+    assert said.startswith("Walker: /World/Way has more curves than agents follow it, 1 of them nobody walks")
+    alone = plan_scene_paths(scene, tmp_path / "plans.usda", agents="Zoe")
+    assert_allclose(alone.plans["Zoe"].positions, both.plans["Zoe"].positions)
+    (agent,) = read_scene(scene, agents="Zoe", motion="physics").crowd.agents
+    assert_allclose(agent.plan.positions[0], both.plans["Zoe"].positions[0], atol=0.05)
+
+
 def test_curves_nobody_follows_get_plans_with_unique_names(tmp_path):
     scene = scene_with_path(tmp_path / "scene.usda", agent=False)
     stage = Usd.Stage.Open(str(scene))

@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 from tests.builders import Gait
+from tests.engine.plans import crowd
 from tests.engine.walkers import library_of
 from tests.planning.terrains import slab, terrain_of
 from usdfoot.analysis.examples import build_examples
 from usdfoot.analysis.timing import HUMAN_LEG
+from usdfoot.engine.animate import animate_crowd
 from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
 from usdfoot.planning.gait import derive_gait
 from usdfoot.planning.habits import PEOPLE, SPAN, Habits, find_habits
-from usdfoot.planning.lint import lint_plans
+from usdfoot.planning.lint import lint_clips, lint_plans
 from usdfoot.planning.path import plan_path
 from usdfoot.planning.proportions import Proportions
+from usdfoot.spaces.library import spaces_of
 
 LEVEL = Ground(terrain_of([slab((-60.0, 60.0), (-60.0, 60.0), (0.0, 0.0))]))
 LOPE = Gait(step_length=0.9, step_width=0.22, step_time=0.75)
@@ -102,6 +107,23 @@ def test_who_runs_in_long_steps_leaps_rather_than_walks_farther_than_legs_span(s
     along = np.linspace(0.0, 2.0 * np.pi, 200)
     path = WalkingPath(name="/S", points=np.stack([2.0 * np.sin(along), 0.0 * along, along], axis=1), speed=speed)
     assert lint_plans([plan_path(path, LEVEL, proportions=body)], LEVEL, bodies=[body]) == []
+
+
+def test_one_walk_is_enough_to_come_to_a_stand():
+    """The foot that closes lands beside the other one, 0.65 m from where it does in the only clip."""
+    library = library_of((Gait(step_length=0.65),))
+    leg_length = library.biped.maximal_leg_length
+    examples, _ = build_examples(library)
+    body = Proportions(leg_length=leg_length, habits=find_habits(examples, leg_length=leg_length))
+    path = WalkingPath(name="/Along", points=np.array([(0.0, 0.0, 0.0), (0.0, 0.0, 5.0)]))
+    plan = plan_path(path, LEVEL, proportions=body)
+    faults = lint_clips(plan, spaces_of(library, examples), style=examples.default_style, reach=0.3)
+    (motion,), problems = animate_crowd(crowd(library, [plan]))
+    assert not faults and not problems
+    assert motion.results.blend_error[-1] > 0.3  # farther than IK pulls feet on the way
+    assert motion.results.placement_error.max() < 1e-3 and motion.results.slide.max() < 1e-3
+    on = replace(plan, positions=plan.positions + (np.arange(len(plan)) > 4)[:, None] * np.array([0.0, 0.0, -0.6]))
+    assert "ikLimited" in animate_crowd(crowd(library, [on]))[0][0].results.status
 
 
 def test_widths_and_times_scale_with_the_body():

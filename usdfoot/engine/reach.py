@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from usdfoot.engine.poses import Setup
+from usdfoot.engine.segments import SHORTEST_STAND
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.agent import Agent
@@ -35,11 +36,13 @@ LEAST_GAIN = 0.5
 def beyond_reach(setup: Setup, steps: IntArray, offsets: FloatArray, *, reach: FloatArray) -> FloatArray:
     """How far landings of the segments `steps` (N,) have to fall short of their footsteps, (x, z) [m], shape (N, 2).
 
-    What is left of `offsets` (N, 2) beyond the agents' `reach` (A,), or of the step beyond the longest.
+    What is left of `offsets` (N, 2) beyond the agents' `reach` (A,), or of the step beyond the longest. Feet that come
+    to stand are drawn however far, as the body comes to the pose it stands in: many have one walk and no stop.
     """
     segments, positions = setup.segments, setup.contacts.positions
     distance = np.linalg.norm(offsets, axis=1)
-    beyond_ik = offsets * np.maximum(1.0 - reach[segments.agents[steps]] / np.maximum(distance, 1e-12), 0.0)[:, None]
+    reaches = np.where(_come_to_stand(setup, steps), np.inf, reach[segments.agents[steps]])
+    beyond_ik = offsets * np.maximum(1.0 - reaches / np.maximum(distance, 1e-12), 0.0)[:, None]
     supports = segments.supports[steps]
     displacements = (positions[supports + 1] - positions[supports])[:, [0, 2]]
     longest = _longest(setup, steps)
@@ -81,6 +84,15 @@ def _grounded(setup: Setup, steps: IntArray) -> BoolArray:
     """Whether segments (N,) have no flight."""
     supports = setup.segments.supports[steps]
     return np.asarray(setup.contacts.liftoffs[supports] >= setup.contacts.strikes[supports + 1])
+
+
+def _come_to_stand(setup: Setup, steps: IntArray) -> BoolArray:
+    """Whether the segments `steps` (N,) end in a stand on both feet, shape (N,)."""
+    segments, contacts = setup.segments, setup.contacts
+    supports = segments.supports[steps]
+    together = np.minimum(contacts.liftoffs[supports], contacts.liftoffs[supports + 1]) - contacts.strikes[supports + 1]
+    stands = np.append(segments.stands[1:] & segments.joined[1:-1], False)
+    return np.asarray(stands[steps] & (together > SHORTEST_STAND))
 
 
 def give_way(setup: Setup, asking: IntArray, asked: IntArray, *, moved: FloatArray, excess: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable
 from usdfoot.model.examples import LIFTOFF_PHASES, event_knots
 
-__all__ = ["Segments", "cut_segments"]
+__all__ = ["SHORTEST_STAND", "Segments", "cut_segments"]
 
 
 SHORTEST_STAND = 0.25

@@ -85,7 +85,9 @@ def plan_scene_paths(
     stage, info, prims, sources = listed.stage, listed.info, listed.prims, listed.chosen
     terrain, terrain_problems = read_terrain(stage, prims, info.units, limits=limits)
     habits = HabitsReader(build=build_once)
-    walkers, errors = read_walkers(stage, prims, info.units, sources=sources, free_paths=agents == "*", habits=habits)
+    walkers, errors = read_walkers(
+        *(stage, prims, info.units), sources=sources, everyone=listed.everyone, free_paths=agents == "*", habits=habits
+    )
     progress("plan", 0, 0)
     obstacles, obstacle_problems = read_obstacles(stage, prims, info.units)
     moving = MovingObstacles(prims, info.units)

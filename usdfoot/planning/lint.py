@@ -8,6 +8,8 @@ import numpy as np
 
 from usdfoot.analysis.gaits import has_flight
 from usdfoot.analysis.timing import EARTH_GRAVITY, HUMAN_LEG
+from usdfoot.engine.options import EngineOptions
+from usdfoot.engine.segments import SHORTEST_STAND
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import SIDES
@@ -102,7 +104,7 @@ def lint_steps(plan: FootstepPlan, body: Proportions, *, limits: LintLimits | No
 
 
 def lint_clips(plan: FootstepPlan, spaces: FootstepSpaces, *, style: str, reach: float) -> list[Fault]:
-    """Footsteps that no clip of a library comes near ([B] 5).
+    """Footsteps that no clip of a library comes near ([B] 5), but for those of feet that come to stand.
 
     Args:
         plan: To walk with them.
@@ -122,7 +124,9 @@ def lint_clips(plan: FootstepPlan, spaces: FootstepSpaces, *, style: str, reach:
     distances = solve_steps(
         spaces, landings, swing_sides=plan.sides[rows], flights=flights, styles=(style,) * len(rows)
     ).hull_distances
-    far = np.flatnonzero(distances > reach)
+    together = np.minimum(plan.liftoff_times[rows - 1], plan.liftoff_times[rows]) - plan.strike_times[rows]
+    stands = together > np.where(rows == len(plan) - 1, SHORTEST_STAND, EngineOptions.stand_time)
+    far = np.flatnonzero((distances > reach) & ~stands)
     return [
         Fault(
             plan=plan.name,

@@ -145,6 +145,8 @@ def select_agents(sources: Sequence[AgentSource], patterns: str | Sequence[str])
         SceneError: If there are agents but none matches.
     """
     globs = (patterns,) if isinstance(patterns, str) else tuple(patterns)
+    if "*" in globs:
+        return tuple(sources)
     chosen = tuple(
         source
         for source in sources

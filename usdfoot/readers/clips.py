@@ -223,6 +223,9 @@ def _check_legs(where: str, skeleton: Skeleton, biped: Biped, translations: Floa
 
 def _leg_bones(biped: Biped, parents: IntArray, translations: FloatArray, rotations: FloatArray) -> FloatArray:
     """Length of thighs and shins of both legs in one pose, shape (2, 2)."""
+    below = np.array([biped.knees, biped.ankles])
+    if (parents[below] == [biped.hips, biped.knees]).all():
+        return np.asarray(np.linalg.norm(translations[below], axis=-1))
     positions, _ = forward_kinematics(parents, translations, rotations)
     return np.asarray(np.linalg.norm(np.diff(positions[[biped.hips, biped.knees, biped.ankles]], axis=0), axis=-1))
 

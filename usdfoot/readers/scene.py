@@ -282,7 +282,9 @@ class SceneReader:
         from usdfoot.readers.walkers import plan_walkers, read_walkers
 
         habits = HabitsReader(motion=motion, build=build)
-        walkers, errors = read_walkers(stage, prims, self.info.units, sources=self._chosen, habits=habits)
+        walkers, errors = read_walkers(
+            *(stage, prims, self.info.units), sources=self._chosen, everyone=self._listed.everyone, habits=habits
+        )
         obstacles = read_obstacles(stage, prims, self.info.units)[0] if walkers else ()
         self._doubts = {walker.name: walker.doubts() for walker in walkers}
         return {**plan_walkers(walkers, self._terrain, obstacles=obstacles), **errors}

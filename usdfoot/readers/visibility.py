@@ -12,6 +12,8 @@ from usdfoot.readers.stage import is_authored
 
 __all__ = ["read_visibilities"]
 
+_NAME = str(UsdGeom.Tokens.visibility)
+
 
 def read_visibilities(sources: Iterable[AgentSource]) -> dict[str, Visibility]:
     """When agents' prims, with all that is above them, are to be seen, of those that are not always, by agent name.
@@ -19,19 +21,23 @@ def read_visibilities(sources: Iterable[AgentSource]) -> dict[str, Visibility]:
     Without UsdfootAgentAPI on the stage all are.
     """
     said: dict[Sdf.Path, bool] = {}
-    speaking = [source for source in sources if source.is_authored and _says_visibility(source.prim, said)]
+    speaking = [
+        source
+        for source in sources
+        if source.is_authored
+        and (_says_above(source.prim, said) or (_NAME in source.properties and is_authored(source.prim, _NAME)))
+    ]
     found = {source.name: _visibility_of(source.prim) for source in speaking}
     return {name: visibility for name, visibility in found.items() if visibility}
 
 
-def _says_visibility(prim: Usd.Prim, said: dict[Sdf.Path, bool]) -> bool:
-    """Whether a prim, or one above it, says when it is to be seen; `said` has it of those asked before."""
+def _says_above(prim: Usd.Prim, said: dict[Sdf.Path, bool]) -> bool:
+    """Whether a prim above this one says when it is to be seen; `said` has it of those asked before."""
     parent = prim.GetParent()
     path = parent.GetPath()
-    above = said.get(path)
-    if above is None:
-        above = said[path] = bool(parent.GetParent()) and _says_visibility(parent, said)
-    return above or is_authored(prim, UsdGeom.Tokens.visibility)
+    if path not in said:
+        said[path] = bool(parent.GetParent()) and (_says_above(parent, said) or is_authored(parent, _NAME))
+    return said[path]
 
 
 def _visibility_of(prim: Usd.Prim) -> Visibility:

@@ -54,11 +54,13 @@ class Walker:
     """Speed of the fastest step of the clips that move the walker [m/s]."""
     is_animated: bool = False
     """Whether the curve is, of which only the start is walked."""
+    spare_curves: int = 0
+    """Curves of the path's prim that nobody walks; told of its first walker."""
     known_styles: tuple[str, ...] = ()
     """Of the clips that move the walker; empty = none do."""
 
     def doubts(self) -> tuple[Problem, ...]:
-        """Warnings of speeds and widths that clips do not have or get to, and of a curve that is animated."""
+        """Warnings of speeds and widths that clips do not have or get to, and of curves animated or left over."""
         found = []
         path = self.path
         if self.asked_speed and path.step_length:
@@ -87,6 +89,11 @@ class Walker:
                 f"{self.name}: {path.name} is animated, it is walked as it is at the stage's start. remove its time "
                 "samples, or let usdfoot:agent:trajectory point at a prim that moves along"
             )
+        if self.spare_curves:
+            found.append(
+                f"{self.name}: {path.name} has more curves than agents follow it, {self.spare_curves} of them nobody "
+                "walks. let more agents follow it, or draw fewer curves"
+            )
         return tuple(Problem(severity="warning", where=self.name, message=message) for message in found)
 
     def style_doubt(self) -> Problem | None:
@@ -105,6 +112,7 @@ def read_walkers(
     units: StageUnits,
     *,
     sources: Sequence[AgentSource],
+    everyone: Sequence[AgentSource] | None = None,
     free_paths: bool = False,
     habits: HabitsReader | None = None,
 ) -> tuple[tuple[Walker, ...], dict[str, UsdfootError]]:
@@ -118,6 +126,7 @@ def read_walkers(
         prims: Its prims.
         units: Its units.
         sources: Agents; those without a path are left out.
+        everyone: Whose turns count, so that nobody walks elsewhere where others are left out; None = the agents'.
         free_paths: Also give one walker to each curve that no agent follows.
         habits: Finds how they step; None = as the clips do that each says move it.
     """
@@ -126,7 +135,7 @@ def read_walkers(
     casting = Casting.to_look(stage, prims, units, foreign=[source.plan for source in sources])
     walkers, errors = [], {}
     finder = habits or HabitsReader()
-    turns: Counter[Sdf.Path] = Counter()
+    turns, followers = _turns(sources if everyone is None else everyone)
     curves: dict[Sdf.Path, tuple[WalkingPath | PlanError, ...] | UsdfootError] = {}
     moving: dict[Sdf.Path, bool] = {}
     for source in sources:
@@ -135,8 +144,8 @@ def read_walkers(
         where = source.path.GetPath()
         try:
             found = _curves(source.path, units, curves)
-            path = found[turns[where] % len(found)]
-            turns[where] += 1
+            turn = turns.get(source.name, 0)
+            path = found[turn % len(found)]
             if isinstance(path, UsdfootError):
                 raise path
             character = casting.character_of(source)
@@ -154,6 +163,7 @@ def read_walkers(
                     asked_width=0.0 if wide is path else path.step_width,
                     fastest_step=finder.fastest(casting, source),
                     is_animated=_is_animated(source.path, moving),
+                    spare_curves=0 if turn else max(0, len(found) - followers[where]),
                     known_styles=finder.styles(casting, source) if path.style else (),
                 )
             )
@@ -178,6 +188,17 @@ def read_walkers(
                 moves = _is_animated(prim, moving)
                 walkers.append(Walker(name=name, agent="", path=path, proportions=body, is_animated=moves))
     return tuple(walkers), errors
+
+
+def _turns(sources: Sequence[AgentSource]) -> tuple[dict[str, int], Counter[Sdf.Path]]:
+    """How many agents before each follow the same prim, by name, and how many follow it in all."""
+    followers: Counter[Sdf.Path] = Counter()
+    turns = {}
+    for source in sources:
+        if source.path is not None:
+            turns[source.name] = followers[source.path.GetPath()]
+            followers[source.path.GetPath()] += 1
+    return turns, followers
 
 
 def plan_walkers(
