@@ -133,7 +133,7 @@ def read_walkers(
     if not free_paths and all(source.path is None for source in sources):
         return (), {}
     casting = Casting.to_look(stage, prims, units, foreign=[source.plan for source in sources])
-    walkers, errors = [], {}
+    walkers, errors, names = [], {}, {source.name for source in sources}
     finder = habits or HabitsReader()
     turns, followers = _turns(sources if everyone is None else everyone)
     curves: dict[Sdf.Path, tuple[WalkingPath | PlanError, ...] | UsdfootError] = {}
@@ -170,23 +170,20 @@ def read_walkers(
         except UsdfootError as error:
             errors[source.name] = error
     if free_paths:
-        names = {source.name for source in sources}
         body = only_proportions(prims, units, foreign=casting.foreign)
-        for prim in find_paths(stage):
-            if prim.GetPath() in curves:
-                continue
+        lonely = [prim for prim in find_paths(stage) if prim.GetPath() not in curves]
+        for prim in lonely:
             try:
                 found = _curves(prim, units, curves)
             except UsdfootError as error:
                 errors[str(prim.GetPath())] = error
                 continue
+            errors |= {path.where: path for path in found if isinstance(path, UsdfootError)}
+            moves = _is_animated(prim, moving)
             for path in found:
-                if isinstance(path, UsdfootError):
-                    errors[path.where] = path
-                    continue
-                name = unique_name(prim.GetName(), names)
-                moves = _is_animated(prim, moving)
-                walkers.append(Walker(name=name, agent="", path=path, proportions=body, is_animated=moves))
+                if not isinstance(path, UsdfootError):
+                    name = unique_name(prim.GetName(), names)
+                    walkers.append(Walker(name=name, agent="", path=path, proportions=body, is_animated=moves))
     return tuple(walkers), errors
 
 
