@@ -11,6 +11,7 @@ from usdfoot import __version__
 from usdfoot.bridge import tokens
 from usdfoot.errors import OutputError, SceneError
 from usdfoot.pipeline.animate import animate
+from usdfoot.pipeline.validate import validate
 from usdfoot.writers.folder_lock import lock_folder
 
 
@@ -41,6 +42,17 @@ def test_every_step_is_reported(stones):
         "anims.0000.usdc",
         "crowd.expanded.usda",
     }
+
+
+def test_many_frames_a_second_show_no_kinks_between_samples_of_the_clips(scene, tmp_path):
+    layer = Sdf.Layer.CreateNew(str(tmp_path / "fast.usda"))
+    layer.TransferContent(Sdf.Layer.FindOrOpen(str(scene)))
+    layer.timeCodesPerSecond = layer.framesPerSecond = 240.0
+    layer.Save()
+    animate(layer.identifier, tmp_path / "shot")
+    (agent,) = validate(tmp_path / "shot/crowd.usd").agents
+    (jerk,) = [figure for figure in agent.figures if figure.name == "joint jerk / clips"]
+    assert jerk.passed
 
 
 def test_provenance_and_metadata(stones, scene):

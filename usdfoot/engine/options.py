@@ -87,7 +87,8 @@ class EngineOptions:
     follow: FollowOptions = field(default_factory=FollowOptions)
     """How agents without footsteps walk their trajectories."""
     samples: int = 61
-    """Samples of each example; 20 k + 1 puts the liftoffs' phases, where the pace may change, on samples."""
+    """Samples of each example, more at high frame rates (`MotionOptions.at_rate`); 20 k + 1 puts the liftoffs'
+    phases, where the pace may change, on samples."""
 
     def __post_init__(self) -> None:
         for name, choices in (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 
 from usdfoot.engine.options import EngineOptions
@@ -13,6 +14,10 @@ from usdfoot.physics.style import BodyStyle
 
 __all__ = ["MOTIONS", "MotionOptions"]
 
+FINE_RATE = 60.0
+"""Frames a second up to which the samples of an example are fine enough: those of half a second are 1/120 s apart."""
+MOST_TIMES = 8
+"""How many times as many there are at most; they are kept for the whole library."""
 MOTIONS = ("clips", "physics", "hybrid")
 
 
@@ -57,3 +62,11 @@ class MotionOptions(EngineOptions):
                 body, pitch=given.get("pitch", 1.0) * body.pitch, sway=sway * body.sway, turn=sway * body.turn
             ),
         )
+
+    def at_rate(self, rate: float) -> MotionOptions:
+        """These options with examples fine enough for a frame rate [Hz]: poses are straight between samples.
+
+        Frames closer together than samples would see each of these as a kink. A step takes half a second or so.
+        """
+        times = min(max(math.ceil(rate / FINE_RATE - 1e-6), 1), MOST_TIMES)
+        return replace(self, samples=max(self.samples, times * (EngineOptions.samples - 1) + 1))

@@ -71,7 +71,8 @@ def animate(
             input, or a worker vanished.
     """
     progress("read", 0, 0)
-    stage, options, target = open_stage(scene_file), options or MotionOptions(), folder_path(folder)
+    stage, target = open_stage(scene_file), folder_path(folder)
+    options = (options or MotionOptions()).at_rate(stage.GetTimeCodesPerSecond())
     call = CallRecord(
         agents=agents, frames=frames, chunk_size=chunk_size, collect=collect, levels=levels, limits=limits
     )
@@ -158,12 +159,13 @@ def animate_chunk(
     from usdfoot.batch.earlier import find_agents, with_earlier
     from usdfoot.batch.tasks import agents_a_chunk
 
-    options, target = options or MotionOptions(), folder_path(folder)
+    stage, target = open_stage(scene_file), folder_path(folder)
+    options = (options or MotionOptions()).at_rate(stage.GetTimeCodesPerSecond())
     call = CallRecord(
         agents=agents, frames=frames, chunk_size=chunk_size, collect=collect, levels=levels, limits=limits
     )
     with lock_folder(target, is_shared=True):
-        shot = open_shot(open_stage(scene_file), target, call, options=options)
+        shot = open_shot(stage, target, call, options=options)
         count = len(range(0, len(shot.reader.names), agents_a_chunk(chunk_size, frames=shot.reader.frame_count)))
         if not 0 <= index < count:
             raise SceneError(scene_file, f"has no chunk {index}", f"give one of 0 to {count - 1}")
