@@ -1,5 +1,7 @@
 """Footstep plans in any units and under any transform; what is wrong with one is said."""
 
+import re
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
@@ -77,6 +79,28 @@ def test_what_a_plan_says_may_be_primvars_as_houdini_writes_them(caplog):
     wrong = UsdGeom.PrimvarsAPI(prim).CreatePrimvar(Token.STRIKE_TIMES, Sdf.ValueTypeNames.StringArray, "vertex")
     wrong.Set(["a"] * 6)
     with pytest.raises(SceneError, match="primvars:usdfoot:plan:strikeTimes is of type string\\[\\]"):
+        read(stage)
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "value", "expected"),
+    [
+        ("protoIndices", Sdf.ValueTypeNames.StringArray, ["left", "right"], "int[]"),
+        ("protoIndices", Sdf.ValueTypeNames.Int, 3, "int[]"),
+        ("positions", Sdf.ValueTypeNames.String, "here", "point3f[]"),
+        ("positions", Sdf.ValueTypeNames.FloatArray, [0.0, 1.0], "point3f[]"),
+        ("orientations", Sdf.ValueTypeNames.FloatArray, [0.0, 1.0], "quath[]"),
+        ("orientationsf", Sdf.ValueTypeNames.Float3Array, [Gf.Vec3f(0.0)], "quatf[]"),
+        ("invisibleIds", Sdf.ValueTypeNames.Float, 1.0, "int64[]"),
+    ],
+)
+def test_prints_of_another_type_are_refused_with_that_which_is_right(name, kind, value, expected):
+    stage, prim = plan_prim()
+    spec = stage.GetRootLayer().GetPrimAtPath(prim.GetPath())
+    if name in spec.properties:
+        del spec.properties[name]
+    Sdf.AttributeSpec(spec, name, kind).default = value
+    with pytest.raises(SceneError, match=re.escape(f"/World/Plan: {name} is of type {kind}. author it as {expected}")):
         read(stage)
 
 

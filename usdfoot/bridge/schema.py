@@ -4,11 +4,20 @@ import logging
 from functools import cache
 from pathlib import Path
 
-from pxr import Plug, Sdf, Tf, Usd
+from pxr import Plug, Sdf, Tf, Usd, UsdGeom
 
 from usdfoot.bridge.tokens import PLUGIN
 
 _logger = logging.getLogger(__name__)
+
+_PRINTS = (
+    UsdGeom.Tokens.protoIndices,
+    UsdGeom.Tokens.positions,
+    UsdGeom.Tokens.orientations,
+    UsdGeom.Tokens.orientationsf,
+    UsdGeom.Tokens.invisibleIds,
+)
+"""Attributes of a PointInstancer that say something of footsteps."""
 
 
 def schema_folder() -> Path | None:
@@ -58,7 +67,7 @@ def has_api(prim: Usd.Prim, name: str) -> bool:
 
 
 def declared_type(name: str) -> Sdf.ValueTypeName | None:
-    """Type that the schemas give an attribute, registered or not; None if they know no such attribute."""
+    """Type that the schemas, registered or not, or USD's own of plans' prims give an attribute; None if they have none."""
     return _declared_types().get(name)
 
 
@@ -71,8 +80,12 @@ def declared_kind(name: str) -> type | None:
 
 @cache
 def _declared_types() -> dict[str, Sdf.ValueTypeName]:
-    """Types of all attributes of schemas applied once, by name."""
+    """Types of all attributes of schemas applied once, and of the prints of a PointInstancer, by name."""
     folder = schema_folder()
     layer = Sdf.Layer.FindOrOpen(str(folder / "generatedSchema.usda")) if folder else None
     schemas = layer.rootPrims if layer else ()
-    return {attribute.name: attribute.typeName for schema in schemas for attribute in schema.attributes}
+    prints = Usd.SchemaRegistry().FindConcretePrimDefinition("PointInstancer")
+    return {
+        **{str(name): prints.GetAttributeDefinition(name).GetTypeName() for name in _PRINTS},
+        **{attribute.name: attribute.typeName for schema in schemas for attribute in schema.attributes},
+    }

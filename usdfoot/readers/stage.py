@@ -11,7 +11,7 @@ from itertools import islice
 from typing import Any
 
 import numpy as np
-from pxr import Sdf, Tf, Usd, UsdGeom, UsdSkel, UsdUtils
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdSkel, UsdUtils
 
 from usdfoot.bridge.scene import StageInfo
 from usdfoot.bridge.schema import applied_apis, declared_kind, declared_type
@@ -248,7 +248,8 @@ def is_authored(prim: Usd.Prim, name: str) -> bool:
 def _form(type_name: Sdf.ValueTypeName) -> tuple[bool, bool, tuple[int, ...]]:
     """Whether values are arrays, whether they are text, and the shape of one; float, double and timecode are alike."""
     value = type_name.scalarType.defaultValue
-    return type_name.isArray, isinstance(value, (str, Sdf.AssetPath)), np.shape(value)
+    shape = (4,) if isinstance(value, (Gf.Quath, Gf.Quatf, Gf.Quatd)) else np.shape(value)
+    return type_name.isArray, isinstance(value, (str, Sdf.AssetPath)), shape
 
 
 def targets(prim: Usd.Prim, name: str) -> list[Sdf.Path]:
