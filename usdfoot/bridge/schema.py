@@ -67,7 +67,7 @@ def has_api(prim: Usd.Prim, name: str) -> bool:
 
 
 def declared_type(name: str) -> Sdf.ValueTypeName | None:
-    """Type that the schemas, registered or not, or USD's own of plans' prims give an attribute; None if they have none."""
+    """Type that the schemas, registered or not, or USD's own of prints give an attribute; None if they have none."""
     return _declared_types().get(name)
 
 
