@@ -9,12 +9,12 @@ from scipy.spatial import ConvexHull, QhullError
 
 from usdfoot.analysis.gaits import has_flight
 from usdfoot.errors import ClipError
-from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.examples import Examples
 from usdfoot.spaces.landings import end_landings, left_landings
 
-__all__ = ["Reach", "reach_of_biped", "reach_of_examples", "step_costs"]
+__all__ = ["Reach", "reach_of_biped", "reach_of_examples"]
 
 CIRCLE = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
 """Corners of outlines that stand for circles and ellipses [rad]."""
@@ -112,36 +112,6 @@ def _reach(outline: FloatArray, comfortable: FloatArray, biped: Biped, *, leaps:
         apart=0.1 * leg,
         leaps=leaps,
     )
-
-
-def step_costs(reach: Reach, landings: FloatArray, swing_sides: IntArray, *, rises: FloatArray) -> FloatArray:
-    """How uncomfortable steps are: 1 at best, more with the square of what differs, infinite out of reach.
-
-    Args:
-        reach: Of the character.
-        landings: From the support ball in the heading at the step's end, (x, z) [m], shape (N, 2).
-        swing_sides: 0 = left, 1 = right, shape (N,).
-        rises: Height of the landing above the support [m], shape (N,).
-
-    Returns:
-        Shape (N,).
-    """
-    own = left_landings(landings, swing_sides)
-    differences = (own - reach.comfortable) / reach.spread
-    costs = 1.0 + np.sum(differences**2, axis=1) + (rises / (0.5 * reach.rise)) ** 2
-    possible = _inside(reach.outline, own) & (np.abs(rises) <= reach.rise)
-    possible &= (np.sum(own**2, axis=1) >= reach.apart**2) & (own[:, 0] >= 0.0)  # legs do not cross
-    return np.where(possible, costs, np.inf)
-
-
-def _inside(outline: FloatArray, points: FloatArray) -> BoolArray:
-    """Whether points (N, 2) are in a convex counter-clockwise outline."""
-    edges = np.roll(outline, -1, axis=0) - outline
-    normals = np.stack([edges[:, 1], -edges[:, 0]], axis=1)  # outward
-    inside = np.all((points >= outline.min(axis=0)) & (points <= outline.max(axis=0)), axis=1)
-    near = np.flatnonzero(inside)
-    inside[near] = np.all(points[near] @ normals.T <= np.sum(outline * normals, axis=1) + 1e-9, axis=1)
-    return inside
 
 
 def _hull(points: FloatArray) -> FloatArray:
