@@ -18,7 +18,7 @@ from usdfoot.planning.foothold_kernel import FootholdLimits, feel_ground, feel_w
 from usdfoot.planning.gait import Gait
 from usdfoot.planning.prints import EDGE
 from usdfoot.planning.proportions import Proportions
-from usdfoot.planning.tread_kernel import choose_treads
+from usdfoot.planning.tread_kernel import TreadWays, choose_treads
 from usdfoot.planning.ways import Ways
 
 __all__ = ["Footholds", "find_footholds", "find_walls", "firm_ends", "foot_places", "strained_ways", "tread_steps"]
@@ -245,26 +245,31 @@ def tread_steps(
     most = np.maximum(np.ceil(LONGEST * lengths / spacings).astype(np.int32), least + 1)
     count = len(ways.arcs)
     taken: Any = wp.zeros(count, dtype=wp.bool)
-    tables: list[tuple[FloatArray | IntArray, type]] = [
-        (ways.first, wp.int32),
-        (ends, wp.int32),
-        (np.stack([least, most], axis=1), wp.int32),
-        (spacings, wp.float64),
-        (HIGH * np.array([gait.rule.leg_length for gait in gaits]), wp.float64),
-        (wanted, wp.float64),
-        (footholds.costs, wp.float64),
-        (footholds.heights, wp.float64),
-        (ways.points, wp.vec2d),
-        (ways.headings, wp.float64),
-        (planar.direction(ways.headings + 0.5 * np.pi), wp.vec2d),
-        (footholds.widths, wp.float64),
-        (walls, wp.float64),
-        (CROSSING * np.array([body.foot_length for body in bodies]), wp.float64),
-    ]
+    treads: Any = TreadWays()
+    for name, values, dtype in (
+        ("first", ways.first, wp.int32),
+        ("ends", ends, wp.int32),
+        ("offsets", np.stack([least, most], axis=1), wp.int32),
+        ("spacings", spacings, wp.float64),
+        ("highs", HIGH * np.array([gait.rule.leg_length for gait in gaits]), wp.float64),
+        ("crossings", CROSSING * np.array([body.foot_length for body in bodies]), wp.float64),
+        ("wanted", wanted, wp.float64),
+        ("points", ways.points, wp.vec2d),
+        ("headings", ways.headings, wp.float64),
+        ("across", planar.direction(ways.headings + 0.5 * np.pi), wp.vec2d),
+        ("costs", footholds.costs, wp.float64),
+        ("heights", footholds.heights, wp.float64),
+        ("tops", footholds.heights.max(axis=1), wp.float64),
+        ("widths", footholds.widths, wp.float64),
+        ("walls", walls, wp.float64),
+        ("walled", np.cumsum((walls < FAR).any(axis=1)).astype(np.int32), wp.int32),
+    ):
+        setattr(treads, name, wp.array(values, dtype=dtype, device="cpu"))
+    treads.least, treads.bad, treads.easy_turn, treads.grazed = STEP, BAD, EASY_TURN, GRAZED
     wp.launch(
         choose_treads,
         dim=len(gaits),
-        inputs=[*(wp.array(values, dtype=dtype) for values, dtype in tables), EASY_TURN, GRAZED, support, STEP, BAD],
+        inputs=[treads, support],
         outputs=[wp.full((count, 2), np.inf, dtype=wp.float64), wp.full((count, 2), -1, dtype=wp.int32), taken],
         device="cpu",
     )
