@@ -61,7 +61,7 @@ class CrossingGraph:
     first: IntArray
     """First of each foothold's neighbours, shape (N + 1,)."""
     beside: IntArray
-    """Neighbours of all, ascending, shape (E,)."""
+    """Neighbours of all, those of each by their bearing, shape (E,)."""
 
     @cached_property
     def _least(self) -> csr_array:
@@ -161,7 +161,9 @@ def build_graph(stones: Stones, *, reach: Reach) -> CrossingGraph:
     tree = cKDTree(stones.positions[:, [0, 2]])
     pairs = tree.query_pairs(reach.farthest, output_type="ndarray").astype(np.intp)
     pairs = np.concatenate([pairs, pairs[:, ::-1]])
-    pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+    offsets = stones.positions[pairs[:, 1]] - stones.positions[pairs[:, 0]]
+    bearings = planar.yaw_of(offsets[:, [0, 2]])  # those within reach of a heading are beside each other
+    pairs = pairs[np.lexsort((pairs[:, 1], bearings, pairs[:, 0]))]
     first = np.searchsorted(pairs[:, 0], np.arange(len(stones.positions) + 1))
     return CrossingGraph(stones=stones, reach=reach, first=first, beside=pairs[:, 1])
 
@@ -209,7 +211,8 @@ def _rules(reach: Reach) -> Any:
     rules: Any = StepRules()
     rules.normals = wp.array(normals, dtype=wp.vec2d, device="cpu")
     rules.rims = wp.array(np.sum(reach.outline * normals, axis=1) + 1e-9, dtype=wp.float64, device="cpu")
-    rules.lowest, rules.highest = wp.vec2d(*reach.outline.min(axis=0)), wp.vec2d(*reach.outline.max(axis=0))
+    lowest, highest = np.maximum(reach.outline.min(axis=0), (0.0, -np.inf)), reach.outline.max(axis=0)
+    rules.lowest, rules.highest = wp.vec2d(*lowest), wp.vec2d(*highest)  # legs do not cross
     rules.comfortable, rules.spread = wp.vec2d(*reach.comfortable), wp.vec2d(*reach.spread)
     rules.rise, rules.turn, rules.apart, rules.rounded = reach.rise, reach.turn, reach.apart, ROUNDED
     return rules

@@ -21,7 +21,7 @@ class StepRules:
 
     normals: wp.array(dtype=wp.vec2d)  # of the outline's edges, outward
     rims: wp.array(dtype=wp.float64)  # how far along those it reaches
-    lowest: wp.vec2d
+    lowest: wp.vec2d  # of the box around all landings of the left foot
     highest: wp.vec2d
     comfortable: wp.vec2d
     spread: wp.vec2d
@@ -69,22 +69,19 @@ def place_at(footing: Footing, search: int, place: int):
 
 
 @wp.func
-def step_cost(rules: StepRules, landing: wp.vec2d, side: int, rise: wp.float64, most: wp.float64):
-    """What a step costs that lands there, seen in the heading at its end; `most` if it is more, or cannot be made."""
-    own = landing
-    if side == 1:
-        own = wp.vec2d(-landing[0], landing[1])
-    x = (own[0] - rules.comfortable[0]) / rules.spread[0]
-    z = (own[1] - rules.comfortable[1]) / rules.spread[1]
+def step_cost(rules: StepRules, landing: wp.vec2d, rise: wp.float64, most: wp.float64):
+    """What a step of the left foot costs that lands in the box around all landings.
+
+    That is `most` if it is more, or cannot be made.
+    """
+    x = (landing[0] - rules.comfortable[0]) / rules.spread[0]
+    z = (landing[1] - rules.comfortable[1]) / rules.spread[1]
     height = rise / (wp.float64(0.5) * rules.rise)
     cost = wp.float64(1.0) + x * x + z * z + height * height
-    possible = cost < most and own[0] >= wp.float64(0.0) and wp.abs(rise) <= rules.rise  # legs do not cross
-    possible = possible and wp.dot(own, own) >= rules.apart * rules.apart
-    possible = possible and own[0] >= rules.lowest[0] and own[0] <= rules.highest[0]
-    possible = possible and own[1] >= rules.lowest[1] and own[1] <= rules.highest[1]
+    possible = cost < most and wp.dot(landing, landing) >= rules.apart * rules.apart
     edge = wp.int32(0)
     while possible and edge < rules.rims.shape[0]:
-        possible = wp.dot(own, rules.normals[edge]) <= rules.rims[edge]
+        possible = wp.dot(landing, rules.normals[edge]) <= rules.rims[edge]
         edge += 1
     if not possible:
         cost = most
@@ -122,21 +119,25 @@ def offer_step(
     """Writes the step from a node to a place if it leads there better than known; gives back the heap's new count."""
     headings = footing.forward.shape[1]
     side = 1 - (node / headings) % 2
+    offset = place_at(footing, search, target) - place_at(footing, search, node / headings / 2)
+    forward = footing.forward[search, heading]
+    x = forward[1] * offset[0] - forward[0] * offset[2]
+    z = forward[1] * offset[2] + forward[0] * offset[0]
+    if side == 1:
+        x = -x
+    inside = x >= rules.lowest[0] and x <= rules.highest[0] and z >= rules.lowest[1] and z <= rules.highest[1]
     other = (2 * target + side) * headings + heading
-    share = turn / rules.turn
-    total = searches.costs[search, node] + share * share
+    total = searches.costs[search, node]
     ahead = wp.float64(0.0)
-    if target >= 4:
-        total += footing.discomforts[target - 4]
-        ahead = footing.ahead[search, target - 4]
-    most = searches.costs[search, other] - total
-    better = most > wp.float64(1.0)  # which a step costs at least
-    if better:
-        offset = place_at(footing, search, target) - place_at(footing, search, node / headings / 2)
-        forward = footing.forward[search, heading]
-        x = forward[1] * offset[0] - forward[0] * offset[2]
-        z = forward[1] * offset[2] + forward[0] * offset[0]
-        cost = step_cost(rules, wp.vec2d(x, z), side, offset[1], most)
+    better = bool(False)
+    if inside and wp.abs(offset[1]) <= rules.rise:
+        share = turn / rules.turn
+        total += share * share
+        if target >= 4:
+            total += footing.discomforts[target - 4]
+            ahead = footing.ahead[search, target - 4]
+        most = searches.costs[search, other] - total
+        cost = step_cost(rules, wp.vec2d(x, z), offset[1], most)
         total += cost
         better = cost < most
         if better:
