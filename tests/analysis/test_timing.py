@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from usdfoot.analysis.timing import TimingRule, time_footsteps, time_steps
+from usdfoot.analysis.footstep_times import time_footsteps, time_rows
+from usdfoot.analysis.timing import TimingRule, time_steps
 from usdfoot.errors import PlanError
 
 
@@ -130,3 +131,21 @@ def test_a_speed_is_that_of_the_steps_taken_and_not_of_the_feet_that_stand():
 def test_one_print_is_no_plan():
     with pytest.raises(PlanError, match=r"two or more"):
         time_footsteps(np.zeros((1, 3)))
+
+
+@pytest.mark.parametrize("standing", [False, True])
+@pytest.mark.parametrize("flight_distance", [0.0, 0.9])
+def test_rows_timed_together_are_what_each_is_alone(standing, flight_distance):
+    random, rule = np.random.default_rng(11), TimingRule(flight_distance=flight_distance)
+    rows = [row_of_prints(random.uniform(0.1, 1.6, count)) for count in random.integers(1, 14, 30)]
+    speeds, starts = random.choice([0.0, 0.9, 2.0], 30), random.uniform(0.0, 9.0, 30)
+    ends = random.random(30) < 0.5
+    counts, stand_time = np.array([len(row) for row in rows]), 0.5
+    given = {"rule": rule, "starts_standing": standing, "stand_time": stand_time}
+    found = time_rows(np.concatenate(rows), counts, speeds=speeds, start_times=starts, ends_standing=ends, **given)
+    begun = np.cumsum(counts) - counts
+    for row, begin, speed, start, ends_standing in zip(rows, begun, speeds, starts, ends, strict=True):
+        alone = time_footsteps(row, speed=speed, start_time=start, ends_standing=ends_standing, **given)
+        own = slice(begin, begin + len(row))
+        np.testing.assert_array_equal(found.strike_times[own], alone.strike_times)
+        np.testing.assert_array_equal(found.liftoff_times[own], alone.liftoff_times)

@@ -12,9 +12,8 @@ from tests.strategies import footstep_plans
 from usdfoot.errors import PlanError
 from usdfoot.model.limits import FARTHEST
 from usdfoot.model.plan import FootstepPlan, PlanDraft
-from usdfoot.model.plan_checks import checked_plans
+from usdfoot.model.plan_checks import ARRAYS, checked_plans, cut_plans
 
-FIELDS = ("sides", "positions", "orientations", "strike_times", "liftoff_times", "root_weights")
 STRANGE = st.sampled_from([0.0, 1.0, 2.0, -1.0, 0.5, np.nan, np.inf, -np.inf, 2.0 * FARTHEST, 1e300])
 
 
@@ -22,7 +21,7 @@ STRANGE = st.sampled_from([0.0, 1.0, 2.0, -1.0, 0.5, np.nan, np.inf, -np.inf, 2.
 def drafts(draw: st.DrawFn) -> PlanDraft:
     """A plan, or one of which something is not as it was."""
     draft = PlanDraft(**vars(draw(footstep_plans())))
-    for name in draw(st.lists(st.sampled_from(FIELDS), max_size=2)):
+    for name in draw(st.lists(st.sampled_from(ARRAYS), max_size=2)):
         values = getattr(draft, name).copy()
         kind = draw(st.sampled_from(["value", "neighbour", "short"]))
         row = draw(st.integers(0, len(values) - 1)) if len(values) else 0
@@ -54,3 +53,22 @@ def test_what_is_wrong_with_many_is_what_is_wrong_with_each(many: list[PlanDraft
             assert all(value is getattr(expected, name) for name, value in vars(found).items())
         else:
             assert str(found) == str(expected)
+
+
+@given(st.lists(drafts(), min_size=1, max_size=6))
+def test_plans_cut_from_a_table_are_its_rows_or_the_first_error(many: list[PlanDraft]) -> None:
+    many = [replace(draft, styles=()) for draft in many if len({len(getattr(draft, name)) for name in ARRAYS}) == 1]
+    if not many:
+        return
+    table = replace(many[0], **{name: np.concatenate([getattr(draft, name) for draft in many]) for name in ARRAYS})
+    names, counts = [draft.name for draft in many], np.array([len(draft.sides) for draft in many])
+    errors = [str(found) for found in map(one_by_one, many) if isinstance(found, PlanError)]
+    try:
+        plans = cut_plans(table, counts, names=names)
+    except PlanError as error:
+        assert str(error) == errors[0]
+        return
+    assert not errors
+    for plan, draft in zip(plans, many, strict=True):
+        assert plan.name == draft.name
+        assert all(np.array_equal(getattr(plan, name), getattr(draft, name)) for name in ARRAYS)

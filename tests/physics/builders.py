@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from usdfoot.analysis.timing import time_footsteps
+from usdfoot.analysis.footstep_times import time_footsteps
 from usdfoot.maths import quaternion
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.physics.biped import PhysicsBiped

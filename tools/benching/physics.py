@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from benching.stopwatch import best_time
-from usdfoot.analysis.timing import time_footsteps
+from usdfoot.analysis.footstep_times import time_footsteps
 from usdfoot.maths import quaternion
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.physics.biped import PhysicsBiped

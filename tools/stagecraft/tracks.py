@@ -7,7 +7,8 @@ import numpy as np
 from stagecraft.footprints import LEFT, RIGHT, Footprint, Roll, Step, end_standing, lay_footprints
 from stagecraft.plan_prim import Plan, lay_on
 from stagecraft.terrains import SPIRAL_ANGLE, SPIRAL_RADIUS, SPIRAL_STAIRS, Surface, flat, hills, spiral_stairs
-from usdfoot.analysis.timing import TimingRule, time_footsteps
+from usdfoot.analysis.footstep_times import time_footsteps
+from usdfoot.analysis.timing import TimingRule
 
 FIRST_STAND = 0.4
 """Time a character stands before it walks [s]."""

@@ -1,4 +1,4 @@
-"""Timing from footprints alone: how long each step and each contact lasts, by how far the steps go ([P] 4.1)."""
+"""Timing of steps: how long each and its double support last, by how far it goes ([P] 4.1)."""
 
 from __future__ import annotations
 
@@ -6,17 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdfoot.errors import PlanError
 from usdfoot.maths.types import BoolArray, FloatArray
 
 __all__ = [
     "QUICKENING",
     "STAND_TIME",
-    "FootstepTimes",
     "StepTiming",
     "TimingRule",
     "contact_overlaps",
-    "time_footsteps",
     "time_steps",
 ]
 
@@ -76,16 +73,6 @@ class StepTiming:
         return self.overlaps < 0.0
 
 
-@dataclass(frozen=True, kw_only=True)
-class FootstepTimes:
-    """Times of N footsteps."""
-
-    strike_times: FloatArray
-    """[s], shape (N,)."""
-    liftoff_times: FloatArray
-    """[s], shape (N,)."""
-
-
 def time_steps(distances: FloatArray, rule: TimingRule) -> StepTiming:
     """Step time and double support, or flight, of steps by their distance ([P] Figure 12).
 
@@ -118,89 +105,3 @@ def contact_overlaps(speeds: FloatArray, flies: BoolArray) -> FloatArray:
     """
     stance = np.where(flies, np.clip(0.54 - 0.14 * speeds, 0.2, 0.42), np.clip(0.715 - 0.23 * speeds, 0.53, 0.7))
     return 2.0 * stance - 1.0
-
-
-def _at_speed(distances: FloatArray, steps: StepTiming, speed: float, rule: TimingRule, *, first: int) -> StepTiming:
-    """The steps with all times stretched alike, so that the mean speed from the `first` on is as given [m/s]."""
-    times = steps.step_times * (distances[first:].sum() / speed / steps.step_times[first:].sum())
-    speeds = distances / times / np.sqrt(rule.gravity * rule.leg_length)
-    flies = distances > rule.flight_distance if rule.flight_distance else speeds**2 > RUN_FROUDE
-    return StepTiming(step_times=times, overlaps=times * contact_overlaps(speeds, flies))
-
-
-def _with_run_ups(distances: FloatArray, steps: StepTiming, rule: TimingRule) -> StepTiming:
-    """Timing of successive steps, those with flight no faster than the steps beside them allow.
-
-    What they take longer they spend half on the ground and half in the air, where they go no higher than a hop.
-    """
-    fastest = rule.leap_gain * _beside(distances / steps.step_times)
-    longer = np.where(steps.flies, np.maximum(distances / fastest - steps.step_times, 0.0), 0.0)
-    hop = 2.0 * np.sqrt(2.0 * rule.highest_hop * rule.leg_length / rule.gravity)
-    overlaps = np.maximum(steps.overlaps - 0.5 * longer, np.minimum(steps.overlaps, -hop))
-    return StepTiming(step_times=steps.step_times + longer, overlaps=overlaps)
-
-
-def _beside(speeds: FloatArray) -> FloatArray:
-    """Mean of the values before and after each, its own where there is none, shape (S,)."""
-    before, after = np.append(speeds[:1], speeds[:-1]), np.append(speeds[1:], speeds[-1:])
-    return np.maximum(0.5 * (before + after), 1e-3)
-
-
-def time_footsteps(
-    positions: FloatArray,
-    rule: TimingRule | None = None,
-    *,
-    speed: float = 0.0,
-    start_time: float = 0.0,
-    starts_standing: bool = False,
-    ends_standing: bool = False,
-    stand_time: float = 0.0,
-) -> FootstepTimes:
-    """Strikes and liftoffs of a row of footprints.
-
-    Args:
-        positions: Prints in order, left and right in turn [m], shape (N, 3).
-        rule: Proportions and constants.
-        speed: Mean of all steps [m/s]; 0 = as fast as such steps are.
-        start_time: Of the first strike [s].
-        starts_standing: Both first feet strike together.
-        ends_standing: Both last feet lift off together.
-        stand_time: How long both feet stand before the first step of who starts standing, which then swings as long
-            as in a walk [s]; 0 = they stand for half of it.
-
-    Raises:
-        PlanError: If there are fewer than two prints, their positions are not finite, or all are in one place though
-            they have a speed.
-    """
-    positions = np.asarray(positions, dtype=float)
-    if positions.ndim != 2 or positions.shape[1] != 3 or len(positions) < 2:
-        raise PlanError("footprints", f"have shape {positions.shape}", "timing needs two or more positions (N, 3)")
-    if not np.isfinite(positions).all():
-        raise PlanError("footprints", "have positions that are not finite", "author numbers")
-    rule = rule or TimingRule()
-    distances = np.linalg.norm(np.diff(positions, axis=0), axis=1)
-    steps = _with_run_ups(distances, time_steps(distances, rule), rule)
-    first = int(starts_standing)
-    if speed and len(distances) > first:
-        if not distances[first:].any():
-            raise PlanError("footprints", "are all in one place", "time them without a speed")
-        steps = _at_speed(distances, steps, speed, rule, first=first)
-    step_times = steps.step_times.copy()
-    overlaps = steps.overlaps.copy()
-    if starts_standing:
-        step_times[0] = 0.0
-        overlaps[0] = 0.5 * steps.step_times[0]
-    stood = stand_time if starts_standing else 0.0
-    if stood and len(overlaps) > 1:
-        overlaps[0] = 0.5 * max(overlaps[1], 0.0)
-    strikes = start_time + np.concatenate([[0.0], np.cumsum(step_times)])
-    strikes[2:] += stood
-    after = np.concatenate([step_times[1:], [np.inf]])
-    liftoffs = strikes[1:] + np.minimum(overlaps, 0.5 * after)
-    liftoffs[0] += stood
-    liftoffs = np.maximum(liftoffs, strikes[:-1] + 0.25 * steps.step_times)
-    last = strikes[-1] + steps.step_times[-1] + (0.0 if ends_standing else steps.overlaps[-1])
-    liftoffs = np.append(liftoffs, max(last, liftoffs[-1]))
-    if ends_standing:
-        liftoffs[-2] = liftoffs[-1]
-    return FootstepTimes(strike_times=strikes, liftoff_times=liftoffs)

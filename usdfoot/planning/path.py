@@ -14,7 +14,8 @@ from usdfoot.model.biped import LEFT
 from usdfoot.model.ground import Ground
 from usdfoot.model.limits import DEFAULT_LIMITS, SPANS, check_range
 from usdfoot.model.path import WalkingPath
-from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.plan import FootstepPlan, PlanDraft
+from usdfoot.model.plan_checks import cut_plans
 from usdfoot.planning.bypass import go_round
 from usdfoot.planning.footholds import (
     find_footholds,
@@ -296,16 +297,13 @@ def _plans(
         stand_time=options.stand_time,
     )
     delays = np.array([path.start_time for path in paths])[rows]
-    return [
-        FootstepPlan(
-            name=path.name,
-            sides=sides[own],
-            positions=prints.positions[own],
-            orientations=prints.orientations[own],
-            strike_times=(strikes + delays)[own],
-            liftoff_times=(liftoffs + delays)[own],
-            root_weights=np.zeros(int(counts[i])),
-        )
-        for i, path in enumerate(paths)
-        for own in [slice(int(first[i]), int(first[i + 1]))]
-    ]
+    table = PlanDraft(
+        name="",
+        sides=sides,
+        positions=prints.positions,
+        orientations=prints.orientations,
+        strike_times=strikes + delays,
+        liftoff_times=liftoffs + delays,
+        root_weights=np.zeros(len(rows)),
+    )
+    return cut_plans(table, counts, names=[path.name for path in paths])

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from usdfoot.analysis.timing import STAND_TIME, time_footsteps
+from usdfoot.analysis.footstep_times import time_footsteps
+from usdfoot.analysis.timing import STAND_TIME
 from usdfoot.errors import PlanError
 from usdfoot.model.limits import BODILY, LATEST, SPANS, check_range
 from usdfoot.model.plan import FootstepPlan, PlanDraft

@@ -7,10 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from usdfoot.analysis.timing import STAND_TIME, time_footsteps
+from usdfoot.analysis.footstep_times import time_rows
+from usdfoot.analysis.timing import STAND_TIME
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray, IntArray
-from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.plan import FootstepPlan, PlanDraft
+from usdfoot.model.plan_checks import cut_plans
 from usdfoot.planning.corridor import count_pairs, order_by_way, within_pairs
 from usdfoot.planning.crossed import apart_midway
 from usdfoot.planning.crossing_graph import HEADINGS, ROUNDED, Way, build_graph
@@ -87,32 +89,34 @@ def plan_crossings(
     crossings = find_crossings(stones, starts, goals, reach=reach)
     flight_distance = 0.0 if reach.leaps else float(np.hypot(reach.farthest, reach.rise))  # beyond all steps: no flight
     rule = replace((body or Proportions()).timing, flight_distance=flight_distance)
-    plans: list[FootstepPlan | PlanError] = []
-    for crossing, speed, name in zip(crossings, speeds or [0.0] * len(starts), names, strict=True):
-        if isinstance(crossing, PlanError):
-            plans.append(crossing)
-            continue
-        times = time_footsteps(
-            crossing.positions,
-            rule,
-            speed=speed,
-            start_time=start_time,
-            starts_standing=True,
-            ends_standing=True,
-            stand_time=stand_time,
-        )
-        plans.append(
-            FootstepPlan(
-                name=name,
-                sides=crossing.sides,
-                positions=crossing.positions,
-                orientations=print_orientations(crossing.yaws, crossing.normals),
-                strike_times=times.strike_times,
-                liftoff_times=times.liftoff_times,
-                root_weights=np.zeros(len(crossing.sides)),
-            )
-        )
-    return plans
+    found = [crossing for crossing in crossings if isinstance(crossing, Crossing)]
+    if not found:
+        return [crossing for crossing in crossings if isinstance(crossing, PlanError)]
+    led = [number for number, crossing in enumerate(crossings) if isinstance(crossing, Crossing)]
+    counts = np.array([len(crossing.sides) for crossing in found])
+    columns = ("sides", "positions", "normals", "yaws")
+    joined = {name: np.concatenate([getattr(crossing, name) for crossing in found]) for name in columns}
+    times = time_rows(
+        joined["positions"],
+        counts,
+        rule=rule,
+        speeds=np.array(speeds or [0.0] * len(starts))[led],
+        start_times=np.full(len(found), start_time),
+        starts_standing=True,
+        ends_standing=np.full(len(found), True),
+        stand_time=stand_time,
+    )
+    draft = PlanDraft(
+        name="",
+        sides=joined["sides"],
+        positions=joined["positions"],
+        orientations=print_orientations(joined["yaws"], joined["normals"]),
+        strike_times=times.strike_times,
+        liftoff_times=times.liftoff_times,
+        root_weights=np.zeros(counts.sum()),
+    )
+    plans = iter(cut_plans(draft, counts, names=[names[number] for number in led]))
+    return [crossing if isinstance(crossing, PlanError) else next(plans) for crossing in crossings]
 
 
 def find_crossing(stones: Stones, start: Stance, goal: Stance, *, reach: Reach) -> Crossing:

@@ -12,7 +12,8 @@ from usdfoot.analysis.timing import TimingRule
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.limits import WINDOWS, check_range
-from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.plan import FootstepPlan, PlanDraft
+from usdfoot.model.plan_checks import cut_plans
 from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.planning.cadences import step_rates
 from usdfoot.planning.edges import keep_off_edges
@@ -224,16 +225,13 @@ def lay_plans(names: Sequence[str], feet: FootTable, ground: Ground, *, on_groun
     first = np.append(np.flatnonzero(feet.numbers == 0), len(feet.owners))
     ways = np.arange(len(near) + 1) if on_ground else first
     prints = lay_prints(ground, places, feet.yaws, near=ground.follow(places, near, first=ways).heights)
-    return [
-        FootstepPlan(
-            name=name,
-            sides=feet.sides[own],
-            positions=prints.positions[own],
-            orientations=prints.orientations[own],
-            strike_times=feet.strikes[own],
-            liftoff_times=feet.liftoffs[own],
-            root_weights=np.zeros(own.stop - own.start),
-        )
-        for i, name in enumerate(names)
-        for own in [slice(int(first[i]), int(first[i + 1]))]
-    ]
+    table = PlanDraft(
+        name="",
+        sides=feet.sides,
+        positions=prints.positions,
+        orientations=prints.orientations,
+        strike_times=feet.strikes,
+        liftoff_times=feet.liftoffs,
+        root_weights=np.zeros(len(near)),
+    )
+    return cut_plans(table, np.diff(first), names=names)

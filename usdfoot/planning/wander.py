@@ -10,7 +10,7 @@ from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.planning.aims import Aims, News, find_aims, finder_in
-from usdfoot.planning.joining import join_footsteps
+from usdfoot.planning.joining import join_footsteps, join_plans
 from usdfoot.planning.strolls import stroll
 from usdfoot.planning.wanderer import Footstep, Footsteps, WanderOptions, concatenated, rows_of, set_out
 from usdfoot.planning.world import World
@@ -161,11 +161,19 @@ def plan_wanders(
         options=options,
         start_time=start_time,
     )
-    taken = iter(_first_footsteps(way, steps, later, departure=start_time + options.stand_time) if begun.size else ())
-    return [
-        aim if isinstance(aim, PlanError) else _plan(next(taken), name, options, most=steps)
-        for aim, name in zip(aims, names, strict=True)
-    ]
+    if not begun.size:
+        return [aim for aim in aims if isinstance(aim, PlanError)]
+    footsteps, counts = _first_footsteps(way, steps, later, departure=start_time + options.stand_time)
+    plans = join_plans(
+        footsteps,
+        counts,
+        names=[names[number] for number in begun],
+        body=options.body,
+        ends_standing=counts < steps,
+        stand_time=options.stand_time,
+    )
+    made = iter(plans)
+    return [aim if isinstance(aim, PlanError) else next(made) for aim in aims]
 
 
 def _first_footsteps(
@@ -174,8 +182,11 @@ def _first_footsteps(
     later: Callable[[float], World] | None,
     *,
     departure: float,
-) -> list[Footsteps]:
-    """The first footsteps of each on a way, told the world as it is when each is taken, but for stands [s]."""
+) -> tuple[Footsteps, IntArray]:
+    """The first footsteps of each on a way, one after the other, and how many each has.
+
+    They are told the world as it is when each is taken, but for stands [s].
+    """
     rounds: list[tuple[IntArray, Footsteps]] = []
     while len(rounds) < steps:
         news = None
@@ -186,19 +197,5 @@ def _first_footsteps(
         except StopIteration:
             break
     owners = np.concatenate([rows for rows, _ in rounds])
-    order = np.argsort(owners, kind="stable")
-    ends = np.cumsum(np.bincount(owners))[:-1]
     together = concatenated([footsteps for _, footsteps in rounds])
-    return [rows_of(together, own) for own in np.split(order, ends)]
-
-
-def _plan(footsteps: Footsteps, name: str, options: WanderOptions, *, most: int) -> FootstepPlan:
-    """The plan of one's footsteps, standing at the end if they are fewer than asked for."""
-    count = len(footsteps.sides)
-    return join_footsteps(
-        [footsteps.of(row) for row in range(count)],
-        name=name,
-        body=options.body,
-        ends_standing=count < most,
-        stand_time=options.stand_time,
-    )
+    return rows_of(together, np.argsort(owners, kind="stable")), np.bincount(owners)
