@@ -74,7 +74,10 @@ class Aims:
             aims = replace(self, known=known, known_at=time, world=known, routes=())
         if news.goals is None:
             return aims
-        goals = tuple(_on_ground(aims.world, np.asarray(goal, dtype=float)) for goal in news.goals)
+        given = _places(news.goals)
+        for goal in given[~np.isfinite(given).all(axis=1)]:
+            raise _nowhere(goal)
+        goals = tuple(_on_ground(aims.world, given))
         return replace(aims, goals=goals, routes=(), at_random=not goals)
 
     def passed(self, place: FloatArray, options: WanderOptions) -> Aims:
@@ -98,17 +101,22 @@ def find_aims(
     """What those aim at who begin at starts (N, 3) in a finder's world, or why they cannot."""
     world = finder.world
     clear = is_clear(world, starts[:, [0, 2]], starts[:, 1], radius=options.radius, step=options.step)
+    given = _places([goal for own in goals for goal in own])
+    finite, laid = np.asarray(np.isfinite(given).all(axis=1)), given.copy()
+    laid[finite] = _on_ground(world, given[finite])
+    firsts = np.cumsum([0, *map(len, goals)])
     found: list[Aims | PlanError] = []
-    for start, own, stands in zip(starts, goals, clear, strict=True):
-        try:
-            if not stands:
-                what = "is too close to an obstacle, out of bounds or off the ground"
-                raise PlanError(f"start ({start[0]:.2f}, {start[2]:.2f}) m", what, "start where there is room to stand")
-            ends = tuple(_on_ground(world, np.asarray(goal, dtype=float)) for goal in own)
-        except PlanError as error:
-            found.append(error)
-            continue
-        found.append(Aims(known=world, known_at=start_time, world=world, goals=ends, routes=(), at_random=not ends))
+    for start, first, last, stands in zip(starts, firsts[:-1], firsts[1:], clear, strict=True):
+        if not stands:
+            what = "is too close to an obstacle, out of bounds or off the ground"
+            found.append(
+                PlanError(f"start ({start[0]:.2f}, {start[2]:.2f}) m", what, "start where there is room to stand")
+            )
+        elif not finite[first:last].all():
+            found.append(_nowhere(given[first + np.argmin(finite[first:last])]))
+        else:
+            ends = tuple(laid[first:last])
+            found.append(Aims(known=world, known_at=start_time, world=world, goals=ends, routes=(), at_random=not ends))
     begun = [row for row, aim in enumerate(found) if isinstance(aim, Aims)]
     ways = find_routes(finder, starts[begun], [aim.goals for aim in found if isinstance(aim, Aims)], options=options)
     for row, routes in zip(begun, ways, strict=True):
@@ -165,14 +173,22 @@ def _by_finder(aims: Sequence[Aims], finders: Mapping[int, RouteFinder]) -> list
     return [(finders[world], own) for world, own in rows.items()]
 
 
-def _on_ground(world: World, point: FloatArray) -> FloatArray:
-    """The point (3,) on the ground of the level below or just above it."""
-    if not np.isfinite(point).all():
-        raise PlanError("goal", f"is at {point}", "give a goal three finite numbers")
+def _places(goals: Sequence[FloatArray]) -> FloatArray:
+    """Goals (3,) as an array (N, 3)."""
+    return np.array(goals, dtype=float).reshape(-1, 3)
+
+
+def _nowhere(goal: FloatArray) -> PlanError:
+    """What is wrong with a goal (3,) that is no place."""
+    return PlanError("goal", f"is at {goal}", "give a goal three finite numbers")
+
+
+def _on_ground(world: World, points: FloatArray) -> FloatArray:
+    """The points (N, 3) on the ground of the level below or just above each."""
     if world.ground is None or not world.ground.has_terrain:
-        return point
-    sample = world.ground.heights(point[None, [0, 2]], point[[1]])
-    return np.array([point[0], sample.heights[0], point[2]]) if sample.hit[0] else point
+        return points
+    sample = world.ground.heights(points[:, [0, 2]], points[:, 1])
+    return np.column_stack([points[:, 0], np.where(sample.hit, sample.heights, points[:, 1]), points[:, 2]])
 
 
 def finder_in(world: World, options: WanderOptions) -> RouteFinder:
