@@ -17,14 +17,15 @@ from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.limits import DEFAULT_LIMITS
-from usdfoot.model.plan import FootstepPlan, PlanDraft
+from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.plan_checks import checked_plans
+from usdfoot.model.plan_draft import PlanDraft
 from usdfoot.model.report import Problem
 from usdfoot.readers.plan_prints import cut_rows, path_orientations, place_prints, turn_prints
 from usdfoot.readers.plan_sources import PRINTS, TIMES, PlanSource, ask_plan
 from usdfoot.readers.stage import is_authored
 
-__all__ = ["is_plan", "plans_of", "read_draft", "read_plan", "read_prints"]
+__all__ = ["Planned", "is_plan", "plans_of", "read_draft", "read_plan", "read_prints"]
 
 _UNTIMED = "author one entry a footstep, or let usdfoot plan timing find the times"
 _SIDES, _POSITIONS = PRINTS[:2]

@@ -21,7 +21,7 @@ from usdfoot.writers.placing import PlacedCharacter
 from usdfoot.writers.root import expanded_layer, root_layer, scope_layer, stacked_layer
 from usdfoot.writers.staging import StagedFiles, staged_files
 
-__all__ = ["CrowdWriter", "check_output", "open_crowd"]
+__all__ = ["CrowdWriter", "check_output", "crowd_format", "open_crowd"]
 
 
 @contextmanager
