@@ -139,7 +139,7 @@ def _check_ends(world: World, ends: Sequence[FloatArray], options: WanderOptions
         return
     places, needed = np.array(ends), HEADROOM * options.body.leg_length
     for (x, y, z), room in zip(
-        places, rooms_above(places[:, [0, 2]], places[:, 1], world.ground, options), strict=True
+        places, rooms_above(places[:, [0, 2]], places[:, 1], world.ground, options=options), strict=True
     ):
         if room < needed:
             what = f"has only {room:.2f} m of room above it, a body needs {needed:.2f} m"

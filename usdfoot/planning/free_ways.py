@@ -119,8 +119,8 @@ def _free_ways(
         rises = np.abs(heights[..., SLOPE:] - heights[..., :-SLOPE])
         highest = SLOPE * spacings * np.tan(STEEPEST) + 0.5 * options.step
         passable[..., SLOPE - 1 :] &= rises <= highest[:, None, None]
-        above = rooms_above(wanderers.places, wanderers.heights, world.ground, options)
-        passable &= rooms_above(points, heights[..., 1:], world.ground, options) >= above[:, None, None]
+        above = rooms_above(wanderers.places, wanderers.heights, world.ground, options=options)
+        passable &= rooms_above(points, heights[..., 1:], world.ground, options=options) >= above[:, None, None]
     here = clearances(world, wanderers.places, wanderers.heights)
     times = np.broadcast_to((distances / wanderers.paces[:, None])[:, None], passable.shape).ravel()
     room = clearances(world, points.reshape(-1, 2), heights[..., 1:].ravel(), times=times).reshape(passable.shape)
@@ -130,7 +130,7 @@ def _free_ways(
     return np.minimum(first_blocked * spacings[:, None], ahead[:, None])
 
 
-def rooms_above(points: FloatArray, heights: FloatArray, ground: Ground, options: WanderOptions) -> FloatArray:
+def rooms_above(points: FloatArray, heights: FloatArray, ground: Ground, *, options: WanderOptions) -> FloatArray:
     """How far the lowest ceiling is above points (..., 2) on ground at heights (...), at most what a body needs [m]."""
     needed = HEADROOM * options.body.leg_length
     limits = np.ravel(heights) + needed

@@ -202,7 +202,7 @@ def _is_below(footsteps: Footsteps, ground: Ground | None, options: WanderOption
     """Whether footsteps are below what is too high to step on and too low to stand under, shape (N,)."""
     if ground is None:
         return np.zeros(len(footsteps.sides), dtype=int)
-    above = rooms_above(footsteps.positions[:, [0, 2]], footsteps.positions[:, 1], ground, options)
+    above = rooms_above(footsteps.positions[:, [0, 2]], footsteps.positions[:, 1], ground, options=options)
     return (above <= LintLimits().headroom * options.body.leg_length).astype(int)
 
 
