@@ -11,7 +11,5 @@ def test_what_several_readers_doubt_is_said_once(capsys):
         with logging_on_stderr(quiet=False, verbose=False):
             for name in ("/A", "/A", "/B"):
                 logger.warning("%s: no rest pose", name)
-    assert (
-        capsys.readouterr().err.splitlines()
-        == ["usdfoot: WARNING: /A: no rest pose", "usdfoot: WARNING: /B: no rest pose"] * 2
-    )
+    lines = [f"usdfoot: WARNING: /{name}: no rest pose" for name in "AB"]
+    assert capsys.readouterr().err.splitlines() == lines * 2

@@ -45,7 +45,8 @@ def print_problems(problems: Iterable[Problem], *, quiet: bool) -> None:
 def logging_on_stderr(*, quiet: bool, verbose: bool) -> Iterator[None]:
     """Messages of the package on stderr, each once: warnings, with `verbose` everything, with `quiet` errors only.
 
-    What is read by several parts of a job is doubted by each. A program that calls `main` finds its own logging unchanged afterwards.
+    What is read by several parts of a job is doubted by each. A program that calls `main` finds its own logging
+    unchanged afterwards.
     """
     package = logging.getLogger("usdfoot")
     # The scene's reader logs the problems that the verbs print themselves.
