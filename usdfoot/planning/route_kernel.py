@@ -24,7 +24,6 @@ __all__ = [
     "look_ahead",
     "search",
 ]
-__all__ += ["find_spots", "look_ahead", "search"]
 
 STRAIGHT = 985
 DIAGONAL = 1393
