@@ -18,14 +18,8 @@ from usdfoot.pipeline import shares
 from usdfoot.pipeline.measures import AgentMeasures, measure_agent, planted_times
 from usdfoot.pipeline.page_figures import frame_values, step_values
 from usdfoot.readers.executed import read_root_positions, read_step_results
-from usdfoot.readers.written import (
-    JointTracks,
-    WrittenAgent,
-    WrittenCrowd,
-    read_agent,
-    read_joint_tracks,
-    read_written_crowd,
-)
+from usdfoot.readers.joint_tracks import JointTracks, read_joint_tracks
+from usdfoot.readers.written import WrittenAgent, WrittenCrowd, read_agent, read_written_crowd
 from usdfoot.writers.page.pictures import AgentPicture
 from usdfoot.writers.page.stick import stick_figure
 
