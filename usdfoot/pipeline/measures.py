@@ -89,7 +89,7 @@ def measure_agent(agent: WrittenAgent, units: StageUnits, ground: Ground | None)
     columns = _steps(agent, whole, fine, heels, ground)
     heights = np.full((len(whole.times), 2, 2), np.nan)
     if ground is not None:
-        heights = sole_heights(agent, whole, heels, ground)
+        heights = sole_heights(agent, whole, heels, ground=ground)
     rate = units.time_codes_per_second / float(np.min(np.diff(codes), initial=np.inf)) if len(codes) > 1 else 1.0
     smoothness = _smoothness(agent, whole, rate)
     recorded = len(agent.blend_error) == len(agent.plan)
@@ -194,7 +194,7 @@ def _steps(
         columns["timing_faults"][own] = timing_faults(
             whole.times[:end], balls[:end], strike_times=strikes, flat_times=flat, liftoff_times=liftoffs
         )
-        columns["timing_faults"][own, 0] |= floating_feet(agent, balls, planted, own, ground)
+        columns["timing_faults"][own, 0] |= floating_feet(agent, balls, planted, steps=own, ground=ground)
     return columns
 
 

@@ -86,7 +86,7 @@ def _ground_under_feet(balls: FloatArray, feet: FloatArray, ground: Ground) -> F
 
 
 def floating_feet(
-    agent: WrittenAgent, balls: FloatArray, planted: FrameRanges, steps: IntArray, ground: Ground | None
+    agent: WrittenAgent, balls: FloatArray, planted: FrameRanges, *, steps: IntArray, ground: Ground | None
 ) -> BoolArray:
     """Which `steps` (K,) of one foot stand in the air: over their footstep and over the ground, shape (K,)."""
     plan, empty = agent.plan, planted.counts == 0
@@ -100,7 +100,7 @@ def floating_feet(
     return np.asarray(~empty & (heights > PLANTED))
 
 
-def sole_heights(agent: WrittenAgent, tracks: JointTracks, heels: FloatArray, ground: Ground) -> FloatArray:
+def sole_heights(agent: WrittenAgent, tracks: JointTracks, heels: FloatArray, *, ground: Ground) -> FloatArray:
     """Height over the terrain of the soles under ball and heel [m], NaN off the terrain, shape (F, 2 feet, 2)."""
     soles = tracks.positions[:, list(agent.biped.balls)].copy()
     soles[..., 1] -= agent.biped.ball_heights
