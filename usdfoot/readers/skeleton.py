@@ -16,6 +16,7 @@ from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.limits import Limits, check_limit
 from usdfoot.model.skeleton import Skeleton
+from usdfoot.readers.attributes import array_at, size_at
 from usdfoot.readers.joints import parent_indices
 from usdfoot.readers.stage import start_code
 
@@ -26,6 +27,7 @@ __all__ = [
     "fold_scales",
     "is_moving",
     "matrices_of",
+    "read_joints",
     "read_skeleton",
     "skeleton_in",
     "split_matrices",
@@ -66,7 +68,7 @@ def read_skeleton(prim: Usd.Prim) -> RawSkeleton:
         SkeletonError: If joints are missing, listed twice or after their children, or there is no usable pose.
     """
     skeleton = UsdSkel.Skeleton(prim)
-    joints = tuple(str(joint) for joint in skeleton.GetJointsAttr().Get() or ())
+    joints = read_joints(prim)
     if not joints:
         raise SkeletonError(prim.GetPath(), "has no joints", "author the joints attribute of the Skeleton")
     _check_unique(prim, joints)
@@ -106,6 +108,15 @@ def read_skeleton(prim: Usd.Prim) -> RawSkeleton:
         inherited_scales=inherited,
         bind_matrices=bind,
     )
+
+
+def read_joints(prim: Usd.Prim) -> tuple[str, ...]:
+    """Joint paths of a Skeleton or SkelAnimation.
+
+    Raises:
+        SkeletonError: If they are no text.
+    """
+    return tuple(map(str, array_at(prim.GetAttribute(str(UsdSkel.Tokens.joints)), error=SkeletonError)))
 
 
 def skeleton_in(raw: RawSkeleton, similarity: Similarity) -> Skeleton:
@@ -242,10 +253,9 @@ def _matrices(attribute: Usd.Attribute, joints: Sequence[str]) -> FloatArray | N
     """One matrix a joint, shape (J, 4, 4); None if there are not as many.
 
     Raises:
-        SkeletonError: If one has values that are not finite.
+        SkeletonError: If they are no matrices, or one has values that are not finite.
     """
-    value = attribute.Get()
-    matrices = np.array(value if value is not None else (), dtype=float)
+    matrices = np.array(array_at(attribute, error=SkeletonError), dtype=float)
     if matrices.shape != (len(joints), 4, 4):
         return None
     broken = np.flatnonzero(~np.isfinite(matrices).all(axis=(1, 2)))
@@ -286,5 +296,5 @@ def _warn_of_names(prim: Usd.Prim, joints: tuple[str, ...]) -> None:
 def check_skeletons(skeletons: Sequence[Usd.Prim], limits: Limits) -> None:
     """Raises SceneError if a skeleton has too many joints."""
     for prim in skeletons:
-        joints = UsdSkel.Skeleton(prim).GetJointsAttr().Get() or ()
-        check_limit(prim.GetPath(), "joints", len(joints), limit=limits.joints)
+        count = size_at(UsdSkel.Skeleton(prim).GetJointsAttr())
+        check_limit(prim.GetPath(), "joints", count, limit=limits.joints)

@@ -14,6 +14,7 @@ from usdfoot.errors import TerrainError
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits, check_limit
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
+from usdfoot.readers.attributes import size_at
 from usdfoot.readers.hidden import hidden_below, is_hidden
 from usdfoot.readers.instanced_meshes import SOLIDS, PlacedMesh, is_scattered, meshes_in_place, placed_meshes
 from usdfoot.readers.mesh_triangles import read_triangles
@@ -186,7 +187,7 @@ def _check_size(meshes: Sequence[PlacedMesh], limits: Limits) -> None:
         mesh = UsdGeom.Mesh(placed.prim)
         if not mesh:
             continue
-        corners = mesh.GetFaceVertexIndicesAttr().Get(Usd.TimeCode.EarliestTime()) or ()
-        faces = mesh.GetFaceVertexCountsAttr().Get(Usd.TimeCode.EarliestTime()) or ()
-        count += max(len(faces), len(corners) - 2 * len(faces)) * len(placed.matrices)
+        corners = size_at(mesh.GetFaceVertexIndicesAttr(), Usd.TimeCode.EarliestTime())
+        faces = size_at(mesh.GetFaceVertexCountsAttr(), Usd.TimeCode.EarliestTime())
+        count += max(faces, corners - 2 * faces) * len(placed.matrices)
         check_limit(placed.paths[0], "triangles", count, limit=limits.triangles)
