@@ -9,7 +9,8 @@ from tests.few_clips import copy_stages
 from tests.scenes import OFFSETS, Units, add_character, new_stage
 from usdfoot.bridge.tokens import Agent as Token
 from usdfoot.cli.main import main
-from usdfoot.pipeline.plan_goals import GoalOptions, plan_scene_crowd, plan_scene_stones, plan_scene_wander
+from usdfoot.pipeline.goal_scene import GoalOptions
+from usdfoot.pipeline.plan_goals import plan_scene_crowd, plan_scene_stones, plan_scene_wander
 from usdfoot.pipeline.plan_scenario import convert_scenario
 from usdfoot.planning.collisions import find_collisions
 from usdfoot.planning.foot_table import feet_of

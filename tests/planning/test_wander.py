@@ -10,13 +10,16 @@ from usdfoot.errors import PlanError
 from usdfoot.maths import planar
 from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
+from usdfoot.planning.aims import News
 from usdfoot.planning.gait import derive_gait
 from usdfoot.planning.habits import Habits
+from usdfoot.planning.joining import join_footsteps
 from usdfoot.planning.lint import lint_plans, lint_steps
 from usdfoot.planning.path import plan_path
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.routes import RouteFinder, look_along
-from usdfoot.planning.wander import News, WanderOptions, join_footsteps, plan_wander, plan_wanders, wander
+from usdfoot.planning.wander import plan_wander, plan_wanders, wander
+from usdfoot.planning.wanderer import WanderOptions
 from usdfoot.planning.world import Obstacle, World, box_outline, clearances
 
 SQUARE = box_outline((-5.0, -5.0), (5.0, 5.0))

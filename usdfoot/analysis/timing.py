@@ -10,6 +10,8 @@ from usdfoot.errors import PlanError
 from usdfoot.maths.types import BoolArray, FloatArray
 
 __all__ = [
+    "EARTH_GRAVITY",
+    "HUMAN_LEG",
     "QUICKENING",
     "STAND_TIME",
     "FootstepTimes",

@@ -16,7 +16,7 @@ from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable
 from usdfoot.model.ground import Ground
 
-__all__ = ["lead_swings", "lower_pelvis", "raise_heels", "roll_contacts", "settle_heels"]
+__all__ = ["FLAT_SHARE", "FLAT_TIME", "lead_swings", "lower_pelvis", "raise_heels", "roll_contacts", "settle_heels"]
 
 FLAT_TIME = 0.12
 FLAT_SHARE = 0.25

@@ -35,6 +35,7 @@ __all__ = [
     "blend_frames",
     "device_library",
     "device_segments",
+    "no_seams",
     "place_segments",
     "pose_feet",
     "pose_frames",

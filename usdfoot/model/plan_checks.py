@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from usdfoot.errors import PlanError
-from usdfoot.model.plan import FootstepPlan, PlanDraft
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.plan_draft import PlanDraft
 from usdfoot.model.plan_rules import RULES, entries
 
 __all__ = ["checked_plans"]

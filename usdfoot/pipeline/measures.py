@@ -26,7 +26,7 @@ from usdfoot.model.contact_table import EDGE_HEIGHT
 from usdfoot.model.ground import Ground
 from usdfoot.readers.written import JointTracks, WrittenAgent, read_joint_positions, read_joint_tracks
 
-__all__ = ["AgentMeasures", "measure_agent", "measure_placement", "planted_times"]
+__all__ = ["LONGEST_ROLL", "AgentMeasures", "measure_agent", "measure_placement", "planted_times"]
 
 SUBFRAMES = (0.25, 0.5, 0.75)
 """Where between two frames the slide is measured too."""

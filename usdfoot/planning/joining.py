@@ -20,17 +20,15 @@ def join_footsteps(
     *,
     name: str,
     body: Proportions | None = None,
-    speed: float = 0.0,
     ends_standing: bool = False,
     stand_time: float = STAND_TIME,
 ) -> FootstepPlan:
-    """The plan of footsteps as they came.
+    """The plan of footsteps as they came, as fast as such steps are.
 
     Args:
         footsteps: From `wander`, the first two of which stand.
         name: Of the plan.
         body: That walks.
-        speed: Mean of all steps [m/s]; 0 = as fast as such steps are.
         ends_standing: Whether it stands at the end, as `wander` does at its last goal.
         stand_time: How long it stands before the first step [s].
     """
@@ -42,7 +40,6 @@ def join_footsteps(
     times = time_footsteps(
         positions,
         body.timing,
-        speed=speed,
         start_time=steps[0].strike_time,
         starts_standing=True,
         ends_standing=ends_standing,

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from usdfoot.analysis.timing import STAND_TIME, time_footsteps
 from usdfoot.errors import PlanError
 from usdfoot.model.limits import BODILY, LATEST, SPANS, check_range
-from usdfoot.model.plan import FootstepPlan, PlanDraft
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.plan_draft import PlanDraft
 from usdfoot.planning.proportions import Proportions
 
 __all__ = ["TimingOptions", "plan_times"]

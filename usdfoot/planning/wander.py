@@ -15,7 +15,7 @@ from usdfoot.planning.strolls import stroll
 from usdfoot.planning.wanderer import Footstep, Footsteps, WanderOptions, concatenated, rows_of, set_out
 from usdfoot.planning.world import World
 
-__all__ = ["Footstep", "News", "WanderOptions", "join_footsteps", "plan_wander", "plan_wanders", "wander"]
+__all__ = ["plan_wander", "plan_wanders", "wander"]
 
 
 def wander(

@@ -12,7 +12,8 @@ from usdfoot.bridge import tokens
 from usdfoot.errors import UsdfootError
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import IntArray
-from usdfoot.model.plan import FootstepPlan, PlanDraft
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.plan_draft import PlanDraft
 from usdfoot.planning.mend import mend_times, strike_order
 from usdfoot.readers.plans import read_draft
 from usdfoot.readers.stage import authored, read_stage_info

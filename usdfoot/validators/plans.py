@@ -15,7 +15,7 @@ from usdfoot.readers.plans import is_plan, read_draft
 from usdfoot.readers.stage import authored, read_stage_info
 from usdfoot.validators.findings import finding
 
-__all__ = ["PER_STEP", "check_plan"]
+__all__ = ["CONCATENATED", "PER_STEP", "check_plan"]
 
 CONCATENATED = (Result.CLIPS, Result.CLIP_WEIGHTS)
 """Results with as many entries as the clip counts add up to."""
