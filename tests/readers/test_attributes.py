@@ -6,9 +6,11 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 
 from tests.scenes import Units, add_agent, add_ground, crowd_stage, messages, simple_scene
 from usdfoot.bridge.tokens import Agent, Schema
-from usdfoot.errors import SceneError
+from usdfoot.errors import PlanError, SceneError
 from usdfoot.readers.attributes import array_at, axis_of, size_at, value_at
+from usdfoot.readers.paths import read_paths
 from usdfoot.readers.scene import read_scene
+from usdfoot.readers.stage import read_stage_info
 
 _TYPES = Sdf.ValueTypeNames
 TEXT, NUMBER, NUMBERS = (_TYPES.String, "x"), (_TYPES.Double, 0.5), (_TYPES.IntArray, [1])
@@ -103,6 +105,35 @@ def test_numbers_of_other_precision_stand_for_the_schema_s():
     assert size_at(mesh.GetPointsAttr()) == 0
 
 
+@pytest.mark.parametrize(
+    ("operation", "wrong", "said"),
+    [
+        ("translate", TEXT, "xformOp:translate is of type string. author it as double3"),
+        ("translate", NUMBER, "xformOp:translate is of type double. author it as double3"),
+        ("rotateX", NUMBERS, "xformOp:rotateX is of type int[]. author it as double"),
+        ("transform", NUMBER, "xformOp:transform is of type double. author it as matrix4d"),
+        ("turn", NUMBER, "xformOp:turn is no operation of USD's. correct xformOpOrder"),
+    ],
+)
+def test_transforms_that_usd_cannot_compute_are_named(tmp_path, operation, wrong, said):
+    stage = crowd_stage(tmp_path)
+    add_ground(stage, "/World/Ground", Units())
+    for path in ("/World/Ground", "/World/Plans/P1"):
+        author(stage, f"{path}.xformOp:{operation}", *wrong)
+        author(stage, f"{path}.xformOpOrder", _TYPES.TokenArray, [f"xformOp:{operation}"])
+    scene = read_scene(stage)
+    assert len(scene.crowd.agents) == 2
+    assert messages(scene) == [f"/World/Group1/Walker: /World/Plans/P1: {said}", f"/World/Ground: {said}"]
+
+
+def test_a_transform_of_the_character_that_usd_cannot_compute_is_named():
+    stage = simple_scene()
+    author(stage, "/World/Hero/Skeleton.xformOp:translate", *TEXT)
+    author(stage, "/World/Hero/Skeleton.xformOpOrder", _TYPES.TokenArray, ["xformOp:translate"])
+    with pytest.raises(SceneError, match=r"Hero/Skeleton: xformOp:translate is of type string. author it as double3"):
+        read_scene(stage)
+
+
 def test_what_has_no_axis_lies_along_z():
     stage = Usd.Stage.CreateInMemory()
     assert axis_of(UsdGeom.Sphere.Define(stage, "/Ball").GetPrim()) == 2
@@ -136,3 +167,25 @@ def test_options_that_are_animated_are_read_at_their_first_sample_with_a_warning
     (agent,) = read_scene(stage).crowd.agents
     assert agent.root_weight == 0.25
     assert f"/World/Hero: {Agent.ROOT_WEIGHT} is animated, the first sample is read" in caplog.text
+
+
+def test_obstacles_that_cannot_be_read_are_named_by_who_goes_round_them():
+    stage = simple_scene()
+    curves = UsdGeom.BasisCurves.Define(stage, "/World/Way")
+    curves.CreatePointsAttr([(0, 0, 0), (0, 0, 1), (0, 0, 2), (0, 0, 3)])
+    curves.CreateCurveVertexCountsAttr([4])
+    stage.GetPrimAtPath("/World/Hero").RemoveProperty(Agent.PLAN)
+    add_agent(stage, "/World/Hero", path="/World/Way")
+    stage.DefinePrim("/World/Box", "Mesh").AddAppliedSchema(Schema.OBSTACLE)
+    author(stage, "/World/Box.points", *TEXT)
+    assert messages(read_scene(stage)) == ["/World/Box: points is of type string. author it as point3f[]"]
+
+
+def test_paths_at_infinity_are_refused():
+    stage = simple_scene()
+    curves = UsdGeom.BasisCurves.Define(stage, "/World/Way")
+    curves.CreatePointsAttr([(0, 0, 0), (0, 0, 1), (0, 0, 2), (0, 0, 3)])
+    curves.CreateCurveVertexCountsAttr([4])
+    curves.AddTranslateOp().Set((np.inf, 0.0, 0.0))
+    with pytest.raises(PlanError, match="Way: has points that are not finite"):
+        read_paths(curves.GetPrim(), read_stage_info(stage).units)

@@ -19,6 +19,7 @@ from usdfoot.model.skeleton import Skeleton
 from usdfoot.readers.attributes import array_at, size_at
 from usdfoot.readers.joints import parent_indices
 from usdfoot.readers.stage import start_code
+from usdfoot.readers.transform_faults import place_fault
 
 __all__ = [
     "RawSkeleton",
@@ -182,12 +183,19 @@ def split_matrices(matrices: FloatArray) -> tuple[FloatArray, FloatArray, FloatA
 
 
 def matrices_of(prim: Usd.Prim, codes: FloatArray) -> FloatArray:
-    """Local-to-world matrices (row vectors) of a prim at time codes (K,), shape (K, 4, 4)."""
+    """Local-to-world matrices (row vectors) of a prim at time codes (K,), shape (K, 4, 4).
+
+    Raises:
+        SceneError: If USD cannot compute them.
+    """
     cache = UsdGeom.XformCache()
     matrices = []
-    for code in codes:
-        cache.SetTime(Usd.TimeCode(float(code)))
-        matrices.append(np.array(cache.GetLocalToWorldTransform(prim)))
+    try:
+        for code in codes:
+            cache.SetTime(Usd.TimeCode(float(code)))
+            matrices.append(np.array(cache.GetLocalToWorldTransform(prim)))
+    except Tf.ErrorException as error:
+        raise place_fault(prim, error) from error
     return np.stack(matrices)
 
 
@@ -203,7 +211,10 @@ def is_moving(prim: Usd.Prim, below: Usd.Prim | None = None) -> bool:
 def _moves(prim: Usd.Prim) -> bool:
     """Whether the prim's own transform changes over time."""
     xformable = UsdGeom.Xformable(prim)
-    return bool(xformable) and xformable.TransformMightBeTimeVarying()
+    try:
+        return bool(xformable) and xformable.TransformMightBeTimeVarying()
+    except Tf.ErrorException as error:
+        raise place_fault(prim, error) from error
 
 
 class StartPlace(NamedTuple):
@@ -236,8 +247,16 @@ class StartTransforms:
         return place
 
     def matrix_of(self, prim: Usd.Prim) -> FloatArray:
-        """Local-to-world matrix (row vectors) of a prim, shape (4, 4)."""
-        return np.array(self._cache.GetLocalToWorldTransform(prim))
+        """Local-to-world matrix (row vectors) of a prim, shape (4, 4).
+
+        Raises:
+            SceneError: If USD cannot compute it.
+        """
+        try:
+            return np.array(self._cache.GetLocalToWorldTransform(prim))
+        except Tf.ErrorException as error:
+            self._cache.Clear()  # or it would say next time that the prim is at the origin
+            raise place_fault(prim, error) from error
 
     def is_moving(self, prim: Usd.Prim) -> bool:
         """Whether a transform on the prim or above it changes over time."""

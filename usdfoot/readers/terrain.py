@@ -10,7 +10,7 @@ from pxr import Usd, UsdGeom, UsdSkel
 from usdfoot.bridge.schema import has_api
 from usdfoot.bridge.tokens import Schema
 from usdfoot.bridge.units import StageUnits
-from usdfoot.errors import TerrainError
+from usdfoot.errors import SceneError, TerrainError
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits, check_limit
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
@@ -59,6 +59,9 @@ def read_terrain(
     transforms = StartTransforms(stage)
     problems = _without_meshes(marked, [*meshes, *solids, *scattered])
     problems += [*(_unread(shapes, problems) if marked else [] if chosen else _shapes_named(shapes)), *doubts]
+    astray = _astray([*chosen, *scattered], transforms)
+    problems += astray.values()
+    chosen, scattered = ([prim for prim in found if prim not in astray] for found in (chosen, scattered))
     problems += _moving([*chosen, *scattered], transforms)
     placed = meshes_in_place(chosen, transforms)
     for instancer in scattered:
@@ -158,6 +161,17 @@ def _without_meshes(marked: Sequence[Usd.Prim], meshes: Sequence[Usd.Prim]) -> l
             )
             problems.append(Problem(severity="error", where=error.where, message=str(error)))
     return problems
+
+
+def _astray(prims: Sequence[Usd.Prim], transforms: StartTransforms) -> dict[Usd.Prim, Problem]:
+    """What is wrong with each prim of which USD cannot say where it is."""
+    found = {}
+    for prim in prims:
+        try:
+            transforms.matrix_of(prim)
+        except SceneError as error:
+            found[prim] = Problem(severity="error", where=error.where, message=str(error))
+    return found
 
 
 def _moving(prims: Sequence[Usd.Prim], transforms: StartTransforms) -> list[Problem]:
