@@ -15,9 +15,10 @@ from usdfoot.pipeline.plan_scenario import convert_scenario
 from usdfoot.planning.collisions import find_collisions
 from usdfoot.planning.foot_table import feet_of
 from usdfoot.planning.proportions import Proportions
+from usdfoot.readers.authored import targets
 from usdfoot.readers.characters import read_character
 from usdfoot.readers.plans import read_plan
-from usdfoot.readers.stage import read_stage_info, targets
+from usdfoot.readers.stage import read_stage_info
 
 CASE = """<SteerBenchTestCase xmlns="http://www.magix.ucla.edu/steerbench">
 <header><version>1.0</version><name>two</name><worldBounds><xmin>-9</xmin><xmax>9</xmax><ymin>0</ymin><ymax>0</ymax>

@@ -9,13 +9,15 @@ import numpy as np
 
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray
+from usdfoot.planning.free_ways import rooms_above
 from usdfoot.planning.legs import find_near, find_routes
 from usdfoot.planning.moving import measure_velocities, moved_on
 from usdfoot.planning.route_kernel import STRAYED
 from usdfoot.planning.route_searches import Looks
 from usdfoot.planning.routes import Route, RouteFinder, look_along
+from usdfoot.planning.sound_steps import sound_stands
 from usdfoot.planning.spots import HEADROOM
-from usdfoot.planning.wanderer import WanderOptions
+from usdfoot.planning.wanderer import Wanderers, WanderOptions
 from usdfoot.planning.world import World, is_clear
 
 __all__ = ["Aims", "News", "find_aims", "finder_in", "look_ahead"]
@@ -89,35 +91,59 @@ class Aims:
 
 def find_aims(
     finder: RouteFinder,
-    starts: FloatArray,
+    wanderers: Wanderers,
     goals: Sequence[Sequence[FloatArray]],
     *,
     options: WanderOptions,
     start_time: float,
-) -> list[Aims | PlanError]:
-    """What those aim at who begin at starts (N, 3) in a finder's world, or why they cannot."""
-    world = finder.world
+) -> tuple[Wanderers, list[Aims | PlanError]]:
+    """Where N stand in a finder's world, with room for both feet, and what they aim at, or why they cannot."""
+    world, starts = finder.world, wanderers.positions
     clear = is_clear(world, starts[:, [0, 2]], starts[:, 1], radius=options.radius, step=options.step)
+    wanderers, faults = sound_stands(wanderers, np.flatnonzero(clear), world.ground, options=options)
     found: list[Aims | PlanError] = []
-    for start, own, stands in zip(starts, goals, clear, strict=True):
+    for row, (start, own) in enumerate(zip(starts, goals, strict=True)):
         try:
-            if not stands:
-                what = "is too close to an obstacle, out of bounds or off the ground"
-                raise PlanError(f"start ({start[0]:.2f}, {start[2]:.2f}) m", what, "start where there is room to stand")
+            _check_start(start, bool(clear[row]), faults[row])
             ends = tuple(_on_ground(world, np.asarray(goal, dtype=float)) for goal in own)
+            _check_ends(world, ends, options)
         except PlanError as error:
             found.append(error)
             continue
         found.append(Aims(known=world, known_at=start_time, world=world, goals=ends, routes=(), at_random=not ends))
     begun = [row for row, aim in enumerate(found) if isinstance(aim, Aims)]
-    ways = find_routes(finder, starts[begun], [aim.goals for aim in found if isinstance(aim, Aims)], options=options)
+    places = wanderers.positions[begun]
+    ways = find_routes(finder, places, [aim.goals for aim in found if isinstance(aim, Aims)], options=options)
     for row, routes in zip(begun, ways, strict=True):
         aim = found[row]
         if isinstance(routes, PlanError):
             found[row] = routes
         elif isinstance(aim, Aims):
             found[row] = replace(aim, routes=routes)
-    return found
+    return wanderers, found
+
+
+def _check_start(start: FloatArray, is_clear: bool, fault: str) -> None:
+    """Raise a PlanError if there is no room to stand at a start (3,), or a foot has a fault there."""
+    where = f"start ({start[0]:.2f}, {start[2]:.2f}) m"
+    if not is_clear:
+        what = "is too close to an obstacle, out of bounds or off the ground"
+        raise PlanError(where, what, "start where there is room to stand")
+    if fault:
+        raise PlanError(where, f"is no place to stand: a foot {fault}", "start where there is room for both feet")
+
+
+def _check_ends(world: World, ends: Sequence[FloatArray], options: WanderOptions) -> None:
+    """Raise a PlanError if the ceiling is too low for a body at an end (3,)."""
+    if world.ground is None or not ends:
+        return
+    places, needed = np.array(ends), HEADROOM * options.body.leg_length
+    for (x, y, z), room in zip(
+        places, rooms_above(places[:, [0, 2]], places[:, 1], world.ground, options=options), strict=True
+    ):
+        if room < needed:
+            what = f"has only {room:.2f} m of room above it, a body needs {needed:.2f} m"
+            raise PlanError(f"goal ({x:.2f}, {z:.2f}) m, height {y:.2f} m", what, "move it to where one can stand")
 
 
 def look_ahead(

@@ -26,13 +26,14 @@ from usdfoot.model.tuning import BodyTuning
 from usdfoot.planning.proportions import Proportions, proportions_of
 from usdfoot.readers.agents import OPTIONS, AgentSource, read_agent_options
 from usdfoot.readers.assets import said_over
+from usdfoot.readers.authored import authored_or_primvar
 from usdfoot.readers.bindings import BindingReader
 from usdfoot.readers.candidates import find_skeleton, only_character
 from usdfoot.readers.characters import character_key, read_character
 from usdfoot.readers.clip_sources import ClipFinder
 from usdfoot.readers.clips import missing_leg_joints, read_clip
 from usdfoot.readers.own_attributes import read_own
-from usdfoot.readers.stage import StagePrims, authored_or_primvar
+from usdfoot.readers.stage import StagePrims
 from usdfoot.readers.tuning import TUNINGS, read_tuning
 from usdfoot.retarget.rig import legs_as_rigged
 

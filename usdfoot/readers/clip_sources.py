@@ -8,11 +8,12 @@ from pxr import Sdf, Usd, UsdSkel
 
 from usdfoot.bridge.tokens import Clip as Token
 from usdfoot.errors import SkeletonError
+from usdfoot.readers.authored import targets
 from usdfoot.readers.clips import ClipSource
 from usdfoot.readers.joints import match_joints
 from usdfoot.readers.skeleton import RawSkeleton, read_joints, read_skeleton
 from usdfoot.readers.skins import inherited_target
-from usdfoot.readers.stage import StagePrims, targets
+from usdfoot.readers.stage import StagePrims
 
 __all__ = ["ClipFinder"]
 

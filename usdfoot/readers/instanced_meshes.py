@@ -13,8 +13,9 @@ from usdfoot.errors import TerrainError
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits, check_limit
 from usdfoot.readers.attributes import array_at
+from usdfoot.readers.authored import authored
 from usdfoot.readers.skeleton import StartTransforms
-from usdfoot.readers.stage import authored, start_code
+from usdfoot.readers.stage import start_code
 
 __all__ = ["SOLIDS", "PlacedMesh", "is_scattered", "meshes_in_place", "placed_meshes"]
 

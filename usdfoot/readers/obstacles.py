@@ -17,8 +17,9 @@ from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.report import Problem
 from usdfoot.planning.world import Obstacle
 from usdfoot.readers.attributes import array_at, axis_of
+from usdfoot.readers.authored import authored
 from usdfoot.readers.skeleton import matrices_of
-from usdfoot.readers.stage import StagePrims, authored, start_code
+from usdfoot.readers.stage import StagePrims, start_code
 from usdfoot.readers.triangles import cut_polygons
 
 __all__ = ["obstacle_prims", "obstacles_of", "read_obstacles"]

@@ -14,8 +14,9 @@ from usdfoot.maths.types import FloatArray
 from usdfoot.model.path import WalkingPath
 from usdfoot.planning.curves import sample_curve, sample_hermite
 from usdfoot.readers.attributes import array_at, value_at
+from usdfoot.readers.authored import authored
 from usdfoot.readers.skeleton import matrices_of
-from usdfoot.readers.stage import authored, start_code
+from usdfoot.readers.stage import start_code
 
 __all__ = ["find_paths", "read_paths"]
 

@@ -15,8 +15,8 @@ from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.limits import DEFAULT_LIMITS, check_limit
 from usdfoot.model.report import Problem
+from usdfoot.readers.authored import authored_in, authored_or_primvar, targets
 from usdfoot.readers.skeleton import StartTransforms
-from usdfoot.readers.stage import authored_in, authored_or_primvar, targets
 from usdfoot.readers.transform_codes import changes_place, changes_value
 
 __all__ = ["PRINTS", "TIMES", "PlanSource", "ask_plan"]

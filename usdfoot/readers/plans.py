@@ -21,9 +21,9 @@ from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.plan_checks import checked_plans
 from usdfoot.model.plan_draft import PlanDraft
 from usdfoot.model.report import Problem
+from usdfoot.readers.authored import is_authored
 from usdfoot.readers.plan_prints import cut_rows, path_orientations, place_prints, turn_prints
 from usdfoot.readers.plan_sources import PRINTS, TIMES, PlanSource, ask_plan
-from usdfoot.readers.stage import is_authored
 
 __all__ = ["Planned", "is_plan", "plans_of", "read_draft", "read_plan", "read_prints"]
 

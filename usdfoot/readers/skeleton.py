@@ -59,7 +59,7 @@ class RawSkeleton:
     inherited_scales: FloatArray
     """Product of the uniform scales of all joints above, shape (J,)."""
     bind_matrices: FloatArray | None
-    """Bind transforms in skeleton space (row vectors), shape (J, 4, 4)."""
+    """Bind transforms in skeleton space (row vectors), shape (J, 4, 4); None if they say nothing."""
 
 
 def read_skeleton(prim: Usd.Prim) -> RawSkeleton:
@@ -93,6 +93,9 @@ def read_skeleton(prim: Usd.Prim) -> RawSkeleton:
         except np.linalg.LinAlgError:
             remedy = "author restTransforms, or bindTransforms that have one"
             raise SkeletonError(prim.GetPath(), "bindTransforms have no inverse", remedy) from None
+    elif bind is not None and len(joints) > 1 and not np.ptp(bind[:, 3, :3], axis=0).any():
+        _logger.warning("%s: bindTransforms put all joints on one spot, the rest pose is used", prim.GetPath())
+        bind = None
     translations, rotations, scales = split_matrices(rest)
     folded, inherited = fold_scales(parents, translations[None], scales[None], where=prim.GetPath())
     if not inherited.all():

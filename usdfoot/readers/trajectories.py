@@ -16,8 +16,8 @@ from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.trajectory import RootTrajectory, find_breaks, root_distances
 from usdfoot.readers.attributes import array_at
+from usdfoot.readers.authored import targets
 from usdfoot.readers.skeleton import matrices_of
-from usdfoot.readers.stage import targets
 from usdfoot.readers.transform_codes import is_animated, transform_codes
 
 __all__ = ["TrajectoryReader"]
