@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from tests.analysis.worlds import detect_contacts
 from tests.builders import Gait, Walker, build_walker
 from usdfoot.analysis.contact_options import ContactOptions
 from usdfoot.analysis.motion import clip_leg_lengths, foot_motions, moved
-from usdfoot.analysis.world import detect_contacts, world_clip
+from usdfoot.analysis.world import world_clip
 from usdfoot.errors import ClipError
 from usdfoot.maths import planar
 from usdfoot.model.clip import AuthoredEvents, Clip

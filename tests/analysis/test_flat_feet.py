@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from usdfoot.analysis.flat_feet import ahead, flat_turns
+from usdfoot.analysis.flat_feet import ahead, flat_turns, flattest
 from usdfoot.maths import quaternion
 
 LEVEL = quaternion.normalised(np.array([0.3, 0.1, -0.2, 0.9]))
@@ -42,6 +42,17 @@ def test_heels_raised_a_little_do_not_count_where_most_feet_are_held_alike():
     tilted, offsets = pitched(np.array([40.0, 40.0])), np.array([OFFSET] * 2)
     flats = flat_turns(tilted, [alike] * 2, offsets, same_pitch=np.radians(0.2))
     assert_allclose(quaternion.align_signs(flats, LEVEL), [LEVEL, LEVEL], atol=1e-9)
+
+
+def test_a_foot_seen_with_its_heel_raised_is_as_flat_as_the_other():
+    flats = np.array([ahead(pitched(0.8), OFFSET), ahead(LEVEL, OFFSET)])
+    level = ahead(LEVEL, OFFSET)
+    assert_allclose(quaternion.align_signs(flattest(flats, np.array([OFFSET] * 2)), level), [level] * 2, atol=1e-9)
+
+
+def test_feet_that_stand_quite_differently_keep_their_pitch():
+    flats = np.array([ahead(pitched(15.0), OFFSET), ahead(LEVEL, OFFSET)])
+    assert_allclose(flattest(flats, np.array([OFFSET] * 2)), flats)
 
 
 def test_stances_that_disagree_do_not_refute_a_rest_pose():

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from tests.analysis.worlds import detect_contacts
 from tests.builders import Gait, build_walker
 from tests.images import REFLECTION, mirrored_clip, mirrored_contacts
 from tests.walker_body import walker_rig
 from usdfoot.analysis.joint_pairs import joint_pairs
 from usdfoot.analysis.mirror import mirror_map
-from usdfoot.analysis.world import detect_contacts
 from usdfoot.maths import quaternion
 from usdfoot.model.clip import Clip
 from usdfoot.model.skeleton import Skeleton, forward_kinematics

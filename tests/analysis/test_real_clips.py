@@ -8,11 +8,12 @@ import pytest
 from numpy.testing import assert_allclose
 from pxr import Usd
 
+from tests.analysis.worlds import detect_contacts
 from tests.images import mirrored_clip
 from usdfoot.analysis.examples import build_examples
 from usdfoot.analysis.mirror import mirror_map
 from usdfoot.analysis.summary import summarise
-from usdfoot.analysis.world import detect_contacts, world_clip
+from usdfoot.analysis.world import world_clip
 from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.clip import ClipLibrary

@@ -73,6 +73,14 @@ def test_clips_are_resampled_within_their_range_and_the_pelvis_is_seen_in_the_wo
     assert body_joints(SKELETON, BIPED).tolist() == [1]
 
 
+def test_what_hangs_beside_the_pelvis_is_no_body():
+    joints = ("root", "root/pelvis", "root/pelvis/spine", "root/footsteps", "root/footsteps/left")
+    none = np.zeros((5, 3)), np.tile([0.0, 0.0, 0.0, 1.0], (5, 1))
+    parents = np.array([-1, 0, 1, 0, 3])
+    beside = Skeleton(name="s", joints=joints, parents=parents, rest_translations=none[0], rest_rotations=none[1])
+    assert body_joints(beside, BIPED).tolist() == [1, 2]
+
+
 @pytest.mark.parametrize("rate", [24.0, 30.0, 60.0])
 def test_a_clip_at_another_rate_is_as_smooth_as_its_motion(rate):
     def motion(times):

@@ -117,6 +117,15 @@ def test_footsteps_out_of_reach_are_named(walker_library):
     warnings = [problem.message for problem in problems if "out of reach" in problem.message]
     assert len(warnings) == 1
     assert f"first footstep {FAR}" in warnings[0]
+    assert "the one before" not in warnings[0]
+
+
+def test_how_much_higher_a_missed_footstep_is_than_the_one_before_is_said(walker_library):
+    plan = way(8, step_time=0.8)
+    positions = plan.positions + np.array([0.0, -0.6, 0.0]) * (np.arange(8) > 3)[:, None]
+    _, problems = animate_crowd(crowd(walker_library.source, [replace(plan, positions=positions)]))
+    (message,) = [problem.message for problem in problems if "out of reach" in problem.message]
+    assert "from footstep 4, which is 0.60 m below the one before. " in message
 
 
 def test_feet_that_stand_farther_apart_than_legs_reach_are_named(walker_library):

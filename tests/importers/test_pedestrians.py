@@ -1,5 +1,6 @@
 """Pedestrian data: every layout says the same, malformed lines are named, units and rates are never guessed."""
 
+import re
 import sqlite3
 
 import numpy as np
@@ -178,7 +179,11 @@ def test_ucys_splines(tmp_path):
         ("0 1 0 0\n10 1 1 0\n", {"unit": "px", "layout": "eth"}, "'px' is no known unit"),
         ("# id frame x/cm y/cm\n1 0 0 0\n1 10 1 0\n", {"unit": "m"}, "in cm, not m"),
         ("id,frame,x,y\n1,1,0,0,0\n", {}, r"t\.txt:2: has 5 numbers, the header names 4 columns"),
-        ("0 1 0 0\n1 1 9 0\n2 1 18 0\n", {"layout": "eth"}, "everybody in it jumps, the first by 9 m in 0.04 s"),
+        (
+            "0 1 0 0\n1 1 9 0\n2 1 18 0\n",
+            {"layout": "eth"},
+            r"t\.txt:2: with columns as eth person 1 goes 9 m",
+        ),
         ("# framerate: 16\n# id frame x y\n1 0 0 0\n1 10 1 0\n", {"rate": 25.0}, "16 frames a second, not 25"),
     ],
 )
@@ -233,6 +238,23 @@ def test_real_data_walks_at_human_speed(shared_data, file, options, people, spee
     assert len(found) == people
     speeds = [np.linalg.norm(np.diff(t.positions, axis=0), axis=1).sum() / (t.end - t.start) for t in found]
     assert np.median(speeds) == pytest.approx(speed, rel=0.25)
+
+
+@pytest.mark.parametrize(
+    ("file", "wrong", "options"),
+    [
+        ("students001.txt", "from line 1 in", {"unit": "m", "rate": 25.0, "layout": "juelich"}),
+        ("uo-100-180-180.txt", "columns as eth", {"unit": "cm", "rate": 16.0, "layout": "eth"}),
+        ("biwi_hotel.txt", "correct the unit", {"unit": "m", "rate": 2500.0, "layout": "eth"}),
+    ],
+)
+def test_layouts_and_rates_by_which_most_people_outrun_sprinters_are_refused(shared_data, file, wrong, options):
+    with pytest.raises(
+        TrackError, match=r"faster than people run.*correct the unit, the rate, or the layout"
+    ) as raised:
+        import_pedestrians(shared_data / "people" / file, **options)
+    assert wrong in str(raised.value)
+    assert re.search(rf"{file}:\d+: ", str(raised.value))
 
 
 @pytest.mark.parametrize("unit", ["m", "mm"])

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from tests.strategies import footstep_plans
 from usdfoot.errors import PlanError
 from usdfoot.model.limits import FARTHEST
-from usdfoot.model.plan import FootstepPlan, PlanDraft
+from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.plan_checks import ARRAYS, checked_plans, cut_plans
+from usdfoot.model.plan_draft import PlanDraft
 
 STRANGE = st.sampled_from([0.0, 1.0, 2.0, -1.0, 0.5, np.nan, np.inf, -np.inf, 2.0 * FARTHEST, 1e300])
 

@@ -8,11 +8,12 @@ import pytest
 from tests.physics.builders import human, walk
 from usdfoot.model.contact_table import lay_contacts
 from usdfoot.physics.footing import lay_footing
-from usdfoot.physics.interactive import WINDOW, StepOptimiser
+from usdfoot.physics.interactive import StepOptimiser
 from usdfoot.physics.optimise import optimise_com, solve_motion, start_unknowns
 from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.run_up import extend_contacts
 from usdfoot.physics.spline import lay_knots
+from usdfoot.physics.step_room import WINDOW
 
 FIELDS = ("sides", "positions", "orientations", "strike_times", "liftoff_times", "root_weights")
 

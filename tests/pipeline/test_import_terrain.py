@@ -7,8 +7,9 @@ from pxr import Sdf, Usd, UsdGeom, UsdValidation
 
 from usdfoot.cli.main import main
 from usdfoot.errors import OutputError
+from usdfoot.importers.terrain_files import TerrainFormat
 from usdfoot.model.ground import Ground
-from usdfoot.pipeline.import_terrain import TerrainFormat, import_terrain
+from usdfoot.pipeline.import_terrain import import_terrain
 from usdfoot.readers.stage import collect_prims, read_stage_info
 from usdfoot.readers.terrain import read_terrain
 

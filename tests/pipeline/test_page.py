@@ -13,7 +13,8 @@ from usdfoot.errors import OutputError, SceneError
 from usdfoot.pipeline import shares
 from usdfoot.pipeline.page import write_page
 from usdfoot.pipeline.validate import validate
-from usdfoot.readers.written import read_agent, read_joint_tracks, read_written_crowd
+from usdfoot.readers.joint_tracks import read_joint_tracks
+from usdfoot.readers.written import read_agent, read_written_crowd
 
 
 @pytest.fixture(scope="module")

@@ -15,8 +15,9 @@ from usdfoot.physics.animate import plan_bodies, prepare_body
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.animate import animate
 from usdfoot.pipeline.validate import validate
+from usdfoot.readers.joint_tracks import read_joint_tracks
 from usdfoot.readers.scene import read_scene
-from usdfoot.readers.written import read_agent, read_joint_tracks, read_written_crowd
+from usdfoot.readers.written import read_agent, read_written_crowd
 
 SCENES = ("bird_walk", "dinosaur_stairs", "dinosaur_leaps", "human_run", "bird_tracks")
 RATE = 240.0

@@ -9,14 +9,16 @@ from tests.few_clips import copy_stages
 from tests.scenes import OFFSETS, Units, add_character, new_stage
 from usdfoot.bridge.tokens import Agent as Token
 from usdfoot.cli.main import main
-from usdfoot.pipeline.plan_goals import GoalOptions, plan_scene_crowd, plan_scene_stones, plan_scene_wander
+from usdfoot.pipeline.goal_scene import GoalOptions
+from usdfoot.pipeline.plan_goals import plan_scene_crowd, plan_scene_stones, plan_scene_wander
 from usdfoot.pipeline.plan_scenario import convert_scenario
 from usdfoot.planning.collisions import find_collisions
 from usdfoot.planning.foot_table import feet_of
 from usdfoot.planning.proportions import Proportions
+from usdfoot.readers.authored import targets
 from usdfoot.readers.characters import read_character
 from usdfoot.readers.plans import read_plan
-from usdfoot.readers.stage import read_stage_info, targets
+from usdfoot.readers.stage import read_stage_info
 
 CASE = """<SteerBenchTestCase xmlns="http://www.magix.ucla.edu/steerbench">
 <header><version>1.0</version><name>two</name><worldBounds><xmin>-9</xmin><xmax>9</xmax><ymin>0</ymin><ymax>0</ymax>

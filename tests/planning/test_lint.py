@@ -11,7 +11,8 @@ from tests.planning.terrains import slab, terrain_of
 from usdfoot.errors import PlanError
 from usdfoot.maths import quaternion
 from usdfoot.model.ground import Ground
-from usdfoot.model.plan import FootstepPlan, PlanDraft
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.plan_draft import PlanDraft
 from usdfoot.planning.faults import LintLimits
 from usdfoot.planning.lint import lint_plans
 from usdfoot.planning.mend import mend_plans, mend_times

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from usdfoot.planning.foot_table import FootTable, Instants, between, foot_axes
-from usdfoot.planning.near_feet import INSTANT, STOREY, NearFeet, find_near_feet, overlaps
+from usdfoot.planning.near_feet import STOREY, Pairs, find_near_feet, find_pairs_of, overlaps
+from usdfoot.planning.presences import INSTANT
 
 SLACK = 0.1
 
@@ -78,7 +79,7 @@ def expected(feet: FootTable) -> set[tuple[int, int, int]]:
     return set(found.values())
 
 
-def pairs_of(near: NearFeet) -> set[tuple[int, int, int]]:
+def pairs_of(near: Pairs) -> set[tuple[int, int, int]]:
     instants = np.round(near.first.times / INSTANT).astype(int)
     return set(zip(near.first.steps.tolist(), near.second.steps.tolist(), instants.tolist(), strict=True))
 
@@ -102,6 +103,22 @@ def test_after_some_have_moved_the_pairs_are_those_of_a_new_search(seed: int, sh
     followed, anew = find_near_feet(feet, slack=SLACK).after(later, moved), find_near_feet(later, slack=SLACK)
     assert pairs_of(followed) == pairs_of(anew)
     assert len(followed.first.steps) == len(anew.first.steps)
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 10_000), share=st.floats(0.0, 1.0))
+def test_pairs_of_some_footsteps_are_those_of_all_pairs_that_touch_them(seed: int, share: float) -> None:
+    feet = crowded(seed)
+    steps = np.random.default_rng(seed + 1).random(len(feet.owners)) < share
+    near, some = find_near_feet(feet, slack=SLACK), find_pairs_of(feet, steps, slack=SLACK)
+    assert pairs_of(some) == pairs_of(near[near.touch(steps)])
+    assert_allclose(some.depths, near.depths[near.touch(steps)], atol=0.0)
+
+
+def test_feet_of_nobody_are_near_nobody() -> None:
+    alone = crowded(0, people=1)
+    assert not len(find_near_feet(alone, slack=SLACK).depths)
+    assert not len(find_pairs_of(alone, np.zeros(len(alone.owners), dtype=bool), slack=SLACK).depths)
 
 
 def test_overlaps_are_kept_up_to_date_where_feet_move() -> None:

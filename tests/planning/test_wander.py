@@ -10,13 +10,16 @@ from usdfoot.errors import PlanError
 from usdfoot.maths import planar
 from usdfoot.model.ground import Ground
 from usdfoot.model.path import WalkingPath
+from usdfoot.planning.aims import News
 from usdfoot.planning.gait import derive_gait
 from usdfoot.planning.habits import Habits
+from usdfoot.planning.joining import join_footsteps
 from usdfoot.planning.lint import lint_plans, lint_steps
 from usdfoot.planning.path import plan_path
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.routes import RouteFinder, look_along
-from usdfoot.planning.wander import News, WanderOptions, join_footsteps, plan_wander, plan_wanders, wander
+from usdfoot.planning.wander import plan_wander, plan_wanders, wander
+from usdfoot.planning.wanderer import WanderOptions
 from usdfoot.planning.world import Obstacle, World, box_outline, clearances
 
 SQUARE = box_outline((-5.0, -5.0), (5.0, 5.0))
@@ -316,6 +319,67 @@ def test_the_way_leads_over_ramps_and_stairs_to_the_level_of_the_goal(terrain, s
     assert plan.ends_standing
     assert_allclose(plan.positions[-2:].mean(axis=0), goal, atol=0.35)
     assert lint_plans([plan], ground, bodies=[Proportions()]) == [], "on the ground, off the edges, no leaps"
+
+
+FROM_ANYWHERE = {
+    "onto the bridge": (bridge(), (-6.0, 6.0, 0.0, 14.0, 0.0), (-0.5, 0.5, 5.0, 7.0, 2.0)),
+    "off the bridge": (bridge(), (-0.6, 0.6, 4.2, 7.8, 2.0), (-6.0, 6.0, 0.0, 14.0, 0.0)),
+    "upstairs": (storeys(), (0.5, 7.5, -0.5, 5.5, 0.0), (0.5, 7.5, -0.5, 5.5, 2.7)),
+    "downstairs": (storeys(), (0.5, 7.5, -0.5, 5.5, 2.7), (0.5, 7.5, -0.5, 5.5, 0.0)),
+}
+
+
+def places_in(area, count, generator):
+    (x0, x1, z0, z1, height) = area
+    return np.stack(
+        [generator.uniform(x0, x1, count), np.full(count, height), generator.uniform(z0, z1, count)], axis=1
+    )
+
+
+@pytest.mark.parametrize("way", list(FROM_ANYWHERE))
+def test_from_anywhere_plans_over_ramps_and_stairs_have_no_fault_or_say_why_there_is_none(way, generator):
+    terrain, begin, end = FROM_ANYWHERE[way]
+    ground, count, body = Ground(terrain), 30, Proportions()
+    starts, goals = places_in(begin, count, generator), places_in(end, count, generator)
+    generators, names = generator.spawn(count), [f"/Plan_{number}" for number in range(count)]
+    yaws = generator.uniform(-np.pi, np.pi, count)
+    for aims in ([[goal] for goal in goals], None):
+        plans = plan_wanders(
+            World(ground=ground), starts, yaws, generators=generators, names=names, goals=aims, steps=120
+        )
+        made = [plan for plan in plans if not isinstance(plan, PlanError)]
+        assert len(made) >= 0.8 * count
+        assert all("room" in plan.what or "reached" in plan.what for plan in plans if isinstance(plan, PlanError))
+        assert aims is None or all(plan.ends_standing for plan in made), "everybody arrives"
+        alone = [fault for fault in lint_plans(made, ground, bodies=[body] * len(made)) if fault.kind != "collision"]
+        assert alone == []
+
+
+def test_stairs_are_climbed_tread_by_tread():
+    terrain, start, goal = Ground(storeys()), np.array([9.0, 0.0, -0.6]), np.array([9.0, 2.7, 5.5])
+    plan = plan_wander(World(ground=terrain), start, 0.0, generator=np.random.default_rng(1), goals=[goal], steps=60)
+    assert_allclose(np.unique(np.diff(plan.positions[:, 1]).round(6)), [0.0, 0.18])
+    assert len(plan) < 28, "and not stood on with both feet"
+
+
+def test_who_cannot_stand_under_something_is_refused_and_goes_round_it():
+    ground = Ground(bridge())
+    with pytest.raises(PlanError, match=r"start \(0\.00, 2\.50\) m.*a foot has only 1\.\d\d m of room above it"):
+        plan_wander(World(ground=ground), np.array([0.0, 0.0, 2.5]), 0.0, generator=np.random.default_rng(1))
+    start, far = np.array([-4.0, 0.0, 2.5]), np.array([4.0, 0.0, 2.5])
+    plan = plan_wander(World(ground=ground), start, 0.0, generator=np.random.default_rng(1), goals=[far], steps=90)
+    assert plan.ends_standing
+    assert lint_plans([plan], ground, bodies=[Proportions()]) == []
+
+
+def test_who_starts_on_an_edge_stands_with_both_feet_beside_it():
+    ground = Ground(terrain_of([slab((-4.0, 0.0), (-4.0, 4.0), (0.0, 0.0)), slab((0.0, 4.0), (-4.0, 4.0), (0.2, 0.2))]))
+    for place in (-0.1, -0.04, 0.0, 0.04, 0.1):
+        for yaw in (0.0, 0.4, 1.2):
+            start, generator = np.array([place, 0.2 * (place >= 0.0), 0.0]), np.random.default_rng(1)
+            plan = plan_wander(World(ground=ground), start, yaw, generator=generator, steps=4)
+            assert np.linalg.norm((plan.positions[:2].mean(axis=0) - start)[[0, 2]]) < 0.35
+            assert lint_plans([plan], ground, bodies=[Proportions()]) == []
 
 
 def test_an_obstacle_below_or_above_is_in_nobodys_way():

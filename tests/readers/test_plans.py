@@ -8,9 +8,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
 from tests.scenes import Units, add_plan, new_stage, straight_steps
-from usdfoot.batch.hashing import content_hash
 from usdfoot.bridge.tokens import Plan as Token
 from usdfoot.errors import PlanError, SceneError
+from usdfoot.model.hashing import content_hash
 from usdfoot.readers.plan_prints import path_orientations
 from usdfoot.readers.plan_sources import ask_plan
 from usdfoot.readers.plans import is_plan, plans_of, read_plan
@@ -395,6 +395,22 @@ def test_positions_that_are_animated_are_read_at_their_first_sample_with_a_warni
     assert [problem.message for problem in problems] == [
         "/World/Plan: its positions are animated, the first sample is read. author one value, not time samples"
     ] * moves
+
+
+def test_times_that_are_animated_are_read_at_their_first_sample_with_a_warning():
+    stage = new_stage()
+    prim = add_plan(stage, "/World/Plan", Units(), yaws=np.zeros(6)).GetPrim()
+    first, _ = read(stage)
+    for name in (Token.STRIKE_TIMES, Token.LIFTOFF_TIMES):
+        attribute = prim.GetAttribute(name)
+        codes = np.array([code.GetValue() for code in attribute.Get()])
+        for delay in (0.0, 10.0):
+            attribute.Set(Sdf.TimeCodeArray([Sdf.TimeCode(code + delay) for code in codes]), delay)
+    plan, problems = read(stage)
+    assert_allclose(plan.strike_times, first.strike_times)
+    (problem,) = problems
+    names = f"{Token.LIFTOFF_TIMES}, {Token.STRIKE_TIMES}"
+    assert problem.message.startswith(f"/World/Plan: its {names} are animated, the first sample is read")
 
 
 def test_hidden_prints_stay_footsteps_with_a_warning():

@@ -43,6 +43,16 @@ def test_without_a_rest_pose_the_bind_pose_is_used_and_said(caplog, rest, why):
     assert f"restTransforms {why}, the bind pose is used" in caplog.text
 
 
+def test_a_bind_pose_on_one_spot_says_nothing(caplog):
+    _, skeleton = skeleton_prim()
+    skeleton.CreateBindTransformsAttr(Vt.Matrix4dArray([Gf.Matrix4d(1.0)] * len(JOINTS)))
+    with caplog.at_level(logging.WARNING):
+        raw = read_skeleton(skeleton.GetPrim())
+    assert raw.bind_matrices is None
+    assert_allclose(raw.translations, OFFSETS, atol=1e-12)
+    assert "bindTransforms put all joints on one spot, the rest pose is used" in caplog.text
+
+
 def test_names_that_usd_takes_for_no_hierarchy_are_said(caplog):
     _, skeleton = skeleton_prim(joints=["/".join(f"rig:{name}" for name in joint.split("/")) for joint in JOINTS])
     with caplog.at_level(logging.WARNING):

@@ -4,13 +4,12 @@ import logging
 import os
 
 import pytest
-from pxr import Sdf, Usd, UsdGeom, UsdUtils
+from pxr import Sdf, Usd, UsdUtils
 
 from tests.scenes import Units, add_character, add_plan, new_stage, simple_scene
 from usdfoot.bridge.tokens import Schema
 from usdfoot.errors import SceneError
 from usdfoot.readers.stage import (
-    authored,
     collect_prims,
     composition_problems,
     has_marked,
@@ -152,15 +151,6 @@ def test_instances_are_looked_into(tmp_path):
     prims = collect_prims(stage)
     assert [str(found.GetPath()) for found in prims.skeletons] == ["/World/A/Hero/Skeleton"]
     assert [str(found.GetPath()) for found in prims.with_apis[Schema.AGENT]] == ["/World/A/Hero"]
-
-
-def test_only_authored_values_count():
-    stage = new_stage()
-    sphere = UsdGeom.Sphere.Define(stage, "/World/Ball")
-    assert authored(sphere.GetPrim(), "radius") is None
-    assert authored(sphere.GetPrim(), "nothing") is None
-    sphere.GetRadiusAttr().Set(2.0, 5.0)
-    assert authored(sphere.GetPrim(), "radius") == 2.0
 
 
 def test_a_usdz_package_is_a_scene(tmp_path):

@@ -11,9 +11,10 @@ from usdfoot.analysis.footstep_times import time_footsteps
 from usdfoot.maths import quaternion
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.physics.biped import PhysicsBiped
-from usdfoot.physics.interactive import WINDOW, StepOptimiser
+from usdfoot.physics.interactive import StepOptimiser
 from usdfoot.physics.optimise import optimise_com
 from usdfoot.physics.options import PhysicsOptions
+from usdfoot.physics.step_room import WINDOW
 
 __all__ = ["physics_times"]
 

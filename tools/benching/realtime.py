@@ -10,8 +10,9 @@ from benching.rigs import straight_plan, with_joints
 from usdfoot.engine.animate import prepare_library
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.clip import ClipLibrary
-from usdfoot.realtime.controller import Controller, ControllerOptions
+from usdfoot.realtime.controller import Controller
 from usdfoot.realtime.footsteps import Footsteps
+from usdfoot.realtime.walks import ControllerOptions
 
 __all__ = ["realtime_times"]
 

@@ -15,7 +15,7 @@ from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import SIDES, Biped
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
 
-__all__ = ["BipedMeasures", "default_ball_heights", "find_biped", "make_biped"]
+__all__ = ["BALL_HEIGHT", "BALL_HEIGHTS", "BipedMeasures", "default_ball_heights", "find_biped", "make_biped"]
 
 COM_ABOVE_HIPS = 0.055
 """Height of the standing body's centre of mass above the hip joints, as a fraction of the leg: 0.557 and 0.530 of the

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdfoot.analysis.feet import flat_heels
-from usdfoot.analysis.flat_feet import flat_turns
+from usdfoot.analysis.flat_feet import flat_turns, flattest
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import Biped
@@ -38,6 +38,8 @@ BLOCK = 1_000_000
 """Pairs of points that are compared at once."""
 HELD_FLAT = np.radians(0.2)
 """Feet that are held flat on their footsteps differ by no more in pitch [rad]."""
+A_PAIR = 0.03
+"""Feet that differ by no more, relative to their length, stand alike: people's own are measured no better."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -185,8 +187,12 @@ def sole_offsets(skeleton: Skeleton, biped: Biped, stances: Sequence[FloatArray]
     turns = rotations[ankles]
     offsets = quaternion.rotate(quaternion.inverse(turns), positions[balls] - positions[ankles])
     flat = flat_turns(turns, stances, offsets, same_pitch=HELD_FLAT) if stances is not None else None
-    turns = turns if flat is None else flat
-    return flat_heels(turns, offsets, np.asarray(biped.ball_heights))
+    heights = np.asarray(biped.ball_heights)
+    if flat is not None:
+        lengths = np.linalg.norm(offsets, axis=1)
+        alike = max(np.ptp(lengths), np.ptp(heights)) <= A_PAIR * lengths.max()
+        turns = flattest(flat, offsets) if alike else flat
+    return flat_heels(turns, offsets, heights)
 
 
 def timing_faults(

@@ -12,7 +12,7 @@ import numpy as np
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import FloatArray
 
-__all__ = ["LEVEL", "ahead", "flat_turns", "standing_turns"]
+__all__ = ["LEVEL", "ahead", "flat_turns", "flattest", "standing_turns"]
 
 LEVEL = np.radians(10.0)
 """Feet of the rest pose pitched by more against those in mid stance do not stand. CMU's are by 4 degrees."""
@@ -72,6 +72,23 @@ def standing_turns(
             flat = quaternion.mean(turned, usual.astype(float))
         flats.append(ahead(flat, offset))
     return np.array(flats)
+
+
+def flattest(flats: FloatArray, offsets: FloatArray) -> FloatArray:
+    """Both feet pitched as the one whose heel is lower, shape (2, 4).
+
+    Feet of one shape stand on the ground alike: where one is only seen with its heel raised, the other says how far.
+    Feet that differ by more than `LEVEL` are left as they are.
+
+    Args:
+        flats: Ankles pointing along +Z, as of `standing_turns`, shape (2, 4).
+        offsets: Balls in the ankles' frames, of one length, shape (2, 3).
+    """
+    pitches = np.array([float(_elevations(flat, offset)) for flat, offset in zip(flats, offsets, strict=True)])
+    down = pitches.max() - pitches
+    if down.max() > LEVEL:
+        return flats
+    return quaternion.compose(quaternion.from_axis_angle(np.array([1.0, 0.0, 0.0]), -down), flats)
 
 
 def _closest_half(values: FloatArray) -> tuple[float, float]:

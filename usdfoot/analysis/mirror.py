@@ -18,7 +18,7 @@ from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.skeleton import Skeleton
 
-__all__ = ["SAME_SHAPE", "MirrorMap", "mirror_map", "mirrored_rotations"]
+__all__ = ["REFLECTION", "SAME_SHAPE", "MirrorMap", "mirror_map", "mirrored_rotations"]
 
 REFLECTION = np.array([-1.0, 1.0, 1.0])
 CONTRADICTION = 0.2

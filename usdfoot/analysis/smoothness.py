@@ -46,13 +46,12 @@ def angular_jumps(rotations: FloatArray, rate: float) -> FloatArray:
 
 
 def body_joints(skeleton: Skeleton, biped: Biped) -> IntArray:
-    """All joints but those above the pelvis, which stay at rest."""
-    above = set()
-    joint = int(skeleton.parents[biped.pelvis])
-    while joint >= 0:
-        above.add(joint)
-        joint = int(skeleton.parents[joint])
-    return np.array([joint for joint in range(len(skeleton.joints)) if joint not in above])
+    """The pelvis and all joints below it.
+
+    Joints above it stay at rest. What hangs on those beside it is no body (3ds Max's footsteps, controls of IK): it
+    goes along with joints of the body, or its own turns say nothing once those above it rest.
+    """
+    return np.array([j for j in range(len(skeleton.joints)) if biped.pelvis in (j, *skeleton.ancestors(j))])
 
 
 def clip_rotations(clip: Clip, skeleton: Skeleton, biped: Biped, *, rate: float) -> FloatArray:

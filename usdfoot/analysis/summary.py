@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdfoot.analysis.contact_options import ContactOptions
 from usdfoot.analysis.motion import partial_kinematics
-from usdfoot.analysis.steps import Step, StepLimits, cut_steps
+from usdfoot.analysis.steps import Step, cut_steps
 from usdfoot.analysis.world import WorldClip, listed_contacts, world_clips
 from usdfoot.errors import ClipError
 from usdfoot.maths import planar
@@ -27,7 +26,7 @@ class ClipSummary:
     """Prim path of the SkelAnimation."""
     style: str
     contacts: Contacts | None
-    """Contacts as `detect_contacts` lists them; None if they could not be found."""
+    """Contacts as `listed_contacts` lists them; None if they could not be found."""
     steps: int
     """Steps that can be used."""
     speed: float
@@ -52,23 +51,15 @@ class ClipSummary:
     """Steps that cannot be used, and why; or why the clip cannot."""
 
 
-def summarise(
-    library: ClipLibrary, *, limits: StepLimits | None = None, options: ContactOptions | None = None
-) -> tuple[ClipSummary, ...]:
-    """Summaries of all clips of a library, in its order.
-
-    Args:
-        library: Skeleton, biped and clips.
-        limits: What a usable step is.
-        options: Thresholds of contact detection.
-    """
+def summarise(library: ClipLibrary) -> tuple[ClipSummary, ...]:
+    """Summaries of all clips of a library, in its order."""
     summaries = []
-    worlds = world_clips(library.clips, library.skeleton, library.biped, options=options)
+    worlds = world_clips(library.clips, library.skeleton, library.biped)
     for clip, world in zip(library.clips, worlds, strict=True):
         if isinstance(world, ClipError):
             summaries.append(_unusable(clip.name, clip.style, str(world)))
             continue
-        steps, warnings = cut_steps(world, limits=limits)
+        steps, warnings = cut_steps(world)
         summaries.append(_summary(library, world, steps, warnings))
     return tuple(summaries)
 

@@ -9,6 +9,8 @@ import numpy as np
 from usdfoot.maths.types import BoolArray, FloatArray
 
 __all__ = [
+    "EARTH_GRAVITY",
+    "HUMAN_LEG",
     "QUICKENING",
     "STAND_TIME",
     "StepTiming",

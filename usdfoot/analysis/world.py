@@ -18,7 +18,7 @@ from usdfoot.model.clip import Clip
 from usdfoot.model.contacts import Contacts, FootContacts
 from usdfoot.model.skeleton import Skeleton
 
-__all__ = ["WorldClip", "detect_contacts", "listed_contacts", "world_clip", "world_clips"]
+__all__ = ["WorldClip", "listed_contacts", "world_clip", "world_clips"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,23 +45,12 @@ class WorldClip:
     """The same, xyzw, shape (T, 4)."""
 
 
-def detect_contacts(clip: Clip, skeleton: Skeleton, biped: Biped, *, options: ContactOptions | None = None) -> Contacts:
-    """Contacts of a clip: strikes, flats, liftoffs and where the balls stand (design.md sections 2 and 5).
-
-    Authored events replace the detected ones. Positions are in the clip's world, with its travel given back if the clip
-    runs in place. Of a loop every contact that begins in its cycle is listed once; its liftoff may come after the end.
-
-    Args:
-        clip: The clip.
-        skeleton: Its skeleton; the clip's own translations give the proportions.
-        biped: Its leg joints.
-        options: Thresholds.
-    """
-    return listed_contacts(world_clip(clip, skeleton, biped, options=options))
-
-
 def listed_contacts(world: WorldClip) -> Contacts:
-    """Contacts of the original clip: of a loop those that begin in its own cycle, or of who only stands the one."""
+    """Contacts of the original clip (design.md sections 2 and 5).
+
+    Of a loop every contact that begins in its own cycle is listed once, and its liftoff may come after the end; of who
+    only stands the one there is.
+    """
     if world.period is None:
         return world.contacts
     left, right = (
@@ -71,13 +60,13 @@ def listed_contacts(world: WorldClip) -> Contacts:
     return Contacts(left=left, right=right)
 
 
-def world_clip(clip: Clip, skeleton: Skeleton, biped: Biped, *, options: ContactOptions | None = None) -> WorldClip:
-    """The clip with loops repeated, travel given back, and contacts detected.
+def world_clip(clip: Clip, skeleton: Skeleton, biped: Biped) -> WorldClip:
+    """The world clip of one clip alone.
 
     Raises:
         ClipError: If authored events are out of order.
     """
-    (world,) = world_clips([clip], skeleton, biped, options=options)
+    (world,) = world_clips([clip], skeleton, biped)
     if isinstance(world, ClipError):
         raise world
     return world
@@ -86,7 +75,14 @@ def world_clip(clip: Clip, skeleton: Skeleton, biped: Biped, *, options: Contact
 def world_clips(
     clips: Sequence[Clip], skeleton: Skeleton, biped: Biped, *, options: ContactOptions | None = None
 ) -> list[WorldClip | ClipError]:
-    """World clips of many clips of one skeleton; the error of those whose authored events are out of order."""
+    """World clips of many clips of one skeleton; the error of those whose authored events are out of order.
+
+    Args:
+        clips: Whose own translations give the proportions.
+        skeleton: Of all of them.
+        biped: Its leg joints.
+        options: Thresholds of contact detection.
+    """
     if not clips:
         return []
     options = options or ContactOptions()

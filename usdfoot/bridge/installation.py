@@ -13,7 +13,7 @@ from pxr import Plug, Tf, Usd
 from usdfoot.bridge.schema import schema_folder
 from usdfoot.bridge.tokens import Schema
 
-__all__ = ["PluginState", "UsdInstallation", "plugin_states", "usd_installation"]
+__all__ = ["SEARCH_PATH", "PluginState", "UsdInstallation", "plugin_states", "usd_installation"]
 
 SEARCH_PATH = "PXR_PLUGINPATH_NAME"
 

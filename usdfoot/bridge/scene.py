@@ -16,7 +16,7 @@ from usdfoot.model.agent import Crowd
 from usdfoot.model.biped import Biped
 from usdfoot.model.skeleton import Pose, Skeleton
 
-__all__ = ["BlendShapes", "Character", "Scene", "StageInfo", "Variants", "Visibility"]
+__all__ = ["BlendShapes", "Character", "Scene", "SkinBound", "StageInfo", "Variants", "Visibility"]
 
 Visibility = tuple[tuple[float | None, str], ...]
 """Time codes, None = at all times, and USD's visibility from each on; empty = always inherited."""

@@ -43,9 +43,10 @@ def print_problems(problems: Iterable[Problem], *, quiet: bool) -> None:
 
 @contextmanager
 def logging_on_stderr(*, quiet: bool, verbose: bool) -> Iterator[None]:
-    """Messages of the package on stderr: warnings, with `verbose` everything, with `quiet` errors only.
+    """Messages of the package on stderr, each once: warnings, with `verbose` everything, with `quiet` errors only.
 
-    A program that calls `main` finds its own logging unchanged afterwards.
+    What is read by several parts of a job is doubted by each. A program that calls `main` finds its own logging
+    unchanged afterwards.
     """
     package = logging.getLogger("usdfoot")
     # The scene's reader logs the problems that the verbs print themselves.
@@ -53,6 +54,7 @@ def logging_on_stderr(*, quiet: bool, verbose: bool) -> Iterator[None]:
     levels = package.level, scene.level
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(logging.Formatter("usdfoot: %(levelname)s: %(message)s"))
+    handler.addFilter(_said_once())
     package.addHandler(handler)
     package.setLevel(logging.INFO if verbose else logging.ERROR if quiet else logging.WARNING)
     scene.setLevel(logging.CRITICAL)
@@ -62,6 +64,19 @@ def logging_on_stderr(*, quiet: bool, verbose: bool) -> Iterator[None]:
         package.removeHandler(handler)
         package.setLevel(levels[0])
         scene.setLevel(levels[1])
+
+
+def _said_once() -> Callable[[logging.LogRecord], bool]:
+    """Whether a message is one that was not said before."""
+    said: set[tuple[int, str]] = set()
+
+    def is_new(record: logging.LogRecord) -> bool:
+        message = record.levelno, record.getMessage()
+        is_first = message not in said
+        said.add(message)
+        return is_first
+
+    return is_new
 
 
 @contextmanager

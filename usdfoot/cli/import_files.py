@@ -51,7 +51,8 @@ in Python:
   report = import_clips(["walk.bvh", "run.bvh"], "clips.usd", clip_format=ClipFormat(unit="cm"))
   from usdfoot.pipeline.import_plans import import_plans
   report = import_plans(["plan.csv"], "plan.usda")
-  from usdfoot.pipeline.import_terrain import TerrainFormat, import_terrain
+  from usdfoot.importers.terrain_files import TerrainFormat
+  from usdfoot.pipeline.import_terrain import import_terrain
   report = import_terrain(["hills.png"], "hills.usd", terrain_format=TerrainFormat(unit="m", cell=0.04, height=0.6))
 """
 
@@ -122,7 +123,8 @@ def _run_plans(arguments: argparse.Namespace) -> int:
 def _run_terrain(arguments: argparse.Namespace) -> int:
     import numpy as np
 
-    from usdfoot.pipeline.import_terrain import TerrainFormat, import_terrain
+    from usdfoot.importers.terrain_files import TerrainFormat
+    from usdfoot.pipeline.import_terrain import import_terrain
 
     said = TerrainFormat(
         unit=arguments.unit,

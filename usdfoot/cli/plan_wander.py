@@ -50,7 +50,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Plan; 0 = all agents, 1 = some skipped."""
-    from usdfoot.pipeline.plan_goals import GoalOptions, plan_scene_wander
+    from usdfoot.pipeline.goal_scene import GoalOptions
+    from usdfoot.pipeline.plan_goals import plan_scene_wander
 
     with shown_progress(quiet=arguments.quiet) as progress:
         report = plan_scene_wander(

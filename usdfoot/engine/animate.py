@@ -44,6 +44,7 @@ from usdfoot.model.report import Problem
 from usdfoot.spaces.library import FootstepSpaces, spaces_of
 
 __all__ = [
+    "ExamplesBuilder",
     "PreparedLibraries",
     "PreparedLibrary",
     "PreparedSteps",
@@ -62,7 +63,9 @@ Result = TypeVar("Result")
 class ExamplesBuilder(Protocol):
     """What cuts the steps of a library: `build_examples`, or who has kept what that made."""
 
-    def __call__(self, library: ClipLibrary, *, samples: int) -> tuple[Examples, list[Problem]]: ...
+    def __call__(self, library: ClipLibrary, *, samples: int) -> tuple[Examples, list[Problem]]:
+        """Examples, and which clips give none."""
+        ...
 
 
 _logger = logging.getLogger(__name__)

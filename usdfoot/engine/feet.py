@@ -9,14 +9,14 @@ import numpy as np
 from usdfoot.engine.contact_feet import ContactFeet, with_values
 from usdfoot.engine.held_feet import HeldFeet, hold_feet
 from usdfoot.engine.pelvis import MOST_DROP
-from usdfoot.engine.poses import Feet, Layout
+from usdfoot.engine.pose_source import Feet, Layout
 from usdfoot.engine.slopes import lie_in_slopes
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.contact_table import ContactTable
 from usdfoot.model.ground import Ground
 
-__all__ = ["lead_swings", "lower_pelvis", "raise_heels", "roll_contacts", "settle_heels"]
+__all__ = ["FLAT_SHARE", "FLAT_TIME", "lead_swings", "lower_pelvis", "raise_heels", "roll_contacts", "settle_heels"]
 
 FLAT_TIME = 0.12
 FLAT_SHARE = 0.25

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from usdfoot.engine.follow_options import FollowOptions
 from usdfoot.errors import UsdfootError
 
-__all__ = ["FRAMES", "SEAMS", "SPACES", "EngineOptions"]
+__all__ = ["FRAMES", "ROOTED_FRAME", "SEAMS", "SPACES", "EngineOptions"]
 
 SEAMS = ("inertialise", "crossfade", "none")
 SPACES = ("neighbours", "delaunay", "3d")

@@ -28,6 +28,8 @@ PLACED = 0.003
 """A step placed worse than this, or whose ball slides farther, did not keep its promise [m]."""
 TURNED_AWAY = 0.5
 """A root trajectory that faces farther off the feet than this at a missed footstep is why it is missed [rad]."""
+LEVEL = 0.02
+"""Footsteps that rise or fall by less are level, as messages have it [m]."""
 
 LEAST_GAIN = 0.5
 """A foot gives way to the next footstep only where each metre of it brings that nearer by so much."""
@@ -171,10 +173,16 @@ def _missed(agent: Agent, motion: Motion, out: IntArray, fault: str, remedy: str
         )
     message = (
         f"{plan.name}: {out.size} footstep(s) are {fault}, first footstep {out[0]}; the foot comes down "
-        f"{missed[worst]:.2f} m from footstep {out[worst]}, which is {rises[worst]:+.2f} m above the one before. "
-        f"{remedy}"
+        f"{missed[worst]:.2f} m from footstep {out[worst]}{_risen(float(rises[worst]))}. {remedy}"
     )
     return Problem(severity="warning", where=agent.source, message=message)
+
+
+def _risen(rise: float) -> str:
+    """How much higher or lower a footstep is than the one before, where that is worth a word [m]."""
+    if abs(rise) < LEVEL:
+        return ""
+    return f", which is {abs(rise):.2f} m {'above' if rise > 0.0 else 'below'} the one before"
 
 
 def _turned_away(agent: Agent, footstep: int) -> float:

@@ -21,7 +21,7 @@ from usdfoot.importers.units import metres_in
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits, check_limit
 
-__all__ = ["ROOT", "AcclaimSkeleton", "import_asf"]
+__all__ = ["ANGLES", "ROOT", "AcclaimSkeleton", "import_asf"]
 
 ROOT = "root"
 FREEDOMS = {f"{kind}{axis}": (kind, index) for kind in "tr" for index, axis in enumerate("xyz")}

@@ -17,7 +17,7 @@ import numpy as np
 from usdfoot.errors import TrackError
 from usdfoot.importers.track_tables import TrackTable, read_track_table
 from usdfoot.importers.units import metres_in
-from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.report import Problem
 from usdfoot.model.trajectory import FASTEST, RootTrajectory, find_breaks
 
@@ -29,6 +29,8 @@ SQLITE_MAGIC = b"SQLite format 3\x00"
 
 BODY = 0.3
 """No two people are always within this of each other, wherever they go [m]."""
+FASTEST_RUN = 12.5
+"""Sprinters are no faster [m/s]; a file in which most are is read wrongly."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,7 +57,8 @@ def import_pedestrians(
         layout: auto, or one of `track_tables.LAYOUTS`: what the columns are.
 
     Raises:
-        TrackError: If the file cannot be read, a line is malformed, or neither file nor options tell unit and rate.
+        TrackError: If the file cannot be read, a line is malformed, neither file nor options tell unit and rate, or
+            these and the layout have most people move faster than anybody runs.
     """
     path = Path(file)
     table = _read_sqlite(path) if _is_sqlite(path) else read_track_table(path, layout=layout)
@@ -67,6 +70,8 @@ def import_pedestrians(
     places = table.positions[order] * scale.metres * (1.0, -1.0)
     jumps, gaps = find_breaks(times, places)
     jumps &= same
+    lengths = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    _check_speeds(path, table, order, lengths=np.where(same & ~gaps, lengths, 0.0), spans=np.abs(np.diff(times)))
     splits = np.flatnonzero(~same | jumps | gaps) + 1
     parts = np.split(np.arange(len(order)), splits)
     found, problems = [], repeated
@@ -86,7 +91,6 @@ def import_pedestrians(
             continue
         positions = np.insert(places[part], 1, 0.0, axis=1)
         found.append(RootTrajectory(name=name, times=times[part], positions=positions))
-    _check_somebody_walks(path, found, places, times, jumps)
     return tuple(found), (*problems, *_crowded_in(path, found))
 
 
@@ -114,15 +118,28 @@ def _in_order(path: Path, table: TrackTable) -> tuple[IntArray, list[Problem]]:
     return order[np.insert(~again, 0, True)], [Problem(severity="warning", where=str(path), message=message)]
 
 
-def _check_somebody_walks(
-    path: Path, found: Sequence[RootTrajectory], places: FloatArray, times: FloatArray, jumps: BoolArray
-) -> None:
-    """Raises TrackError where nobody is left since all jump."""
-    if not found and jumps.any():
-        first = int(np.flatnonzero(jumps)[0])
-        metres, seconds = np.linalg.norm(places[first + 1] - places[first]), times[first + 1] - times[first]
-        what = f"everybody in it jumps, the first by {metres:.3g} m in {seconds:.3g} s"
-        raise TrackError(path, what, "correct the unit, the rate, or the layout")
+def _check_speeds(path: Path, table: TrackTable, order: IntArray, *, lengths: FloatArray, spans: FloatArray) -> None:
+    """Raises TrackError where most moves are faster than anybody runs, naming the first one.
+
+    Args:
+        path: Of the file.
+        table: What is in it.
+        order: Rows of the table, shape (K,).
+        lengths: Of the moves from each of these to the next [m], 0 where it is somebody else's, shape (K - 1,).
+        spans: How long they take [s], shape (K - 1,).
+    """
+    fast, moves = np.flatnonzero(lengths > FASTEST_RUN * spans), int(np.count_nonzero(lengths))
+    if 2 * fast.size <= moves:
+        return
+    first = int(fast[0])
+    before, row = order[first], order[first + 1]
+    who = table.name_of(table.people[row])
+    raise TrackError(
+        f"{path}:{table.lines[row]}",
+        f"with columns as {table.layout} person {who} goes {lengths[first]:.3g} m from line "
+        f"{table.lines[before]} in {spans[first]:.3g} s, and {fast.size} of {moves} moves are faster than people run",
+        "correct the unit, the rate, or the layout",
+    )
 
 
 def _crowded_in(path: Path, found: Sequence[RootTrajectory]) -> list[Problem]:

@@ -39,7 +39,6 @@ def midway_yaw(first: FloatArray, second: FloatArray) -> FloatArray:
     return first + 0.5 * wrap_angle(second - first)
 
 
-def circular_mean(angles: FloatArray, weights: FloatArray | None = None, *, axis: int = -1) -> FloatArray:
-    """Weighted mean of angles [rad] on the circle along `axis`."""
-    weights = np.ones_like(angles) if weights is None else weights
-    return np.arctan2(np.sum(weights * np.sin(angles), axis=axis), np.sum(weights * np.cos(angles), axis=axis))
+def circular_mean(angles: FloatArray, *, axis: int = -1) -> FloatArray:
+    """Mean of angles [rad] on the circle along `axis`."""
+    return np.arctan2(np.sum(np.sin(angles), axis=axis), np.sum(np.cos(angles), axis=axis))

@@ -11,7 +11,7 @@ from usdfoot.maths.types import FloatArray
 from usdfoot.model.plan_draft import PlanDraft
 from usdfoot.model.plan_rules import check_plan
 
-__all__ = ["FootstepPlan", "PlanDraft"]
+__all__ = ["FootstepPlan"]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,7 +10,8 @@ import numpy as np
 
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import BoolArray, IntArray
-from usdfoot.model.plan import FootstepPlan, PlanDraft
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.plan_draft import PlanDraft
 from usdfoot.model.plan_rules import RULES, entries
 
 __all__ = ["checked_plans", "cut_plans"]

@@ -18,7 +18,8 @@ from usdfoot.engine.animate import (
     prepare_steps,
 )
 from usdfoot.engine.planting import Planting, cut_motions, plant_samples, prepare_planting
-from usdfoot.engine.poses import ClipPoses, Layout
+from usdfoot.engine.pose_source import Layout
+from usdfoot.engine.poses import ClipPoses
 from usdfoot.engine.reach import PLACED, steps_off_terrain, unreached_steps
 from usdfoot.engine.results import (
     ContactFigures,
@@ -49,7 +50,15 @@ from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.physics.optimise import ComMotion, optimise_contacts
 from usdfoot.physics.upper_body import UpperBody, build_upper_body
 
-__all__ = ["PreparedBodies", "PreparedBody", "animate_all", "animate_bodies", "plan_bodies", "prepare_body"]
+__all__ = [
+    "PreparedBodies",
+    "PreparedBody",
+    "animate_all",
+    "animate_bodies",
+    "animate_hybrids",
+    "plan_bodies",
+    "prepare_body",
+]
 
 STRETCH_TOLERANCE = 0.02
 """A footstep whose virtual leg is longer than it can be by more than this part is out of reach."""

@@ -20,7 +20,6 @@ from usdfoot.model.plan import FootstepPlan
 from usdfoot.physics.biped import PhysicsBiped
 from usdfoot.physics.heading import heading_of
 from usdfoot.physics.optimise import ComMotion, optimise_com
-from usdfoot.physics.options import PhysicsOptions
 from usdfoot.physics.pelvis import hung_pelvises
 from usdfoot.physics.posture import Posture, lay_posture
 from usdfoot.physics.rhythm import Rhythm
@@ -96,15 +95,12 @@ class CarriedClips:
     """Whether it walks ahead or back, shape (C,). In runs a strike 20 ms late moves the pelvis farther."""
 
 
-def measure_carriage(
-    library: ClipLibrary, biped: PhysicsBiped, options: PhysicsOptions | None = None
-) -> Carriage | None:
+def measure_carriage(library: ClipLibrary, biped: PhysicsBiped) -> Carriage | None:
     """How the person of a library carries the pelvis; None if no recorded clip of it walks.
 
     Args:
         library: Clips, of which synthetic ones count for nothing.
         biped: Measured on the library's skeleton.
-        options: How the centre of mass is optimised over the clips' own footsteps.
     """
     recorded = [clip for clip in library.clips if not clip.synthetic]
     plans: list[FootstepPlan] = []
@@ -121,7 +117,7 @@ def measure_carriage(
             plans.append(plan)
             times = world.clip.times - world.clip.times[0]
             tracks.append(PelvisTrack(times=times, positions=scale * world.pelvis_positions))
-    return fit_carriage(find_carried(optimise_com(plans, biped, options), tracks)) if plans else None
+    return fit_carriage(find_carried(optimise_com(plans, biped), tracks)) if plans else None
 
 
 def find_carried(com: ComMotion, tracks: Sequence[PelvisTrack]) -> CarriedClips:

@@ -24,7 +24,7 @@ from usdfoot.physics.spline import ComSpline, Knots, hermite_basis, lay_knots
 from usdfoot.physics.step_room import WINDOW, StepRoom, make_step_room
 from usdfoot.physics.support import Stance
 
-__all__ = ["WINDOW", "StepOptimiser"]
+__all__ = ["StepOptimiser"]
 
 TOLERANCE = 1e-3
 """Relative decrease of E that is not worth another iteration."""

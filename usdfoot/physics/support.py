@@ -12,7 +12,7 @@ from usdfoot.physics.footing import Footing
 from usdfoot.physics.shared_arrays import shared, shared_record
 from usdfoot.physics.stance_kernel import StanceArrays, find_instants
 
-__all__ = ["Stance", "find_stance"]
+__all__ = ["Stance", "empty_stance", "find_stance"]
 
 
 @dataclass(frozen=True, kw_only=True)

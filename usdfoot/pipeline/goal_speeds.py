@@ -18,8 +18,8 @@ from usdfoot.engine.options import EngineOptions
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.report import Problem
 from usdfoot.planning.habits import fastest_step
+from usdfoot.readers.authored import authored
 from usdfoot.readers.goals import GoalAgent, read_agent_libraries
-from usdfoot.readers.stage import authored
 
 __all__ = ["slow_to_clips"]
 

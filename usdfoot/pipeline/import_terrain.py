@@ -18,7 +18,7 @@ from usdfoot.model.terrain import Terrain
 from usdfoot.readers.stage import open_stage, read_stage_info
 from usdfoot.writers.terrain import write_terrain
 
-__all__ = ["TERRAIN_SUFFIXES", "ImportedTerrain", "TerrainFormat", "import_terrain"]
+__all__ = ["TERRAIN_SUFFIXES", "ImportedTerrain", "import_terrain"]
 
 TERRAIN_SUFFIXES = (*MESH_SUFFIXES, *GRID_SUFFIXES)
 """Of files that can be imported as terrain."""

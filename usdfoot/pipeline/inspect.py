@@ -22,15 +22,9 @@ from usdfoot.pipeline.overlay_com import draw_com
 from usdfoot.pipeline.overlay_marks import mark_contacts, mark_errors, mark_footsteps, mark_timing, tabulate_steps
 from usdfoot.pipeline.overlay_spaces import draw_spaces
 from usdfoot.readers.executed import read_step_results
+from usdfoot.readers.joint_tracks import read_joint_tracks
 from usdfoot.readers.stage import read_stage_info
-from usdfoot.readers.written import (
-    WrittenAgent,
-    WrittenCrowd,
-    agent_names,
-    read_agent,
-    read_joint_tracks,
-    read_written_crowd,
-)
+from usdfoot.readers.written import WrittenAgent, WrittenCrowd, agent_names, read_agent, read_written_crowd
 from usdfoot.writers.layers import LayerFormat
 from usdfoot.writers.overlay import overlay_layer, write_overlay
 

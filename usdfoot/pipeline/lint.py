@@ -19,7 +19,8 @@ from usdfoot.model.agent import Agent
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.ground import Ground
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits
-from usdfoot.model.plan import FootstepPlan, PlanDraft
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.plan_draft import PlanDraft
 from usdfoot.model.report import Problem
 from usdfoot.pipeline.plan import save_plans
 from usdfoot.planning.faults import Fault, LintLimits

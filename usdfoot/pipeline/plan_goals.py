@@ -26,10 +26,11 @@ from usdfoot.pipeline.stone_crossings import StoneOptions, cross_stones
 from usdfoot.planning.crowd import CrowdOptions, plan_crowd
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.scenario import Scenario
-from usdfoot.planning.wander import WanderOptions, plan_wanders
+from usdfoot.planning.wander import plan_wanders
+from usdfoot.planning.wanderer import WanderOptions
 from usdfoot.planning.world import World
 
-__all__ = ["GoalOptions", "plan_scene_crowd", "plan_scene_stones", "plan_scene_wander"]
+__all__ = ["plan_scene_crowd", "plan_scene_stones", "plan_scene_wander"]
 
 TOGETHER = 500
 """Those who wander are planned so many at a time, for memory's sake."""

@@ -9,13 +9,15 @@ import numpy as np
 
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray
+from usdfoot.planning.free_ways import rooms_above
 from usdfoot.planning.legs import find_near, find_routes
 from usdfoot.planning.moving import measure_velocities, moved_on
 from usdfoot.planning.route_kernel import STRAYED
 from usdfoot.planning.route_searches import Looks
 from usdfoot.planning.routes import Route, RouteFinder, look_along
+from usdfoot.planning.sound_steps import sound_stands
 from usdfoot.planning.spots import HEADROOM
-from usdfoot.planning.wanderer import WanderOptions
+from usdfoot.planning.wanderer import Wanderers, WanderOptions
 from usdfoot.planning.world import World, is_clear
 
 __all__ = ["Aims", "News", "find_aims", "finder_in", "look_ahead"]
@@ -74,10 +76,7 @@ class Aims:
             aims = replace(self, known=known, known_at=time, world=known, routes=())
         if news.goals is None:
             return aims
-        given = _places(news.goals)
-        for goal in given[~np.isfinite(given).all(axis=1)]:
-            raise _nowhere(goal)
-        goals = tuple(_on_ground(aims.world, given))
+        goals = tuple(_on_ground(aims.world, np.asarray(goal, dtype=float)) for goal in news.goals)
         return replace(aims, goals=goals, routes=(), at_random=not goals)
 
     def passed(self, place: FloatArray, options: WanderOptions) -> Aims:
@@ -92,40 +91,59 @@ class Aims:
 
 def find_aims(
     finder: RouteFinder,
-    starts: FloatArray,
+    wanderers: Wanderers,
     goals: Sequence[Sequence[FloatArray]],
     *,
     options: WanderOptions,
     start_time: float,
-) -> list[Aims | PlanError]:
-    """What those aim at who begin at starts (N, 3) in a finder's world, or why they cannot."""
-    world = finder.world
+) -> tuple[Wanderers, list[Aims | PlanError]]:
+    """Where N stand in a finder's world, with room for both feet, and what they aim at, or why they cannot."""
+    world, starts = finder.world, wanderers.positions
     clear = is_clear(world, starts[:, [0, 2]], starts[:, 1], radius=options.radius, step=options.step)
-    given = _places([goal for own in goals for goal in own])
-    finite, laid = np.asarray(np.isfinite(given).all(axis=1)), given.copy()
-    laid[finite] = _on_ground(world, given[finite])
-    firsts = np.cumsum([0, *map(len, goals)])
+    wanderers, faults = sound_stands(wanderers, np.flatnonzero(clear), world.ground, options=options)
     found: list[Aims | PlanError] = []
-    for start, first, last, stands in zip(starts, firsts[:-1], firsts[1:], clear, strict=True):
-        if not stands:
-            what = "is too close to an obstacle, out of bounds or off the ground"
-            found.append(
-                PlanError(f"start ({start[0]:.2f}, {start[2]:.2f}) m", what, "start where there is room to stand")
-            )
-        elif not finite[first:last].all():
-            found.append(_nowhere(given[first + np.argmin(finite[first:last])]))
-        else:
-            ends = tuple(laid[first:last])
-            found.append(Aims(known=world, known_at=start_time, world=world, goals=ends, routes=(), at_random=not ends))
+    for row, (start, own) in enumerate(zip(starts, goals, strict=True)):
+        try:
+            _check_start(start, bool(clear[row]), faults[row])
+            ends = tuple(_on_ground(world, np.asarray(goal, dtype=float)) for goal in own)
+            _check_ends(world, ends, options)
+        except PlanError as error:
+            found.append(error)
+            continue
+        found.append(Aims(known=world, known_at=start_time, world=world, goals=ends, routes=(), at_random=not ends))
     begun = [row for row, aim in enumerate(found) if isinstance(aim, Aims)]
-    ways = find_routes(finder, starts[begun], [aim.goals for aim in found if isinstance(aim, Aims)], options=options)
+    places = wanderers.positions[begun]
+    ways = find_routes(finder, places, [aim.goals for aim in found if isinstance(aim, Aims)], options=options)
     for row, routes in zip(begun, ways, strict=True):
         aim = found[row]
         if isinstance(routes, PlanError):
             found[row] = routes
         elif isinstance(aim, Aims):
             found[row] = replace(aim, routes=routes)
-    return found
+    return wanderers, found
+
+
+def _check_start(start: FloatArray, is_clear: bool, fault: str) -> None:
+    """Raise a PlanError if there is no room to stand at a start (3,), or a foot has a fault there."""
+    where = f"start ({start[0]:.2f}, {start[2]:.2f}) m"
+    if not is_clear:
+        what = "is too close to an obstacle, out of bounds or off the ground"
+        raise PlanError(where, what, "start where there is room to stand")
+    if fault:
+        raise PlanError(where, f"is no place to stand: a foot {fault}", "start where there is room for both feet")
+
+
+def _check_ends(world: World, ends: Sequence[FloatArray], options: WanderOptions) -> None:
+    """Raise a PlanError if the ceiling is too low for a body at an end (3,)."""
+    if world.ground is None or not ends:
+        return
+    places, needed = np.array(ends), HEADROOM * options.body.leg_length
+    for (x, y, z), room in zip(
+        places, rooms_above(places[:, [0, 2]], places[:, 1], world.ground, options=options), strict=True
+    ):
+        if room < needed:
+            what = f"has only {room:.2f} m of room above it, a body needs {needed:.2f} m"
+            raise PlanError(f"goal ({x:.2f}, {z:.2f}) m, height {y:.2f} m", what, "move it to where one can stand")
 
 
 def look_ahead(
@@ -173,22 +191,14 @@ def _by_finder(aims: Sequence[Aims], finders: Mapping[int, RouteFinder]) -> list
     return [(finders[world], own) for world, own in rows.items()]
 
 
-def _places(goals: Sequence[FloatArray]) -> FloatArray:
-    """Goals (3,) as an array (N, 3)."""
-    return np.array(goals, dtype=float).reshape(-1, 3)
-
-
-def _nowhere(goal: FloatArray) -> PlanError:
-    """What is wrong with a goal (3,) that is no place."""
-    return PlanError("goal", f"is at {goal}", "give a goal three finite numbers")
-
-
-def _on_ground(world: World, points: FloatArray) -> FloatArray:
-    """The points (N, 3) on the ground of the level below or just above each."""
+def _on_ground(world: World, point: FloatArray) -> FloatArray:
+    """The point (3,) on the ground of the level below or just above it."""
+    if not np.isfinite(point).all():
+        raise PlanError("goal", f"is at {point}", "give a goal three finite numbers")
     if world.ground is None or not world.ground.has_terrain:
-        return points
-    sample = world.ground.heights(points[:, [0, 2]], points[:, 1])
-    return np.column_stack([points[:, 0], np.where(sample.hit, sample.heights, points[:, 1]), points[:, 2]])
+        return point
+    sample = world.ground.heights(point[None, [0, 2]], point[[1]])
+    return np.array([point[0], sample.heights[0], point[2]]) if sample.hit[0] else point
 
 
 def finder_in(world: World, options: WanderOptions) -> RouteFinder:

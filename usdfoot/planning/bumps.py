@@ -9,10 +9,20 @@ import numpy as np
 
 from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.planning.clearance_kernel import UNDERFOOT
 from usdfoot.planning.foot_table import FootTable
-from usdfoot.planning.world import UNDERFOOT, Obstacle, World, clearances
+from usdfoot.planning.world import Obstacle, World, clearances
 
-__all__ = ["Bumps", "body_places", "coming_times", "find_bumps", "lower_heights", "sole_places"]
+__all__ = [
+    "ON_TOP",
+    "STEPPED_OVER",
+    "Bumps",
+    "body_places",
+    "coming_times",
+    "find_bumps",
+    "lower_heights",
+    "sole_places",
+]
 
 ON_TOP = 0.02
 """Soles no more than this below the top of an obstacle stand on it [m]."""

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.planning.foot_table import FootTable
-from usdfoot.planning.near_feet import find_near_feet
+from usdfoot.planning.near_feet import find_near_feet, find_pairs_of
 
 __all__ = ["Collisions", "find_collisions"]
 
@@ -25,9 +25,14 @@ class Collisions:
     """How far they overlap [m], shape (C,)."""
 
 
-def find_collisions(feet: FootTable) -> Collisions:
-    """Overlaps of soles, each a capsule from heel to toe, standing or swinging straight to its next footstep."""
-    near = find_near_feet(feet, slack=0.0)
+def find_collisions(feet: FootTable, *, among: BoolArray | None = None) -> Collisions:
+    """Overlaps of soles, each a capsule from heel to toe, standing or swinging straight to its next footstep.
+
+    Args:
+        feet: Of all people.
+        among: Only those of feet on, or on the way from or to, these footsteps, shape (S,); None = of all.
+    """
+    near = find_near_feet(feet, slack=0.0) if among is None else find_pairs_of(feet, among, slack=0.0)
     first, second, depths = near.first, near.second, near.depths
     deep = np.flatnonzero(depths > 1e-6)
     deep = deep[np.argsort(-depths[deep], kind="stable")]

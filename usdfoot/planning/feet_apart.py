@@ -11,7 +11,8 @@ from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.planning.foot_table import FootTable, Instants
 from usdfoot.planning.giving_way import Room, give_way
-from usdfoot.planning.near_feet import INSTANT, NearFeet, find_near_feet
+from usdfoot.planning.near_feet import NearFeet, find_near_feet
+from usdfoot.planning.presences import INSTANT
 from usdfoot.planning.step_limits import StepLimits, uncross
 
 __all__ = ["is_sideways", "set_feet_apart"]
@@ -70,8 +71,8 @@ def set_feet_apart(
             near = near.moved(feet, moved)
         feet = uncross(feet, limits.relaxed(narrower=strict, wider=WIDER - (WIDER - 1.0) * strict))
         if confine:
-            feet = confine(feet, np.flatnonzero(np.any(feet.positions != before, axis=1)))
-        near = near.after(feet, np.any(feet.positions != before, axis=1))
+            feet = confine(feet, np.flatnonzero(_moved(feet, before)))
+        near = near.after(feet, _moved(feet, before))
         left = float(np.maximum(near.depths, 0.0).sum())
         if left < least:
             best, least, found = feet, left, search
@@ -91,9 +92,14 @@ def is_sideways(feet: FootTable) -> BoolArray:
     return np.asarray(np.abs(moved[:, 0]) > np.maximum(np.abs(moved[:, 1]), ACROSS))
 
 
+def _moved(feet: FootTable, before: FloatArray) -> BoolArray:
+    """Which footsteps are elsewhere on the plane than positions (S, 3) [m] say, shape (S,)."""
+    return np.asarray((feet.positions[:, 0] != before[:, 0]) | (feet.positions[:, 2] != before[:, 2]))
+
+
 def _pushed(feet: FootTable, pushes: FloatArray, start: FloatArray, *, farthest: float) -> tuple[FootTable, BoolArray]:
     """The table with footsteps pushed (S, 2) up to `farthest` from their start (S, 2) [m]; and which were."""
-    moved = np.any(pushes != 0.0, axis=1)
+    moved = (pushes[:, 0] != 0.0) | (pushes[:, 1] != 0.0)
     points, origins = feet.positions[:, [0, 2]], start[moved]
     offsets = points[moved] + pushes[moved] - origins
     lengths = np.maximum(np.linalg.norm(offsets, axis=1, keepdims=True), 1e-12)

@@ -100,7 +100,7 @@ def foot_axes(feet: FootTable, instants: Instants) -> FloatArray:
     """Ends of the capsules' axes (x, z) [m], heel and toe, shape (K, 2, 2)."""
     steps = instants.steps
     following = np.minimum(steps + 2, len(feet.owners) - 1)
-    balls = between(feet, instants, feet.positions[:, [0, 2]])
+    balls = between(feet, instants, feet.positions)[:, [0, 2]]
     turns = planar.wrap_angle(feet.yaws[following] - feet.yaws[steps])
     forward = planar.direction(feet.yaws[steps] + instants.shares * turns)
     heels = (feet.heels - feet.half_widths)[steps, None]

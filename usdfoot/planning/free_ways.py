@@ -6,13 +6,14 @@ import numpy as np
 
 from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.model.ground import Ground
 from usdfoot.planning.route_kernel import LED
 from usdfoot.planning.route_searches import Looks
-from usdfoot.planning.spots import STEEPEST
+from usdfoot.planning.spots import HEADROOM, STEEPEST
 from usdfoot.planning.wanderer import SIDEWAYS, Wanderers, WanderOptions, rows_of
 from usdfoot.planning.world import World, clearances
 
-__all__ = ["DRAWS", "choose_facings", "choose_steps"]
+__all__ = ["DRAWS", "choose_facings", "choose_steps", "rooms_above"]
 
 SLOPE = 8
 """Samples of the way ahead between which the ground may not rise more than a slope and half a step."""
@@ -96,8 +97,8 @@ def _free_ways(
 ) -> FloatArray:
     """How far directions (N, T) are free [m] for bodies of radii (N,) [m], at most `ahead` (N,), shape (N, T).
 
-    Who is already too close to something may walk where it does not come closer. What moves is where it will be when
-    the wanderer gets there.
+    Who is already too close to something, or below a low ceiling, may walk where it does not come closer. What moves
+    is where it will be when the wanderer gets there.
     """
     spacings = 0.5 * radii
     counts = np.maximum(np.ceil(ahead / spacings).astype(int), 1)
@@ -118,6 +119,8 @@ def _free_ways(
         rises = np.abs(heights[..., SLOPE:] - heights[..., :-SLOPE])
         highest = SLOPE * spacings * np.tan(STEEPEST) + 0.5 * options.step
         passable[..., SLOPE - 1 :] &= rises <= highest[:, None, None]
+        above = rooms_above(wanderers.places, wanderers.heights, world.ground, options=options)
+        passable &= rooms_above(points, heights[..., 1:], world.ground, options=options) >= above[:, None, None]
     here = clearances(world, wanderers.places, wanderers.heights)
     times = np.broadcast_to((distances / wanderers.paces[:, None])[:, None], passable.shape).ravel()
     room = clearances(world, points.reshape(-1, 2), heights[..., 1:].ravel(), times=times).reshape(passable.shape)
@@ -125,3 +128,11 @@ def _free_ways(
     clear |= np.arange(most) >= counts[:, None, None]
     first_blocked = np.where(clear.all(axis=2), counts[:, None], np.argmin(clear, axis=2))
     return np.minimum(first_blocked * spacings[:, None], ahead[:, None])
+
+
+def rooms_above(points: FloatArray, heights: FloatArray, ground: Ground, *, options: WanderOptions) -> FloatArray:
+    """How far the lowest ceiling is above points (..., 2) on ground at heights (...), at most what a body needs [m]."""
+    needed = HEADROOM * options.body.leg_length
+    limits = np.ravel(heights) + needed
+    above = ground.heights(points.reshape(-1, 2), limits, step_up=0.0).heights.reshape(heights.shape) - heights
+    return np.asarray(np.where((above > options.step) & (above <= needed), above, needed))

@@ -11,7 +11,7 @@ from usdfoot.maths import planar
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.planning.collisions import find_collisions
 from usdfoot.planning.foot_table import FootTable, Instants, joined_tables
-from usdfoot.planning.near_feet import Pairs, find_near_feet, overlaps
+from usdfoot.planning.near_feet import Pairs, find_pairs_of, overlaps
 from usdfoot.planning.step_limits import StepLimits
 
 __all__ = ["Room", "give_way"]
@@ -58,16 +58,21 @@ def give_way(feet: FootTable, room: Room) -> FootTable:
         feet: Of all people.
         room: Where they may be.
     """
+    meeting = find_collisions(feet).steps
     for _ in range(ROUNDS):
-        meeting = find_collisions(feet).steps
-        if not len(meeting):
-            break
+        before = feet
         for pair in meeting:
             rows = _around(feet, pair)
             part = _part(feet, rows)
             own = np.flatnonzero(np.isin(rows, np.concatenate([pair, pair + 2])))
             own = own[np.isin(part.owners, feet.owners[pair])[own] & (part.numbers[own] > 0)]
             feet = _with(feet, rows, _best(part, own, room[rows]))
+        changed = np.any(feet.positions != before.positions, axis=1)
+        changed |= (feet.strikes != before.strikes) | (feet.liftoffs != before.liftoffs)
+        if not changed.any():
+            break
+        changed[meeting] = True
+        meeting = find_collisions(feet, among=changed).steps
     return feet
 
 
@@ -99,10 +104,10 @@ def _part(feet: FootTable, rows: IntArray) -> FootTable:
 def _best(feet: FootTable, own: IntArray, room: Room) -> FootTable:
     """The table with one of some footsteps (K,) moved, or delayed, so that they meet others least."""
     chosen = np.isin(np.arange(len(feet.owners)), own)
-    near = find_near_feet(feet, slack=max(FAR))
-    best, least = feet, _met(near.depths[near.touch(chosen)]).sum()
+    near = find_pairs_of(feet, chosen, slack=max(FAR))
+    best, least = feet, _met(near.depths).sum()
     for row in own.tolist():
-        places, met = _elsewhere(feet, row, near[near.touch(chosen)], room)
+        places, met = _elsewhere(feet, row, near, room)
         for place in np.argsort(met, kind="stable").tolist():
             if met[place] >= least:
                 break
@@ -113,8 +118,7 @@ def _best(feet: FootTable, own: IntArray, room: Room) -> FootTable:
             return best
     for row in own.tolist() if room.waits else ():
         for tried in _delayed(feet, row):
-            later = find_near_feet(tried, slack=CLEARANCE)
-            left = _met(later.depths[later.touch(chosen)]).sum()
+            left = _met(find_pairs_of(tried, chosen, slack=CLEARANCE).depths).sum()
             if left < least:
                 best, least = tried, left
     return best

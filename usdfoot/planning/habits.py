@@ -12,7 +12,7 @@ from usdfoot.maths.types import BoolArray, FloatArray
 from usdfoot.model.examples import Examples
 from usdfoot.spaces.landings import end_landings, left_landings, root_velocities
 
-__all__ = ["PEOPLE", "Habits", "fastest_step", "find_habits", "narrowest_step"]
+__all__ = ["PEOPLE", "SPAN", "Habits", "fastest_step", "find_habits", "narrowest_step"]
 
 STEADY = 0.3
 """A steady step is as long as the one before it, up to this part of their mean, and goes no more than this part of its

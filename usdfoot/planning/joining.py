@@ -10,8 +10,9 @@ from usdfoot.analysis.footstep_times import time_rows
 from usdfoot.analysis.timing import STAND_TIME
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import BoolArray, IntArray
-from usdfoot.model.plan import FootstepPlan, PlanDraft
+from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.plan_checks import cut_plans
+from usdfoot.model.plan_draft import PlanDraft
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.wanderer import Footstep, Footsteps
 
@@ -23,17 +24,15 @@ def join_footsteps(
     *,
     name: str,
     body: Proportions | None = None,
-    speed: float = 0.0,
     ends_standing: bool = False,
     stand_time: float = STAND_TIME,
 ) -> FootstepPlan:
-    """The plan of footsteps as they came.
+    """The plan of footsteps as they came, as fast as such steps are.
 
     Args:
         footsteps: From `wander`, the first two of which stand.
         name: Of the plan.
         body: That walks.
-        speed: Mean of all steps [m/s]; 0 = as fast as such steps are.
         ends_standing: Whether it stands at the end, as `wander` does at its last goal.
         stand_time: How long it stands before the first step [s].
     """
@@ -49,7 +48,6 @@ def join_footsteps(
         np.array([len(steps)]),
         names=[name],
         body=body,
-        speed=speed,
         ends_standing=np.array([ends_standing]),
         stand_time=stand_time,
     )
@@ -63,7 +61,6 @@ def join_plans(
     names: Sequence[str],
     ends_standing: BoolArray,
     body: Proportions | None = None,
-    speed: float = 0.0,
     stand_time: float = STAND_TIME,
 ) -> list[FootstepPlan]:
     """The plans of so many footsteps each (P,), those of one after those of the other, as by `join_footsteps`.
@@ -78,7 +75,7 @@ def join_plans(
         footsteps.positions,
         counts,
         rule=(body or Proportions()).timing,
-        speeds=np.full(len(counts), speed),
+        speeds=np.zeros(len(counts)),
         start_times=footsteps.strike_times[np.cumsum(counts) - counts],
         starts_standing=True,
         ends_standing=ends_standing,

@@ -24,7 +24,7 @@ from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.world import Obstacle
 from usdfoot.spaces.library import FootstepSpaces, solve_steps
 
-__all__ = ["lint_alone", "lint_clips", "lint_plans", "lint_steps"]
+__all__ = ["lint_alone", "lint_clips", "lint_feet", "lint_plans", "lint_steps"]
 
 
 def lint_plans(
@@ -79,16 +79,40 @@ def lint_alone(
         return []
     limits = limits or LintLimits()
     feet = feet_of(plans, bodies)
-    legs = np.array([body.leg_length for body in bodies])[feet.owners]
     names = names or [plan.name for plan in plans]
     orientations = np.concatenate([plan.orientations for plan in plans])
     normals = quaternion.rotate(orientations, np.array([0.0, 1.0, 0.0]))
+    return [
+        *lint_feet(names, feet, normals, bodies=bodies, ground=ground, limits=limits),
+        *find_bump_faults(names, feet, obstacles, limits=limits, moving=moving),
+    ]
+
+
+def lint_feet(
+    names: Sequence[str],
+    feet: FootTable,
+    normals: FloatArray,
+    *,
+    bodies: Sequence[Proportions],
+    ground: Ground,
+    limits: LintLimits,
+) -> list[Fault]:
+    """Faults of footsteps as they follow each other and lie on the terrain.
+
+    Args:
+        names: Of the plans.
+        feet: Footsteps of all plans.
+        normals: On which they lie, shape (S, 3).
+        bodies: Who walks each plan.
+        ground: Terrain below them.
+        limits: What is still right.
+    """
+    legs = np.array([body.leg_length for body in bodies])[feet.owners]
     return [
         *_steps(names, feet, bodies, limits),
         *find_ground_faults(names, feet, normals, ground=ground, limits=limits),
         *find_low_ceilings(names, feet, legs, ground=ground, limits=limits),
         *find_walls(names, feet, legs, ground=ground, limits=limits),
-        *find_bump_faults(names, feet, obstacles, limits=limits, moving=moving),
     ]
 
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from usdfoot.maths.types import IntArray
 from usdfoot.model.ground import Ground
-from usdfoot.model.plan import FootstepPlan, PlanDraft
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.plan_draft import PlanDraft
 from usdfoot.planning.collisions import find_collisions
 from usdfoot.planning.feet_apart import set_feet_apart
 from usdfoot.planning.foot_table import feet_of

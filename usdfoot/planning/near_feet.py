@@ -6,42 +6,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from usdfoot.errors import PlanError
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.planning.foot_table import FootTable, Instants, between, foot_axes, joined_instants
+from usdfoot.planning.presences import INSTANT, Presences, find_presences, pair_presences
 
-__all__ = ["INSTANT", "NearFeet", "Pairs", "find_near_feet", "overlaps"]
+__all__ = ["NearFeet", "Pairs", "find_near_feet", "find_pairs_of", "overlaps"]
 
-INSTANT = 0.1
-"""Between the instants at which feet are compared [s]."""
-MOST_INSTANTS = 50_000_000
-"""Instants of swings that are compared at once, for memory's sake: some gigabytes."""
 STOREY = 0.5
 """Feet this far above one another do not touch [m]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Presences:
-    """Feet in one place for a while: a stand is one, a swing one for each of its instants; P of them."""
-
-    steps: IntArray
-    """Footstep left last, shape (P,)."""
-    begins: IntArray
-    """First instant, shape (P,)."""
-    ends: IntArray
-    """Last instant, shape (P,)."""
-    shares: FloatArray
-    """How far it is on the way to the next footstep, 0 = planted, shape (P,)."""
-
-    def __getitem__(self, rows: IntArray | BoolArray) -> _Presences:
-        return _Presences(
-            steps=self.steps[rows], begins=self.begins[rows], ends=self.ends[rows], shares=self.shares[rows]
-        )
-
-    @property
-    def at_first(self) -> Instants:
-        """The first instant of each."""
-        return Instants(steps=self.steps, shares=self.shares, times=INSTANT * self.begins)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,7 +51,7 @@ class NearFeet(Pairs):
 
     slack: float
     """[m]"""
-    presences: _Presences
+    presences: Presences
     """Of all feet, shape (P,)."""
     points: FloatArray
     """Where these are: (x, z), and the height so that a storey is as far as feet reach [m], shape (P, 3)."""
@@ -115,10 +87,23 @@ def find_near_feet(feet: FootTable, *, slack: float) -> NearFeet:
         feet: Of all people.
         slack: How far they may move in all [m].
     """
-    presences = _presences(feet)
+    presences = find_presences(feet)
     points = _points(feet, presences.at_first, _reach(feet, slack))
     pairs = _near(feet, presences, points, np.ones(len(points), dtype=bool), slack)
     return NearFeet(slack=slack, presences=presences, points=points, **vars(pairs))
+
+
+def find_pairs_of(feet: FootTable, steps: BoolArray, *, slack: float) -> Pairs:
+    """Pairs of near feet of which one is on, or on its way from or to, one of some footsteps.
+
+    Args:
+        feet: Of all people.
+        steps: Which footsteps, shape (S,).
+        slack: How far feet may move in all [m].
+    """
+    presences = find_presences(feet)
+    instants = presences.at_first
+    return _near(feet, presences, _points(feet, instants, _reach(feet, slack)), _touch(instants, steps), slack)
 
 
 def _reach(feet: FootTable, slack: float) -> float:
@@ -128,8 +113,8 @@ def _reach(feet: FootTable, slack: float) -> float:
 
 def _points(feet: FootTable, instants: Instants, reach: float) -> FloatArray:
     """Where feet are at instants: middles (x, z), and heights of which a storey is a reach [m], shape (K, 3)."""
-    heights = between(feet, instants, feet.positions[:, 1])
-    return np.column_stack([foot_axes(feet, instants).mean(axis=1), heights * (reach / STOREY)])
+    heights, axes = between(feet, instants, feet.positions[:, 1]), foot_axes(feet, instants)
+    return np.column_stack([0.5 * (axes[:, 0] + axes[:, 1]), heights * (reach / STOREY)])
 
 
 def _touch(instants: Instants, moved: BoolArray) -> BoolArray:
@@ -138,9 +123,9 @@ def _touch(instants: Instants, moved: BoolArray) -> BoolArray:
     return np.asarray(moved[instants.steps] | (moved[following] & (instants.shares > 0.0)))
 
 
-def _near(feet: FootTable, presences: _Presences, points: FloatArray, touched: BoolArray, slack: float) -> Pairs:
+def _near(feet: FootTable, presences: Presences, points: FloatArray, touched: BoolArray, slack: float) -> Pairs:
     """Pairs of feet that are near, of which at least one is touched (P,)."""
-    pairs = _pairs(presences, points, feet.owners[presences.steps], touched, _reach(feet, slack))
+    pairs = pair_presences(presences, points, feet.owners[presences.steps], touched=touched, reach=_reach(feet, slack))
     first, second = presences[pairs[:, 0]], presences[pairs[:, 1]]
     times = INSTANT * np.maximum(first.begins, second.begins)
     order = np.lexsort((second.steps, times, first.steps))
@@ -150,71 +135,6 @@ def _near(feet: FootTable, presences: _Presences, points: FloatArray, touched: B
     depths, directions = overlaps(feet, one, other)
     near = depths > -slack - 1e-9
     return Pairs(first=one[near], second=other[near], depths=depths[near], directions=directions[near])
-
-
-def _presences(feet: FootTable) -> _Presences:
-    """Where every foot is from its first strike to its last liftoff."""
-    following = np.minimum(np.arange(len(feet.owners)) + 2, len(feet.owners) - 1)
-    ends = np.where(feet.last, feet.liftoffs, feet.strikes[following] - 1e-9)
-    begins = np.ceil(feet.strikes / INSTANT - 1e-9).astype(np.int64)
-    ends = np.floor(ends / INSTANT).astype(np.int64)
-    left = np.where(feet.last, ends, np.clip(np.floor(feet.liftoffs / INSTANT).astype(np.int64), begins - 1, ends))
-    stands = np.flatnonzero(left >= begins)
-    counts = np.maximum(ends - left, 0)
-    if counts.sum() > MOST_INSTANTS:
-        longest = int(np.argmax(counts))
-        raise PlanError(
-            "plans",
-            f"have {counts.sum()} instants of swings to compare, more than {MOST_INSTANTS}; the longest swing is after "
-            f"footstep {feet.numbers[longest]} of plan {feet.owners[longest]}, until {INSTANT * ends[longest]:.6g} s",
-            "correct its times, or take fewer plans at once",
-        )
-    swings = np.repeat(np.arange(len(counts)), counts)
-    instants = left[swings] + 1 + np.arange(len(swings)) - np.repeat(np.cumsum(counts) - counts, counts)
-    spans = np.maximum(feet.strikes[following] - feet.liftoffs, 1e-9)[swings]
-    phases = np.clip((INSTANT * instants - feet.liftoffs[swings]) / spans, 0.0, 1.0)
-    return _Presences(
-        steps=np.concatenate([stands, swings]),
-        begins=np.concatenate([begins[stands], instants]),
-        ends=np.concatenate([left[stands], instants]),
-        shares=np.concatenate([np.zeros(len(stands)), phases * phases * (3.0 - 2.0 * phases)]),
-    )
-
-
-def _pairs(presences: _Presences, points: FloatArray, owners: IntArray, touched: BoolArray, reach: float) -> IntArray:
-    """Presences of different people at points (P, 3) within reach [m] of each other at one time, shape (K, 2).
-
-    Of two the one that begins later does so during the other: sorted by cell of the ground and then by time, those that
-    begin in a cell during a presence are one range. At least one of a pair is touched (P,); the first has the lower
-    footstep.
-    """
-    cells = np.floor(points[:, :2] / reach).astype(np.int64)
-    cells -= cells.min(axis=0, initial=0) - 1
-    width = int(cells[:, 0].max(initial=0)) + 2
-    length = int(presences.ends.max(initial=0)) - int(presences.begins.min(initial=0)) + 1
-    numbers = cells[:, 1] * width + cells[:, 0]
-    keys = numbers * length + presences.begins - int(presences.begins.min(initial=0))
-    spans = presences.ends - presences.begins
-    offsets = [row * width + column for row in (-1, 0, 1) for column in (-1, 0, 1)]
-    around = np.unique(np.add.outer(np.unique(numbers[touched]), offsets))
-    rows = np.arange(len(keys)) if touched.all() else np.flatnonzero(np.isin(numbers, around))
-    order = rows[np.argsort(keys[rows], kind="stable")]
-    found = [np.zeros((0, 2), dtype=np.int64)]
-    for probes, table in ((order, order[touched[order]]), (order[touched[order]], order[~touched[order]])):
-        for offset in offsets:
-            wanted = keys[probes] + offset * length
-            low = np.searchsorted(keys[table], wanted, side="left")
-            counts = np.searchsorted(keys[table], wanted + spans[probes], side="right") - low
-            one = np.repeat(probes, counts)
-            other = table[np.arange(len(one)) + np.repeat(low - np.cumsum(counts) + counts, counts)]
-            near = owners[one] != owners[other]
-            near &= (presences.begins[one] < presences.begins[other]) | (one < other)  # who begin at once meet twice
-            one, other = one[near], other[near]
-            near = np.sum((points[one] - points[other]) ** 2, axis=1) <= reach**2
-            found.append(np.stack([one[near], other[near]], axis=1))
-    pairs = np.concatenate(found)
-    swapped = presences.steps[pairs[:, 0]] > presences.steps[pairs[:, 1]]
-    return np.where(swapped[:, None], pairs[:, ::-1], pairs)
 
 
 def overlaps(feet: FootTable, first: Instants, second: Instants) -> tuple[FloatArray, FloatArray]:

@@ -14,8 +14,9 @@ from usdfoot.model.biped import LEFT
 from usdfoot.model.ground import Ground
 from usdfoot.model.limits import DEFAULT_LIMITS, SPANS, check_range
 from usdfoot.model.path import WalkingPath
-from usdfoot.model.plan import FootstepPlan, PlanDraft
+from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.plan_checks import cut_plans
+from usdfoot.model.plan_draft import PlanDraft
 from usdfoot.planning.bypass import go_round
 from usdfoot.planning.footholds import (
     find_footholds,

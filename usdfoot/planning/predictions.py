@@ -81,8 +81,6 @@ class PredictedSteps:
     """Where the landed foot stands from the root as that passes it, (x, z) [m], shape (N, 2)."""
     foot_yaws: FloatArray
     """Of the landed foot to the heading in the middle of its stance [rad], shape (N,)."""
-    shortfalls: FloatArray
-    """Wanted velocity minus the blend's, (x, z) in the heading at the step's end [m/s], shape (N, 2)."""
 
 
 def build_gaits(examples: Examples, spaces: FootstepSpaces, *, style: str, leg_length: float) -> Gaits:
@@ -192,7 +190,6 @@ def predict_steps(
         support_liftoffs=pace * values[:, 4],
         foot_yaws=signs * values[:, 5],
         offsets=left_landings(values[:, 6:], swing_sides),
-        shortfalls=left_landings(shortfalls, swing_sides),
     )
 
 

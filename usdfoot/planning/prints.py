@@ -14,6 +14,7 @@ from usdfoot.planning.proportions import Proportions
 
 __all__ = [
     "EDGE",
+    "STEP_UP",
     "Prints",
     "conform_plans",
     "lay_prints",

@@ -48,29 +48,25 @@ class Reach:
         return float(np.linalg.norm(self.outline, axis=1).max())
 
 
-def reach_of_examples(
-    examples: Examples, biped: Biped, *, style: str | None = None, stretch: float = 0.05, leaps: bool = False
-) -> Reach:
+def reach_of_examples(examples: Examples, biped: Biped, *, stretch: float = 0.05, leaps: bool) -> Reach:
     """Reach of a library's clips: the hull of their landings.
 
     Args:
         examples: The library's steps.
         biped: Legs of the character; how high it steps follows from them, as the engine bends them to any height.
-        style: Of the clips to use; None = of all.
         stretch: How far outside the landings a footstep may be [m]; IK takes the rest.
         leaps: Whether steps with a flight count too.
 
     Raises:
         ClipError: If no step is left.
     """
-    chosen = np.array([style is None or name == style for name in examples.styles], dtype=bool)
+    chosen = np.ones(len(examples), dtype=bool)
     if not leaps:
-        chosen &= ~has_flight(
+        chosen = ~has_flight(
             examples.durations, examples.support_liftoffs, examples.landings, leg_length=biped.maximal_leg_length
         )
     if not chosen.any():
-        what = "step" if style is None else f"step of style {style!r}"
-        raise ClipError("clips", f"show no {what}" + ("" if leaps else " without a flight"), "add walking clips")
+        raise ClipError("clips", "show no step" + ("" if leaps else " without a flight"), "add walking clips")
     landings = left_landings(end_landings(examples), examples.swing_sides)[chosen]
     forward = landings[landings[:, 1] > np.median(np.abs(landings[:, 1])) * 0.5]
     around = stretch * np.stack([np.sin(CIRCLE), np.cos(CIRCLE)], axis=1)

@@ -8,7 +8,8 @@ from usdfoot.analysis.footstep_times import time_footsteps
 from usdfoot.analysis.timing import STAND_TIME
 from usdfoot.errors import PlanError
 from usdfoot.model.limits import BODILY, LATEST, SPANS, check_range
-from usdfoot.model.plan import FootstepPlan, PlanDraft
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.plan_draft import PlanDraft
 from usdfoot.planning.proportions import Proportions
 
 __all__ = ["TimingOptions", "plan_times"]

@@ -19,7 +19,7 @@ from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.trajectory import RootTrajectory, sample_trajectories
 
-__all__ = ["CurveBatches", "RootCurves", "build_root_curves"]
+__all__ = ["SPACING", "CurveBatches", "RootCurves", "build_root_curves"]
 
 SPACING = 1.0 / 30.0
 """Distance of the curves' own samples [s]."""

@@ -9,8 +9,21 @@ import warp as wp
 from usdfoot.planning.clearance_kernel import Outlines, find_clearance
 from usdfoot.planning.heap_kernel import climb, sink
 
-__all__ = ["FULL", "LED", "STRAIGHT", "STRAYED", "TOO_SMALL", "UNKNOWN", "GridSpots", "Known", "Targets"]
-__all__ += ["find_spots", "look_ahead", "search"]
+__all__ = [
+    "FULL",
+    "LED",
+    "NOWHERE",
+    "STRAIGHT",
+    "STRAYED",
+    "TOO_SMALL",
+    "UNKNOWN",
+    "GridSpots",
+    "Known",
+    "Targets",
+    "find_spots",
+    "look_ahead",
+    "search",
+]
 
 STRAIGHT = 985
 DIAGONAL = 1393

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.planning.scenario import Seeker
 
-__all__ = ["Slips"]
+__all__ = ["HELD_UP", "Slips"]
 
 HELD_UP, HARDLY = 1.5, 0.2
 """Who has for so long [s] hardly moved, by less than this [m], is held up."""

@@ -11,7 +11,7 @@ from scipy.sparse import coo_array, csr_array
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.ground import Ground
 
-__all__ = ["HEADROOM", "STEEPEST", "STEP", "Spots", "build_spots", "trace_way"]
+__all__ = ["AROUND", "HEADROOM", "STEEPEST", "STEP", "Spots", "build_spots", "trace_way"]
 
 STEEPEST = np.radians(35.0)
 """Ground steeper than this is not walked on; risers of stairs are stepped over."""

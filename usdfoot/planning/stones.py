@@ -11,8 +11,9 @@ from usdfoot.analysis.footstep_times import time_rows
 from usdfoot.analysis.timing import STAND_TIME
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray, IntArray
-from usdfoot.model.plan import FootstepPlan, PlanDraft
+from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.plan_checks import cut_plans
+from usdfoot.model.plan_draft import PlanDraft
 from usdfoot.planning.corridor import count_pairs, order_by_way, within_pairs
 from usdfoot.planning.crossed import apart_midway
 from usdfoot.planning.crossing_graph import HEADINGS, ROUNDED, Way, build_graph

@@ -14,6 +14,7 @@ from usdfoot.planning.free_ways import DRAWS, choose_facings, choose_steps
 from usdfoot.planning.route_kernel import LED
 from usdfoot.planning.route_searches import Looks
 from usdfoot.planning.routes import RouteFinder
+from usdfoot.planning.sound_steps import Moves, sound_steps
 from usdfoot.planning.wanderer import (
     SIDEWAYS,
     Footsteps,
@@ -22,7 +23,6 @@ from usdfoot.planning.wanderer import (
     joined,
     lay_footsteps,
     rows_of,
-    take_steps,
 )
 from usdfoot.planning.world import World
 
@@ -52,26 +52,30 @@ def stroll(
     """
     finders = {id(finder.world): finder}
     rows, aims = np.arange(len(wanderers)), list(aims)
-    both = [_lay(wanderers, aims, np.full(len(rows), side), options, time=start_time) for side in (RIGHT, LEFT)]
+    ground, time = finder.world.ground, start_time
+    both = [
+        lay_footsteps(wanderers, np.full(len(rows), side), ground=ground, options=options, time=time)
+        for side in (RIGHT, LEFT)
+    ]
     for footsteps in both:
         aims = _told(aims, (yield rows, footsteps), footsteps)
-    before = replace(both[-1], strike_times=both[-1].strike_times + options.stand_time)
+    feet = both[0], replace(both[1], strike_times=both[1].strike_times + options.stand_time)
     while rows.size:
         stood = np.array([aim.has_arrived for aim in aims])
         worlds = {id(aim.world): aim.world for aim in aims}
         finders = {known: finders.get(known) or finder_in(world, options) for known, world in worlds.items()}
         aims, looks = look_ahead(aims, wanderers.positions, finders, options=options)
         own = [generators[int(row)] for row in rows]
-        wanderers = _step(wanderers, aims, looks, stood=stood, generators=own, options=options)
-        before = _lay(wanderers, aims, wanderers.sides, options, before=before)
-        news = yield rows, before
+        wanderers, taken = _step(wanderers, aims, looks, feet=feet, stood=stood, generators=own, options=options)
+        feet = feet[1], taken
+        news = yield rows, taken
         places = wanderers.positions
         aims = [aim.passed(place, options) for aim, place in zip(aims, places, strict=True)]
-        aims = _told(aims, news, before)
+        aims = _told(aims, news, taken)
         kept = np.flatnonzero(~(stood & [aim.has_arrived for aim in aims]))
         if len(kept) < len(rows):
             rows, aims = rows[kept], [aims[row] for row in kept]
-            wanderers, before = rows_of(wanderers, kept), rows_of(before, kept)
+            wanderers, feet = rows_of(wanderers, kept), (rows_of(feet[0], kept), rows_of(feet[1], kept))
 
 
 def _told(aims: Sequence[Aims], news: Sequence[World | News | None] | None, footsteps: Footsteps) -> list[Aims]:
@@ -87,65 +91,44 @@ def _by_world(aims: Sequence[Aims]) -> list[tuple[World, IntArray]]:
     return [(world, np.flatnonzero(numbers == number)) for number, world in worlds.items()]
 
 
-def _lay(
-    wanderers: Wanderers,
-    aims: Sequence[Aims],
-    sides: IntArray,
-    options: WanderOptions,
-    *,
-    before: Footsteps | None = None,
-    time: float = 0.0,
-) -> Footsteps:
-    """The footsteps of one foot of each in its world; see `lay_footsteps`."""
-    parts = [(own, world.ground) for world, own in _by_world(aims)]
-    laid = [
-        lay_footsteps(
-            rows_of(wanderers, own),
-            sides[own],
-            ground=ground,
-            options=options,
-            before=None if before is None else rows_of(before, own),
-            time=time,
-        )
-        for own, ground in parts
-    ]
-    return joined(laid, [own for own, _ in parts])
-
-
 def _step(
     wanderers: Wanderers,
     aims: Sequence[Aims],
     looks: Looks,
     *,
+    feet: tuple[Footsteps, Footsteps],
     stood: BoolArray,
     generators: Sequence[np.random.Generator],
     options: WanderOptions,
-) -> Wanderers:
-    """The wanderers a step on in their worlds; who stands, or waits, closes up its feet."""
+) -> tuple[Wanderers, Footsteps]:
+    """The wanderers a step on in their worlds, and the footsteps; who stands, or waits, closes up its feet."""
     routes = [aim.route for aim in aims]
     radii = np.array([route.radius if route else options.radius for route in routes])
     short = np.array([bool(route and route.falls_short) for route in routes])
     goes = ~(stood | (short & (looks.led == LED) & (looks.lengths <= options.arrival)))  # who waits closes up too
     parts = _by_world(aims)
-    stepped = []
+    stepped, taken = [], []
     for world, own in parts:
         going = own[goes[own]]
         draws = np.array([generators[int(row)].standard_normal(1 + DRAWS) for row in going]).reshape(-1, 1 + DRAWS)
-        stepped.append(
-            _step_on(
-                rows_of(wanderers, own),
-                world,
-                np.flatnonzero(goes[own]),
-                looks=looks.of(going),
-                radii=radii[going],
-                draws=draws,
-                options=options,
-            )
+        some = rows_of(wanderers, own)
+        moves, spins = _moves(
+            some,
+            world,
+            np.flatnonzero(goes[own]),
+            looks=looks.of(going),
+            radii=radii[own],
+            draws=draws,
+            options=options,
         )
-    return joined(stepped, [own for _, own in parts])
+        on, laid = sound_steps(some, moves, world, feet=(rows_of(feet[0], own), rows_of(feet[1], own)), options=options)
+        stepped.append(replace(on, spins=spins))
+        taken.append(laid)
+    rows = [own for _, own in parts]
+    return joined(stepped, rows), joined(taken, rows)
 
 
-def _step_on(
+def _moves(
     wanderers: Wanderers,
     world: World,
     goes: IntArray,
@@ -154,16 +137,18 @@ def _step_on(
     radii: FloatArray,
     draws: FloatArray,
     options: WanderOptions,
-) -> Wanderers:
-    """Those of a world a step on: who goes (M,) along its way if it sees one, the others on the spot."""
+) -> tuple[Moves, IntArray]:
+    """The steps wanted of those of a world, and to which side each turns out of a dead end, 0 if it is in none.
+
+    Who goes (M,) does so along its way if it sees one, the others stay on the spot.
+    """
     lengths, turns, facings = np.zeros(len(wanderers)), np.zeros(len(wanderers)), wanderers.facings.copy()
     spins = np.zeros(len(wanderers), dtype=int)
     if goes.size:
-        some = rows_of(wanderers, goes)
-        free, turns[goes], spins[goes] = choose_steps(some, world, looks, radii=radii, draws=draws, options=options)
-        facings[goes] = choose_facings(some, turns[goes], world, radii=radii, options=options)
+        some, wide = rows_of(wanderers, goes), radii[goes]
+        free, turns[goes], spins[goes] = choose_steps(some, world, looks, radii=wide, draws=draws, options=options)
+        facings[goes] = choose_facings(some, turns[goes], world, radii=wide, options=options)
         turned = np.maximum(facings[goes], some.facings)
         sidewards = (options.side_step - free) / SIDEWAYS * turned + free
         lengths[goes] = np.minimum(free, np.where(turned < SIDEWAYS, sidewards, options.side_step))
-    stepped = take_steps(wanderers, lengths, turns, ground=world.ground, options=options)
-    return replace(stepped, spins=spins, facings=facings)
+    return Moves(lengths=lengths, turns=turns, facings=facings, radii=radii), spins

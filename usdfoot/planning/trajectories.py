@@ -12,8 +12,9 @@ from usdfoot.analysis.timing import TimingRule
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.limits import WINDOWS, check_range
-from usdfoot.model.plan import FootstepPlan, PlanDraft
+from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.plan_checks import cut_plans
+from usdfoot.model.plan_draft import PlanDraft
 from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.planning.cadences import step_rates
 from usdfoot.planning.edges import keep_off_edges

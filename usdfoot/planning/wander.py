@@ -10,12 +10,12 @@ from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.planning.aims import Aims, News, find_aims, finder_in
-from usdfoot.planning.joining import join_footsteps, join_plans
+from usdfoot.planning.joining import join_plans
 from usdfoot.planning.strolls import stroll
 from usdfoot.planning.wanderer import Footstep, Footsteps, WanderOptions, concatenated, rows_of, set_out
 from usdfoot.planning.world import World
 
-__all__ = ["Footstep", "News", "WanderOptions", "join_footsteps", "plan_wander", "plan_wanders", "wander"]
+__all__ = ["plan_wander", "plan_wanders", "wander"]
 
 
 def wander(
@@ -55,11 +55,12 @@ def wander(
     options = options or WanderOptions()
     starts = np.asarray(start, dtype=float)[None]
     finder = finder_in(world, options)
-    (aims,) = find_aims(finder, starts, [goals], options=options, start_time=start_time)
+    begun = set_out(starts, np.array([yaw], dtype=float), np.array([options.speed]), options=options)
+    begun, (aims,) = find_aims(finder, begun, [goals], options=options, start_time=start_time)
     if isinstance(aims, PlanError):
         raise aims
     way = stroll(
-        set_out(starts, np.array([yaw], dtype=float), np.array([options.speed]), options=options),
+        begun,
         [aims],
         finder=finder,
         generators=[generator],
@@ -150,11 +151,12 @@ def plan_wanders(
     """
     options = options or WanderOptions()
     count, finder = len(starts), finder_in(world, options)
-    aims = find_aims(finder, starts, goals or [()] * count, options=options, start_time=start_time)
-    begun = np.array([number for number, aim in enumerate(aims) if isinstance(aim, Aims)], dtype=int)
     paced = np.full(count, options.speed) if speeds is None else speeds
+    stood = set_out(starts, yaws, paced, options=options)
+    stood, aims = find_aims(finder, stood, goals or [()] * count, options=options, start_time=start_time)
+    begun = np.array([number for number, aim in enumerate(aims) if isinstance(aim, Aims)], dtype=int)
     way = stroll(
-        set_out(starts[begun], yaws[begun], paced[begun], options=options),
+        rows_of(stood, begun),
         [aim for aim in aims if isinstance(aim, Aims)],
         finder=finder,
         generators=[generators[number] for number in begun],

@@ -24,6 +24,7 @@ __all__ = [
     "WanderOptions",
     "Wanderers",
     "concatenated",
+    "follow_feet",
     "joined",
     "lay_footsteps",
     "rows_of",
@@ -31,7 +32,7 @@ __all__ = [
     "take_steps",
 ]
 
-EASY_RISE = 0.42
+EASY_RISE = 0.25
 """Rise of a step over the leg length above which it is shorter."""
 SIDE_STEP = 0.15
 """How far a side step leads, over the leg length."""
@@ -189,10 +190,7 @@ def lay_footsteps(
 ) -> Footsteps:
     """The footsteps of one foot of each beside its place; they strike a step after those before, else at a time [s]."""
     body, yaws, count = options.body, wanderers.yaws - wanderers.facings, len(wanderers)
-    outward = np.where(sides == LEFT, 0.5 * np.pi, -0.5 * np.pi)
-    closed_up = 2.0 * body.half_width + BETWEEN + options.side_step
-    widths = np.interp(np.sin(wanderers.facings), (0.0, 1.0), (body.step_width, closed_up))
-    points: FloatArray = wanderers.places + 0.5 * widths[:, None] * planar.direction(yaws + outward)
+    points = _beside(wanderers, sides, options)
     heights, normals = wanderers.heights, np.tile([0.0, 1.0, 0.0], (count, 1))
     if ground is not None:
         heels, toes, half_widths = (np.full(count, size) for size in (body.heel, body.toe, body.half_width))
@@ -216,6 +214,23 @@ def lay_footsteps(
         orientations=print_orientations(yaws, normals),
         strike_times=times,
     )
+
+
+def follow_feet(wanderers: Wanderers, footsteps: Footsteps, *, options: WanderOptions) -> Wanderers:
+    """Those that wander, each as far along its way and as high as the footstep it has taken."""
+    forward = planar.direction(wanderers.yaws)
+    apart = footsteps.positions[:, [0, 2]] - _beside(wanderers, footsteps.sides, options)
+    places = wanderers.places + np.sum(apart * forward, axis=1, keepdims=True) * forward
+    return replace(wanderers, places=places, heights=footsteps.positions[:, 1])
+
+
+def _beside(wanderers: Wanderers, sides: IntArray, options: WanderOptions) -> FloatArray:
+    """Where one foot of each stands beside its place (x, z) [m], shape (N, 2)."""
+    body, yaws = options.body, wanderers.yaws - wanderers.facings
+    outward = np.where(sides == LEFT, 0.5 * np.pi, -0.5 * np.pi)
+    closed_up = 2.0 * body.half_width + BETWEEN + options.side_step
+    widths = np.interp(np.sin(wanderers.facings), (0.0, 1.0), (body.step_width, closed_up))
+    return np.asarray(wanderers.places + 0.5 * widths[:, None] * planar.direction(yaws + outward))
 
 
 def rows_of(table: Table, rows: IntArray | BoolArray) -> Table:

@@ -15,7 +15,7 @@ from usdfoot.model.device import start_warp
 from usdfoot.model.ground import Ground
 from usdfoot.planning.clearance_kernel import BODY, UNDERFOOT, Outlines, find_clearances
 
-__all__ = ["UNDERFOOT", "Obstacle", "World", "box_outline", "clearances", "is_beside", "is_clear"]
+__all__ = ["Obstacle", "World", "box_outline", "clearances", "is_beside", "is_clear"]
 
 
 @dataclass(frozen=True, kw_only=True)

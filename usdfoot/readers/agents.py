@@ -15,8 +15,9 @@ from usdfoot.bridge.tokens import Motion, Schema
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import PlanError, SceneError
 from usdfoot.model.report import Problem
+from usdfoot.readers.authored import authored, authored_values, targets
 from usdfoot.readers.plans import is_plan
-from usdfoot.readers.stage import StagePrims, authored, authored_values, targets
+from usdfoot.readers.stage import StagePrims
 
 __all__ = [
     "OPTIONS",

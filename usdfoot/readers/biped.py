@@ -17,10 +17,10 @@ from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import SIDES, Biped
 from usdfoot.model.skeleton import Skeleton
+from usdfoot.readers.authored import authored
 from usdfoot.readers.joints import leaf_name
 from usdfoot.readers.skeleton import RawSkeleton
 from usdfoot.readers.skins import Skin, points_moved_by
-from usdfoot.readers.stage import authored
 
 __all__ = ["has_legs", "read_biped"]
 

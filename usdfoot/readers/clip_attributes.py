@@ -13,7 +13,7 @@ from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import ClipError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.clip import AuthoredEvents
-from usdfoot.readers.stage import authored
+from usdfoot.readers.authored import authored
 
 __all__ = ["ClipAttributes", "read_clip_attributes"]
 

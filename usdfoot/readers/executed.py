@@ -11,7 +11,7 @@ from usdfoot.bridge import tokens
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.motion import ForceResults, StepResults
-from usdfoot.readers.stage import authored
+from usdfoot.readers.authored import authored
 from usdfoot.readers.written import WrittenAgent
 
 __all__ = ["read_root_positions", "read_step_results"]

@@ -19,10 +19,11 @@ from usdfoot.model.report import Problem
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.scenario import Seeker
 from usdfoot.readers.agents import AgentSource
+from usdfoot.readers.authored import authored, targets
 from usdfoot.readers.casting import Casting, skipped
 from usdfoot.readers.habits import HabitsReader
 from usdfoot.readers.skeleton import matrices_of
-from usdfoot.readers.stage import StagePrims, authored, start_code, targets
+from usdfoot.readers.stage import StagePrims, start_code
 
 __all__ = ["GoalAgent", "read_agent_libraries", "read_goal_agents"]
 

@@ -20,9 +20,10 @@ from usdfoot.model.limits import DEFAULT_LIMITS
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.readers.agents import AgentSource
+from usdfoot.readers.authored import targets
 from usdfoot.readers.plans import read_plan
 from usdfoot.readers.skeleton import matrices_of
-from usdfoot.readers.stage import start_code, targets
+from usdfoot.readers.stage import start_code
 
 __all__ = ["OverriddenPlan", "Overrides", "author_move", "new_layer", "read_overrides"]
 

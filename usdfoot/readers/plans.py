@@ -17,15 +17,15 @@ from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.limits import DEFAULT_LIMITS
-from usdfoot.model.plan import FootstepPlan, PlanDraft
+from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.plan_checks import checked_plans
+from usdfoot.model.plan_draft import PlanDraft
 from usdfoot.model.report import Problem
+from usdfoot.readers.authored import is_authored
 from usdfoot.readers.plan_prints import cut_rows, path_orientations, place_prints, turn_prints
 from usdfoot.readers.plan_sources import PRINTS, TIMES, PlanSource, ask_plan
-from usdfoot.readers.skeleton import StartTransforms
-from usdfoot.readers.stage import is_authored
 
-__all__ = ["is_plan", "plans_of", "read_draft", "read_plan", "read_prints"]
+__all__ = ["Planned", "is_plan", "plans_of", "read_draft", "read_plan", "read_prints"]
 
 _UNTIMED = "author one entry a footstep, or let usdfoot plan timing find the times"
 _SIDES, _POSITIONS = PRINTS[:2]
@@ -80,7 +80,6 @@ def _planned(plan: FootstepPlan | PlanError, problems: tuple[Problem, ...]) -> P
 def read_draft(
     prim: Usd.Prim,
     units: StageUnits,
-    transforms: StartTransforms | None = None,
     *,
     most: int = DEFAULT_LIMITS.footsteps,
 ) -> Drafted:
@@ -89,20 +88,18 @@ def read_draft(
     Args:
         prim: As of `read_plan`.
         units: Of the stage.
-        transforms: Of the stage, for whoever reads many plans.
         most: How many footsteps it may have.
 
     Raises:
         PlanError: If the prim is no PointInstancer or lacks an array.
         SceneError: If it has too many footsteps.
     """
-    return _or_raise(_drafts_of([ask_plan(prim, transforms, most=most)], units, is_timed=True)[0])
+    return _or_raise(_drafts_of([ask_plan(prim, most=most)], units, is_timed=True)[0])
 
 
 def read_prints(
     prim: Usd.Prim,
     units: StageUnits,
-    transforms: StartTransforms | None = None,
     *,
     most: int = DEFAULT_LIMITS.footsteps,
 ) -> Drafted:
@@ -112,7 +109,7 @@ def read_prints(
         PlanError: If the prim is no PointInstancer or lacks an array of prints.
         SceneError: If it has too many footsteps.
     """
-    return _or_raise(_drafts_of([ask_plan(prim, transforms, PRINTS, most=most)], units, is_timed=False)[0])
+    return _or_raise(_drafts_of([ask_plan(prim, names=PRINTS, most=most)], units, is_timed=False)[0])
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,8 +11,8 @@ from usdfoot.bridge.tokens import Agent, File, Prim
 from usdfoot.errors import SceneError
 from usdfoot.model.report import Problem
 from usdfoot.readers.agents import AgentSource, existing_targets
+from usdfoot.readers.authored import targets
 from usdfoot.readers.casting import holds_skeleton
-from usdfoot.readers.stage import targets
 
 __all__ = ["recast"]
 

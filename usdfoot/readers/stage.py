@@ -5,16 +5,14 @@ from __future__ import annotations
 import logging
 import os
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
-from typing import Any
 
-import numpy as np
-from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdSkel, UsdUtils
+from pxr import Sdf, Tf, Usd, UsdGeom, UsdSkel, UsdUtils
 
 from usdfoot.bridge.scene import StageInfo
-from usdfoot.bridge.schema import applied_apis, declared_kind, declared_type
+from usdfoot.bridge.schema import applied_apis
 from usdfoot.bridge.tokens import File
 from usdfoot.bridge.units import StageUnits
 from usdfoot.bridge.usd_errors import usd_reason
@@ -24,22 +22,16 @@ from usdfoot.model.report import Problem
 
 __all__ = [
     "StagePrims",
-    "authored",
-    "authored_in",
-    "authored_or_primvar",
-    "authored_values",
     "collect_prims",
     "composition_problems",
     "has_marked",
     "identifier_of",
     "is_as_saved",
-    "is_authored",
     "keep_open",
     "layers_of",
     "open_stage",
     "read_stage_info",
     "start_code",
-    "targets",
     "walk_stage",
 ]
 
@@ -57,7 +49,6 @@ _GEOMETRY = (_MESHES, _SHAPES)
 _OURS = "Usdfoot"
 _SESSION = re.compile(r",@anon:0x[0-9a-f]+:[^@]*@")
 """A stage's session layer beside its root, as USD names it in errors: by where it is in memory, each time elsewhere."""
-_EARLIEST = Usd.TimeCode.EarliestTime()
 
 
 def open_stage(scene: str | os.PathLike[str] | Usd.Stage) -> Usd.Stage:
@@ -173,89 +164,6 @@ def composition_problems(stage: Usd.Stage) -> tuple[Problem, ...]:
 def start_code(stage: Usd.Stage) -> Usd.TimeCode:
     """Time code at which what does not move is read: the stage's start, or 0."""
     return Usd.TimeCode(stage.GetStartTimeCode())
-
-
-def authored(prim: Usd.Prim, name: str) -> Any:
-    """Value authored for an attribute, None where there is none; the schema's fallback does not count.
-
-    Raises:
-        SceneError: If the attribute is of a type that cannot stand for the schema's, as text cannot for a number.
-    """
-    return authored_in(Usd.AttributeQuery(prim, name), prim, name)  # resolves it once
-
-
-def authored_in(query: Usd.AttributeQuery, prim: Usd.Prim, name: str) -> Any:
-    """As `authored` by a query of the prim's attribute of this name, which may not be there."""
-    if not query.HasAuthoredValue():
-        return None
-    value = query.Get(_EARLIEST)
-    return value if declared_kind(name) in (None, type(value)) else _of_type(name, prim.GetAttribute(name), value)
-
-
-def authored_or_primvar(prim: Usd.Prim, name: str) -> Any:
-    """As `authored`; failing that the value of the primvar of this name, which some programs write instead.
-
-    Raises:
-        SceneError: As `authored`.
-    """
-    value = authored(prim, name)
-    primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar(name) if value is None else None
-    if not primvar or not primvar.HasAuthoredValue():
-        return value
-    _logger.info("%s: %s is read from the primvar of this name", prim.GetPath(), name)
-    return _of_type(name, primvar.GetAttr(), primvar.ComputeFlattened(Usd.TimeCode.EarliestTime()))
-
-
-def _of_type(name: str, attribute: Usd.Attribute, value: Any) -> Any:
-    """The value of an attribute, which stands for the schema's `name`; numbers in place of time codes as these.
-
-    Raises:
-        SceneError: If the attribute is of a type that cannot stand for it.
-    """
-    expected = None if declared_kind(name) in (None, type(value)) else declared_type(name)
-    if not expected:
-        return value
-    found = attribute.GetPropertyStack()[0].typeName  # the attribute's own type is the schema's
-    if _form(expected) != _form(found):
-        where = attribute.GetPrim().GetPath()
-        raise SceneError(where, f"{attribute.GetName()} is of type {found}", f"author it as {expected}")
-    code = Sdf.ValueTypeNames.TimeCode
-    return _on_stage(attribute, value) if expected.scalarType == code != found.scalarType else value
-
-
-def _on_stage(attribute: Usd.Attribute, codes: Any) -> Any:
-    """Time codes of a layer on the stage: USD moves only those of type timecode by the layer's offset, no numbers."""
-    stack = attribute.GetPropertyStackWithLayerOffsets(_EARLIEST)
-    offset = next(offset for spec, offset in stack if spec.HasInfo("default") or spec.HasInfo("timeSamples"))
-    if offset.IsIdentity():
-        return codes
-    moved = offset.offset + offset.scale * np.array(codes, dtype=float)
-    return moved if moved.ndim else float(moved)
-
-
-def authored_values(prim: Usd.Prim, names: Collection[str]) -> dict[str, Any]:
-    """Values authored for attributes, by name; those without are left out. Quick where few are authored."""
-    values = {name: authored(prim, name) for name in prim.GetAuthoredPropertyNames() if name in names}
-    return {name: value for name, value in values.items() if value is not None}
-
-
-def is_authored(prim: Usd.Prim, name: str) -> bool:
-    """Whether an attribute has a value of its own, whatever that is."""
-    attribute = prim.GetAttribute(name)
-    return bool(attribute) and attribute.HasAuthoredValue()
-
-
-def _form(type_name: Sdf.ValueTypeName) -> tuple[bool, bool, tuple[int, ...]]:
-    """Whether values are arrays, whether they are text, and the shape of one; float, double and timecode are alike."""
-    value = type_name.scalarType.defaultValue
-    shape = (4,) if isinstance(value, (Gf.Quath, Gf.Quatf, Gf.Quatd)) else np.shape(value)
-    return type_name.isArray, isinstance(value, (str, Sdf.AssetPath)), shape
-
-
-def targets(prim: Usd.Prim, name: str) -> list[Sdf.Path]:
-    """Targets of a relationship, forwarded; empty where there is none."""
-    relationship = prim.GetRelationship(name)
-    return list(relationship.GetForwardedTargets()) if relationship else []
 
 
 @dataclass(frozen=True, kw_only=True)

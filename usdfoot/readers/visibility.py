@@ -8,7 +8,7 @@ from pxr import Sdf, Usd, UsdGeom
 
 from usdfoot.bridge.scene import Visibility
 from usdfoot.readers.agents import AgentSource
-from usdfoot.readers.stage import is_authored
+from usdfoot.readers.authored import is_authored
 
 __all__ = ["read_visibilities"]
 

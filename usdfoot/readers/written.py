@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -21,25 +21,16 @@ from usdfoot.model.biped import Biped
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.skeleton import Skeleton
 from usdfoot.model.terrain import Terrain
+from usdfoot.readers.authored import authored, targets
 from usdfoot.readers.biped import read_biped
 from usdfoot.readers.candidates import find_skeleton
 from usdfoot.readers.plans import read_plan
-from usdfoot.readers.skeleton import RawSkeleton, read_skeleton, skeleton_in, split_matrices
+from usdfoot.readers.skeleton import RawSkeleton, read_skeleton, skeleton_in
 from usdfoot.readers.skins import read_skin
-from usdfoot.readers.stage import authored, collect_prims, open_stage, read_stage_info, targets
+from usdfoot.readers.stage import collect_prims, open_stage, read_stage_info
 from usdfoot.readers.terrain import read_terrain
 
-__all__ = [
-    "JointTracks",
-    "WrittenAgent",
-    "WrittenCrowd",
-    "agent_names",
-    "read_agent",
-    "read_agent_prim",
-    "read_joint_positions",
-    "read_joint_tracks",
-    "read_written_crowd",
-]
+__all__ = ["WrittenAgent", "WrittenCrowd", "agent_names", "read_agent", "read_agent_prim", "read_written_crowd"]
 
 ON_SAMPLE = 1e-6
 """Time codes closer than this are the same."""
@@ -93,32 +84,6 @@ class WrittenCrowd:
     """What the crowd says of its making, empty if nothing."""
     bipeds: dict[Hashable, Biped] = field(default_factory=dict)
     """What has been found of characters, which many agents share, by prototype and how it stands."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class JointTracks:
-    """Joints of one agent as UsdSkel evaluates them, canonical."""
-
-    times: FloatArray
-    """[s], shape (F,)."""
-    positions: FloatArray
-    """In the world [m], shape (F, J, 3)."""
-    local: FloatArray
-    """Joint-local matrices (row vectors), shape (F, J, 4, 4)."""
-    world: FloatArray
-    """Matrices to the stage's world (row vectors), in its units, shape (F, J, 4, 4)."""
-    units: StageUnits
-    """Of the stage."""
-
-    def turns(self, joints: Sequence[int]) -> FloatArray:
-        """Rotations of some joints (K,) in the world, xyzw, shape (F, K, 4)."""
-        _, turns, _ = split_matrices(self.world[:, list(joints)].reshape(-1, 4, 4))
-        return self.units.frames_to_canonical(turns.reshape(len(self.times), -1, 4))
-
-    def rotations(self) -> FloatArray:
-        """Joint-local rotations, xyzw, continuous, shape (F, J, 4)."""
-        _, rotations, _ = split_matrices(self.local.reshape(-1, 4, 4))
-        return quaternion.continuous(rotations.reshape(*self.local.shape[:2], 4))
 
 
 def read_written_crowd(path: str | os.PathLike[str] | Usd.Stage) -> WrittenCrowd:
@@ -210,55 +175,6 @@ def read_agent_prim(prim: Usd.Prim, units: StageUnits, *, bipeds: dict[Hashable,
         skeleton_prim=skeleton_prim,
         query=query,
     )
-
-
-def read_joint_tracks(agent: WrittenAgent, units: StageUnits, codes: FloatArray) -> JointTracks:
-    """Joints at time codes (F,), whole or not, interpolated as any USD program does.
-
-    Raises:
-        SceneError: If there are no time codes, or a joint is nowhere: not finite.
-    """
-    if not len(codes):
-        raise SceneError(agent.animation, "has no samples", "animate the crowd again")
-    local = np.empty((len(codes), len(agent.skeleton.joints), 4, 4))
-    for frame, code in enumerate(codes.tolist()):
-        local[frame] = agent.query.ComputeJointLocalTransforms(Usd.TimeCode(code))
-    world = _world_matrices(agent, codes, slice(None))
-    return JointTracks(
-        times=units.codes_to_times(codes),
-        positions=units.points_to_canonical(world[..., 3, :3]),
-        local=local,
-        world=world,
-        units=units,
-    )
-
-
-def read_joint_positions(
-    agent: WrittenAgent, units: StageUnits, codes: FloatArray, *, joints: Sequence[int]
-) -> FloatArray:
-    """Where some joints (K,) are at time codes (F,), whole or not, as in `read_joint_tracks` [m], shape (F, K, 3).
-
-    Raises:
-        SceneError: If a joint is nowhere: not finite.
-    """
-    return units.points_to_canonical(_world_matrices(agent, codes, list(joints))[..., 3, :3])
-
-
-def _world_matrices(agent: WrittenAgent, codes: FloatArray, joints: slice | list[int]) -> FloatArray:
-    """Matrices (row vectors) of K joints to the stage's world at time codes (F,), shape (F, K, 4, 4)."""
-    skel: FloatArray = np.empty((len(codes), len(np.arange(len(agent.skeleton.joints))[joints]), 4, 4))
-    above = np.empty((len(codes), 4, 4))
-    xforms = UsdGeom.XformCache()
-    for frame, code in enumerate(codes.tolist()):
-        time = Usd.TimeCode(code)
-        xforms.SetTime(time)
-        skel[frame] = np.asarray(agent.query.ComputeJointSkelTransforms(time))[joints]
-        above[frame] = xforms.GetLocalToWorldTransform(agent.skeleton_prim)
-    world = (skel.reshape(len(codes), -1, 4) @ above).reshape(skel.shape)
-    nowhere = np.flatnonzero(~np.isfinite(world).all(axis=(1, 2, 3)))
-    if nowhere.size:
-        raise SceneError(agent.animation, f"moves joints to nowhere at {codes[nowhere[0]]:g}", "author finite values")
-    return world
 
 
 def _read_biped(agent: Usd.Prim, prim: Usd.Prim, raw: RawSkeleton, skeleton: Skeleton, to_agent: Similarity) -> Biped:

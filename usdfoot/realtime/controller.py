@@ -26,7 +26,7 @@ from usdfoot.realtime.steering import Steering
 from usdfoot.realtime.walks import ControllerOptions, Walks
 from usdfoot.realtime.windows import Windows
 
-__all__ = ["Controller", "ControllerOptions"]
+__all__ = ["Controller"]
 
 LONGEST_WAIT = 0.1
 """Who is steered is given footsteps at least as often as this, however long nobody asks for a pose [s]."""

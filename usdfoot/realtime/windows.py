@@ -8,7 +8,7 @@ from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.realtime.footsteps import Footsteps
 from usdfoot.realtime.slots import Slots
 
-__all__ = ["RING", "Windows"]
+__all__ = ["CLEAN", "RING", "Windows"]
 
 RING = 16
 """Contacts an agent has room for."""

@@ -6,7 +6,16 @@ from __future__ import annotations
 
 import warp as wp
 
-__all__ = ["CLOSEST", "OCTANTS", "best_triple", "find_triples", "nearest_examples", "square_distance"]
+__all__ = [
+    "CLOSEST",
+    "NONE",
+    "OCTANTS",
+    "SMALLEST_AREA",
+    "best_triple",
+    "find_triples",
+    "nearest_examples",
+    "square_distance",
+]
 
 OCTANTS = 8
 CLOSEST = 3

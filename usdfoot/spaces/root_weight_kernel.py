@@ -7,7 +7,10 @@ from __future__ import annotations
 import warp as wp
 
 __all__ = [
+    "Corners",
     "RootMix",
+    "areas_at",
+    "cross",
     "find_beta",
     "find_given_up",
     "find_largest",

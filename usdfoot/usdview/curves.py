@@ -10,9 +10,10 @@ from usdfoot.bridge.names import unique_name
 from usdfoot.bridge.tokens import Path as Token
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.model.plan import FootstepPlan
+from usdfoot.readers.authored import authored
 from usdfoot.readers.obstacles import read_obstacles
 from usdfoot.readers.paths import read_paths
-from usdfoot.readers.stage import authored, collect_prims, read_stage_info
+from usdfoot.readers.stage import collect_prims, read_stage_info
 from usdfoot.readers.terrain import read_terrain
 from usdfoot.readers.walkers import Walker, only_proportions, plan_walkers
 from usdfoot.usdview.selection import Selection

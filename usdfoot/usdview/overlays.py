@@ -15,7 +15,8 @@ from usdfoot.model.overlay import Overlay as Drawing
 from usdfoot.model.overlay_kinds import KINDS
 from usdfoot.model.report import Problem
 from usdfoot.pipeline.inspect import InspectOptions, draw_overlay, format_of
-from usdfoot.readers.stage import authored, read_stage_info
+from usdfoot.readers.authored import authored
+from usdfoot.readers.stage import read_stage_info
 from usdfoot.readers.written import read_written_crowd
 from usdfoot.usdview.selection import Selection, all_agents, selected_agents
 from usdfoot.writers.layers import define_prim

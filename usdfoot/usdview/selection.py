@@ -11,7 +11,7 @@ from pxr import Sdf, Usd
 from usdfoot.bridge.tokens import Agent, Overlay, Plan, Prim
 from usdfoot.errors import SceneError
 from usdfoot.maths.types import FloatArray
-from usdfoot.readers.stage import authored, targets
+from usdfoot.readers.authored import authored, targets
 
 __all__ = ["Footstep", "Selection", "all_agents", "selected_agents", "selected_footstep"]
 

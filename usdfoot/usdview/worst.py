@@ -10,7 +10,8 @@ from pxr import Sdf, Usd
 from usdfoot.bridge.tokens import Agent, Plan, Prim, Result
 from usdfoot.errors import SceneError
 from usdfoot.maths.types import FloatArray
-from usdfoot.readers.stage import authored, read_stage_info, targets
+from usdfoot.readers.authored import authored, targets
+from usdfoot.readers.stage import read_stage_info
 from usdfoot.usdview.selection import Selection, all_agents, selected_agents
 
 __all__ = ["WorstStep", "find_worst_step"]

@@ -12,8 +12,8 @@ from usdfoot.bridge.schema import applied_apis, has_api
 from usdfoot.bridge.tokens import SIDES, Contact, Schema
 from usdfoot.errors import SkeletonError
 from usdfoot.maths.types import FloatArray
+from usdfoot.readers.authored import authored
 from usdfoot.readers.candidates import find_skeleton
-from usdfoot.readers.stage import authored
 from usdfoot.validators.findings import finding
 
 __all__ = ["animation_of", "check_complete", "check_contacts", "check_joints", "check_rotations"]

@@ -14,7 +14,8 @@ from usdfoot.errors import UsdfootError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.pipeline.measures import measure_placement
-from usdfoot.readers.stage import read_stage_info, targets
+from usdfoot.readers.authored import targets
+from usdfoot.readers.stage import read_stage_info
 from usdfoot.readers.written import read_agent_prim
 from usdfoot.validators.animations import animation_of, check_complete, check_contacts, check_joints
 from usdfoot.validators.findings import finding

@@ -12,10 +12,12 @@ from usdfoot.bridge import tokens
 from usdfoot.errors import UsdfootError
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import IntArray
-from usdfoot.model.plan import FootstepPlan, PlanDraft
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.plan_draft import PlanDraft
 from usdfoot.planning.mend import mend_times, strike_order
+from usdfoot.readers.authored import authored
 from usdfoot.readers.plans import read_draft
-from usdfoot.readers.stage import authored, read_stage_info
+from usdfoot.readers.stage import read_stage_info
 from usdfoot.validators.plans import CONCATENATED, PER_STEP
 
 __all__ = ["complete_fixers", "plan_fixers", "rotation_fixers"]

@@ -11,11 +11,12 @@ from usdfoot.bridge.schema import has_api
 from usdfoot.bridge.tokens import Result, Schema
 from usdfoot.errors import UsdfootError
 from usdfoot.model.plan import FootstepPlan
+from usdfoot.readers.authored import authored
 from usdfoot.readers.plans import is_plan, read_draft
-from usdfoot.readers.stage import authored, read_stage_info
+from usdfoot.readers.stage import read_stage_info
 from usdfoot.validators.findings import finding
 
-__all__ = ["PER_STEP", "check_plan"]
+__all__ = ["CONCATENATED", "PER_STEP", "check_plan"]
 
 CONCATENATED = (Result.CLIPS, Result.CLIP_WEIGHTS)
 """Results with as many entries as the clip counts add up to."""

@@ -9,9 +9,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from usdfoot.bridge.chunk_files import ChunkFiles, chunk_files, chunk_folder
 from usdfoot.bridge.file_hashes import mark_unchanged
 from usdfoot.bridge.scene import Scene
-from usdfoot.bridge.tokens import ChunkFiles, File, Prim, chunk_files, chunk_folder
+from usdfoot.bridge.tokens import File, Prim
 from usdfoot.errors import OutputError
 from usdfoot.writers.belongings import check_foreign, tidy
 from usdfoot.writers.joined import JoinedFile
@@ -21,7 +22,7 @@ from usdfoot.writers.placing import PlacedCharacter
 from usdfoot.writers.root import expanded_layer, root_layer, scope_layer, stacked_layer
 from usdfoot.writers.staging import StagedFiles, staged_files
 
-__all__ = ["CrowdWriter", "check_output", "open_crowd"]
+__all__ = ["CrowdWriter", "check_output", "crowd_format", "open_crowd"]
 
 
 @contextmanager
@@ -105,12 +106,12 @@ class CrowdWriter:
             for name, path in copied.files.items():
                 files.add_file(name, path)
         anims = [chunk.anims for chunk in self._chunks]
-        files.add_layer(File.ANIMS, stacked_layer(self._format, anims, text=True))
+        files.add_layer(File.ANIMS, stacked_layer(self._format, anims))
         files.add_layer(File.EXPANDED, expanded_layer(self._format, agents))
         self._hashes = files.content_hashes()
         files.add_bytes(File.REPORT, _readable({**report, "files": self._hashes}))
         if not (folder / File.OVERRIDES).exists():
-            files.add_layer(File.OVERRIDES, stacked_layer(self._format, (), text=True))
+            files.add_layer(File.OVERRIDES, stacked_layer(self._format, ()))
         self._has_materials = bool(materials)
         files.add_layer(File.CROWD, root_layer(self._format, provenance, has_materials=self._has_materials))
         return folder / File.CROWD, folder / File.REPORT

@@ -14,6 +14,7 @@ from usdfoot.bridge.units import StageUnits
 from usdfoot.maths.types import FloatArray
 
 __all__ = [
+    "MODEL_KINDS",
     "LayerFormat",
     "apply_schemas",
     "author",

@@ -13,7 +13,8 @@ from usdfoot.bridge.units import StageUnits
 from usdfoot.bridge.usd_errors import usd_reason
 from usdfoot.errors import OutputError
 from usdfoot.maths.types import FloatArray
-from usdfoot.model.plan import FootstepPlan, PlanDraft
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.plan_draft import PlanDraft
 from usdfoot.writers.footsteps import in_frame
 from usdfoot.writers.layers import author, rounded_codes
 

@@ -18,14 +18,14 @@ SUBLAYERS = (File.OVERRIDES, File.AGENTS, File.FOOTSTEPS, File.ANIMS)
 
 def root_layer(layer_format: LayerFormat, provenance: Mapping[str, Any], *, has_materials: bool = False) -> Sdf.Layer:
     """crowd.usd: metadata and sublayers, nothing else."""
-    layer = stacked_layer(layer_format, (*SUBLAYERS, *[File.MATERIALS] * has_materials), text=True)
+    layer = stacked_layer(layer_format, (*SUBLAYERS, *[File.MATERIALS] * has_materials))
     layer.customLayerData = {PROVENANCE: dict(provenance)}
     return layer
 
 
-def stacked_layer(layer_format: LayerFormat, names: Sequence[str], *, text: bool = False) -> Sdf.Layer:
-    """A layer with the files beside it as sublayers, strongest first."""
-    layer = new_layer(layer_format, text=text)
+def stacked_layer(layer_format: LayerFormat, names: Sequence[str]) -> Sdf.Layer:
+    """A text layer with the files beside it as sublayers, strongest first."""
+    layer = new_layer(layer_format, text=True)
     layer.subLayerPaths = [f"./{name}" for name in names]
     return layer
 
@@ -39,7 +39,7 @@ def scope_layer(layer_format: LayerFormat, scope: str) -> Sdf.Layer:
 
 def expanded_layer(layer_format: LayerFormat, agents: Sequence[str]) -> Sdf.Layer:
     """crowd.expanded.usda: the crowd without instances, for programs that cannot skin them."""
-    layer = stacked_layer(layer_format, [File.CROWD], text=True)
+    layer = stacked_layer(layer_format, [File.CROWD])
     for name in agents:
         Sdf.CreatePrimInLayer(layer, f"{Prim.AGENTS}/{name}").instanceable = False
     return layer

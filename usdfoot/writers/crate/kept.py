@@ -14,7 +14,7 @@ import numpy as np
 from usdfoot.maths.types import IntArray
 from usdfoot.writers.crate.specs import Items, Reference, SpecKind, Type, Value
 
-__all__ = ["KeptLayer", "KeptPrim", "SetsOfFields", "in_order"]
+__all__ = ["KeptLayer", "KeptPrim", "SetsOfFields", "in_order", "mentioned_by"]
 
 
 @dataclass(frozen=True, kw_only=True)
