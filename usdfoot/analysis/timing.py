@@ -12,6 +12,7 @@ __all__ = [
     "EARTH_GRAVITY",
     "HUMAN_LEG",
     "QUICKENING",
+    "RUN_FROUDE",
     "STAND_TIME",
     "StepTiming",
     "TimingRule",
