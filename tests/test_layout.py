@@ -188,3 +188,10 @@ def test_documents_name_only_files_that_exist(repository, name):
     # stages/ itself is made by a tool and may be named before it is there
     assert named
     assert [path for path in sorted(named - {"stages/"}) if not (repository / path).exists()] == []
+
+
+def test_the_architecture_names_functions_and_classes_where_they_are(repository):
+    text = (repository / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    named = re.findall(r"`(\w+)`\s+in\s+`(usdfoot/[\w/]+\.py)`", text)
+    assert len(named) > 4
+    assert [(name, path) for name, path in named if name not in names_of(repository / path)[0]] == []

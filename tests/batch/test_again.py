@@ -8,7 +8,8 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from tests.batch.conftest import AGENTS, delay_plan, digests, write_crowd_scene
-from usdfoot.bridge.tokens import File, chunk_files
+from usdfoot.bridge.chunk_files import chunk_files
+from usdfoot.bridge.tokens import File
 from usdfoot.errors import OutputError
 from usdfoot.physics.motion_options import MotionOptions
 from usdfoot.pipeline.animate import animate

@@ -20,7 +20,8 @@ from usdfoot.analysis.examples import build_examples
 from usdfoot.batch.analysed import KeptExamples, build_once, forget_examples
 from usdfoot.batch.hashing import content_hash
 from usdfoot.batch.workshop import Workshop
-from usdfoot.bridge.tokens import File, chunk_files
+from usdfoot.bridge.chunk_files import chunk_files
+from usdfoot.bridge.tokens import File
 from usdfoot.errors import OutputError
 from usdfoot.pipeline.animate import animate, animate_chunk, count_chunks
 from usdfoot.pipeline.validate import validate

@@ -13,7 +13,8 @@ from tests.engine.plans import way
 from tests.engine.synthesis import slow_phases, synthesise
 from usdfoot.engine.clock_kernel import read_samples
 from usdfoot.engine.options import EngineOptions
-from usdfoot.engine.poses import device_library, device_segments, place_segments, pose_feet, pose_frames
+from usdfoot.engine.pose_source import pose_feet
+from usdfoot.engine.poses import device_library, device_segments, place_segments, pose_frames
 from usdfoot.maths import quaternion
 from usdfoot.model.examples import LIFTOFF_PHASES
 from usdfoot.model.skeleton import forward_kinematics

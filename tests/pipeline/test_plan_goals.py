@@ -117,7 +117,7 @@ def test_over_stones_people_wait_for_what_is_on_them_for_a_while(stages, tmp_pat
     away, comes, goes = np.array([0.0, 9.0, 0.0]), 0.5, float(free.strike_times[row]) + 3.0
     for time, lifted in ((0.0, 1.0), (comes, 1.0), (comes + 0.1, 0.0), (goes, 0.0), (goes + 0.1, float(leaves))):
         middle = free.positions[row] + [0.0, 0.2, 0.0] + lifted * away
-        place.Set(Gf.Vec3d(*(float(value) for value in units.points_to_stage(middle))), time * units.time_codes_per_second)
+        place.Set(Gf.Vec3d(*units.points_to_stage(middle).tolist()), time * units.time_codes_per_second)
     stage.Save()
     report = plan_scene_stones(scene, layer)
     (plan,) = report.plans.values()

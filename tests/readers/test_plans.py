@@ -397,6 +397,22 @@ def test_positions_that_are_animated_are_read_at_their_first_sample_with_a_warni
     ] * moves
 
 
+def test_times_that_are_animated_are_read_at_their_first_sample_with_a_warning():
+    stage = new_stage()
+    prim = add_plan(stage, "/World/Plan", Units(), yaws=np.zeros(6)).GetPrim()
+    first, _ = read(stage)
+    for name in (Token.STRIKE_TIMES, Token.LIFTOFF_TIMES):
+        attribute = prim.GetAttribute(name)
+        codes = np.array([code.GetValue() for code in attribute.Get()])
+        for delay in (0.0, 10.0):
+            attribute.Set(Sdf.TimeCodeArray([Sdf.TimeCode(code + delay) for code in codes]), delay)
+    plan, problems = read(stage)
+    assert_allclose(plan.strike_times, first.strike_times)
+    (problem,) = problems
+    names = f"{Token.LIFTOFF_TIMES}, {Token.STRIKE_TIMES}"
+    assert problem.message.startswith(f"/World/Plan: its {names} are animated, the first sample is read")
+
+
 def test_hidden_prints_stay_footsteps_with_a_warning():
     stage = new_stage()
     instancer = add_plan(stage, "/World/Plan", Units(), yaws=np.zeros(6))

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
 
+from usdfoot.bridge.chunk_files import chunk_files
 from usdfoot.bridge.scene import Character, Scene, StageInfo
 from usdfoot.bridge.similarity import Similarity, similarity_of_matrices
-from usdfoot.bridge.tokens import chunk_files
 from usdfoot.bridge.units import StageUnits
 from usdfoot.maths import quaternion
 from usdfoot.model.agent import Agent, Crowd

@@ -8,7 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from usdfoot.batch.tasks import ChunkTask
-from usdfoot.bridge.tokens import PROVENANCE, ChunkFiles, Record, chunk_folder
+from usdfoot.bridge.chunk_files import ChunkFiles, chunk_folder
+from usdfoot.bridge.tokens import PROVENANCE, Record
 from usdfoot.readers.chunks import list_chunks
 from usdfoot.writers.crate.reading import read_data
 

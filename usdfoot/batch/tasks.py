@@ -11,8 +11,9 @@ import numpy as np
 
 from usdfoot import __version__
 from usdfoot.batch.hashing import content_hash, library_hash
+from usdfoot.bridge.chunk_files import ChunkFiles, chunk_files
 from usdfoot.bridge.scene import Character, Scene
-from usdfoot.bridge.tokens import ChunkFiles, File, chunk_files
+from usdfoot.bridge.tokens import File
 from usdfoot.bridge.versions import library_versions
 from usdfoot.model.agent import Agent, Follower
 from usdfoot.model.limits import Limits

@@ -10,7 +10,7 @@ import numpy as np
 import warp as wp
 
 from usdfoot.engine.foot_rows import FOOT_ROW, FootArrays, FootRow
-from usdfoot.engine.poses import Layout
+from usdfoot.engine.pose_source import Layout
 from usdfoot.engine.slopes import planned_forwards
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 

@@ -15,7 +15,7 @@ from usdfoot.engine.foot_rows import FootArrays
 from usdfoot.engine.hurried_swings import eased_shares, height_speeds, hurried_balls
 from usdfoot.engine.legs import LegRig, leg_kinematics
 from usdfoot.engine.plant import swinging_foot
-from usdfoot.engine.poses import Layout, PoseSource
+from usdfoot.engine.pose_source import Layout, PoseSource
 from usdfoot.maths import planar
 from usdfoot.maths.splines import spline_shares
 from usdfoot.maths.timeline import locate

@@ -9,7 +9,7 @@ import numpy as np
 from usdfoot.engine.contact_feet import ContactFeet, with_values
 from usdfoot.engine.held_feet import HeldFeet, hold_feet
 from usdfoot.engine.pelvis import MOST_DROP
-from usdfoot.engine.poses import Feet, Layout
+from usdfoot.engine.pose_source import Feet, Layout
 from usdfoot.engine.slopes import lie_in_slopes
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray

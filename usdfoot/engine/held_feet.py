@@ -10,7 +10,7 @@ import warp as wp
 from usdfoot.engine.contact_feet import ContactFeet, device_feet
 from usdfoot.engine.foot_rows import FootArrays
 from usdfoot.engine.legs import LegRig
-from usdfoot.engine.poses import Feet, Layout
+from usdfoot.engine.pose_source import Feet, Layout
 from usdfoot.engine.standing_foot import standing_foot
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray, IntArray

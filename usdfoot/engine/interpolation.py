@@ -6,7 +6,7 @@ import numpy as np
 import warp as wp
 
 from usdfoot.engine.kernels import slerped
-from usdfoot.engine.poses import Layout, Poses
+from usdfoot.engine.pose_source import Layout, Poses
 from usdfoot.maths.types import FloatArray, IntArray
 
 __all__ = ["interpolate_poses"]

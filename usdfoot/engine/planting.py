@@ -14,7 +14,7 @@ from usdfoot.engine.feet import lead_swings, lower_pelvis, raise_heels, roll_con
 from usdfoot.engine.frames import Frames, lay_frames
 from usdfoot.engine.held_feet import hold_feet
 from usdfoot.engine.plant import plant_feet
-from usdfoot.engine.poses import Feet, Layout, Poses, PoseSource, pose_feet
+from usdfoot.engine.pose_source import Feet, Layout, Poses, PoseSource, pose_feet
 from usdfoot.engine.results import achieved_contacts
 from usdfoot.engine.rooted_poses import RootedPoses, root_poses
 from usdfoot.engine.subframes import drifting_frames, insert_frames, merge_poses

@@ -11,7 +11,8 @@ import numpy as np
 from usdfoot.analysis.figures import FRAME_TOLERANCE, FrameRanges, contact_figures
 from usdfoot.engine.contact_feet import ContactFeet
 from usdfoot.engine.frames import Frames
-from usdfoot.engine.poses import Feet, Layout, Setup, StepBlend
+from usdfoot.engine.pose_source import Feet, Layout
+from usdfoot.engine.poses import Setup, StepBlend
 from usdfoot.engine.reach import PLACED
 from usdfoot.engine.weights import Landings
 from usdfoot.maths.timeline import locate

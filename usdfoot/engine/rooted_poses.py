@@ -10,7 +10,7 @@ import warp as wp
 
 from usdfoot.engine.frames import Frames
 from usdfoot.engine.given_roots import given_roots
-from usdfoot.engine.poses import Layout, Poses
+from usdfoot.engine.pose_source import Layout, Poses
 from usdfoot.engine.root import root_at
 from usdfoot.maths import quaternion
 from usdfoot.maths.planar import GROUND_AXES

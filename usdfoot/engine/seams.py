@@ -6,7 +6,8 @@ import numpy as np
 import warp as wp
 
 from usdfoot.engine.kernels import SegmentArrays
-from usdfoot.engine.poses import Poses, Seams, Setup, pose_frames, segment_origins
+from usdfoot.engine.pose_source import Poses
+from usdfoot.engine.poses import Seams, Setup, pose_frames, segment_origins
 from usdfoot.maths.types import FloatArray, IntArray
 
 __all__ = ["measure_seams"]

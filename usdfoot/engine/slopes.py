@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from usdfoot.engine.poses import Layout
+from usdfoot.engine.pose_source import Layout
 from usdfoot.engine.rig import Rig
 from usdfoot.engine.standing_foot import SHORT_OF_UPRIGHT
 from usdfoot.maths import planar, quaternion

@@ -12,7 +12,7 @@ from usdfoot.analysis.figures import FRAME_TOLERANCE
 from usdfoot.engine.contact_feet import ContactFeet
 from usdfoot.engine.frames import Frames, frames_at
 from usdfoot.engine.interpolation import interpolate_poses
-from usdfoot.engine.poses import Feet, Layout, Poses, pose_feet
+from usdfoot.engine.pose_source import Feet, Layout, Poses, pose_feet
 from usdfoot.maths.types import BoolArray, IntArray
 
 __all__ = ["drifting_frames", "insert_frames", "merge_poses"]

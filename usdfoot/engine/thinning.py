@@ -16,7 +16,7 @@ from usdfoot.analysis.figures import FRAME_TOLERANCE, largest_distances
 from usdfoot.engine.contact_feet import ContactFeet
 from usdfoot.engine.frames import Frames
 from usdfoot.engine.interpolation import interpolate_poses
-from usdfoot.engine.poses import Feet, Layout, Poses, pose_feet
+from usdfoot.engine.pose_source import Feet, Layout, Poses, pose_feet
 from usdfoot.engine.results import planted_frames
 from usdfoot.engine.rooted_poses import RootedPoses
 from usdfoot.maths import quaternion

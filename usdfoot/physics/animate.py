@@ -18,7 +18,8 @@ from usdfoot.engine.animate import (
     prepare_steps,
 )
 from usdfoot.engine.planting import Planting, cut_motions, plant_samples, prepare_planting
-from usdfoot.engine.poses import ClipPoses, Layout
+from usdfoot.engine.pose_source import Layout
+from usdfoot.engine.poses import ClipPoses
 from usdfoot.engine.reach import PLACED, steps_off_terrain, unreached_steps
 from usdfoot.engine.results import (
     ContactFigures,

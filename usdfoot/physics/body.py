@@ -8,7 +8,7 @@ import numpy as np
 import warp as wp
 
 from usdfoot.engine.feet import FLAT_SHARE, FLAT_TIME
-from usdfoot.engine.poses import Layout, Poses
+from usdfoot.engine.pose_source import Layout, Poses
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
-from usdfoot.engine.poses import ClipPoses, Poses
+from usdfoot.engine.pose_source import Poses
+from usdfoot.engine.poses import ClipPoses
 from usdfoot.maths import quaternion
 from usdfoot.maths.timeline import locate
 from usdfoot.maths.types import FloatArray, IntArray

@@ -6,7 +6,7 @@ import numpy as np
 
 from usdfoot.bridge.tokens import Schema
 from usdfoot.model.report import Problem
-from usdfoot.pipeline.measures import LONGEST_ROLL
+from usdfoot.pipeline.written_feet import LONGEST_ROLL
 from usdfoot.readers.written import WrittenAgent, WrittenCrowd
 
 __all__ = ["find_omissions"]

@@ -15,8 +15,9 @@ from usdfoot.maths.types import FloatArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.report import Problem
 from usdfoot.pipeline import shares
-from usdfoot.pipeline.measures import AgentMeasures, measure_agent, planted_times
+from usdfoot.pipeline.measures import AgentMeasures, measure_agent
 from usdfoot.pipeline.page_figures import frame_values, step_values
+from usdfoot.pipeline.written_feet import planted_times
 from usdfoot.readers.executed import read_root_positions, read_step_results
 from usdfoot.readers.joint_tracks import JointTracks, read_joint_tracks
 from usdfoot.readers.written import WrittenAgent, WrittenCrowd, read_agent, read_written_crowd

@@ -41,9 +41,12 @@ def sample_curve(
         density: Distance between samples, in the units of the points.
 
     Raises:
-        PlanError: If basis or wrap are unknown or the number of points is none of a curve of this kind.
+        PlanError: If basis or wrap are unknown, the number of points is none of a curve of this kind, or one is not
+            finite.
     """
     points = np.asarray(points, dtype=float)
+    if not np.isfinite(points).all():
+        raise PlanError(name, "has points that are not finite", "repair the curve")
     if wrap not in ("nonperiodic", "periodic", "pinned"):
         raise PlanError(name, f"has wrap {wrap}", "nonperiodic, periodic and pinned are known")
     if basis == "linear":

@@ -7,10 +7,10 @@ from collections.abc import Collection
 from typing import Any
 
 import numpy as np
-from pxr import Gf, Sdf, Usd, UsdGeom
+from pxr import Sdf, Usd, UsdGeom
 
 from usdfoot.bridge.schema import declared_kind, declared_type
-from usdfoot.errors import SceneError
+from usdfoot.readers.attributes import checked
 
 __all__ = ["authored", "authored_in", "authored_or_primvar", "authored_values", "is_authored", "targets"]
 
@@ -25,7 +25,11 @@ def authored(prim: Usd.Prim, name: str) -> Any:
     Raises:
         SceneError: If the attribute is of a type that cannot stand for the schema's, as text cannot for a number.
     """
-    return authored_in(Usd.AttributeQuery(prim, name), prim, name)  # resolves it once
+    query = Usd.AttributeQuery(prim, name)  # resolves it once
+    value = authored_in(query, prim, name)
+    if value is not None and query.ValueMightBeTimeVarying():
+        _logger.warning("%s: %s is animated, the first sample is read. author one value", prim.GetPath(), name)
+    return value
 
 
 def authored_in(query: Usd.AttributeQuery, prim: Usd.Prim, name: str) -> Any:
@@ -59,12 +63,8 @@ def _of_type(name: str, attribute: Usd.Attribute, value: Any) -> Any:
     expected = None if declared_kind(name) in (None, type(value)) else declared_type(name)
     if not expected:
         return value
-    found = attribute.GetPropertyStack()[0].typeName  # the attribute's own type is the schema's
-    if _form(expected) != _form(found):
-        where = attribute.GetPrim().GetPath()
-        raise SceneError(where, f"{attribute.GetName()} is of type {found}", f"author it as {expected}")
-    code = Sdf.ValueTypeNames.TimeCode
-    return _on_stage(attribute, value) if expected.scalarType == code != found.scalarType else value
+    is_bare = expected.scalarType == Sdf.ValueTypeNames.TimeCode
+    return _on_stage(attribute, checked(attribute, value, expected)) if is_bare else checked(attribute, value, expected)
 
 
 def _on_stage(attribute: Usd.Attribute, codes: Any) -> Any:
@@ -87,13 +87,6 @@ def is_authored(prim: Usd.Prim, name: str) -> bool:
     """Whether an attribute has a value of its own, whatever that is."""
     attribute = prim.GetAttribute(name)
     return bool(attribute) and attribute.HasAuthoredValue()
-
-
-def _form(type_name: Sdf.ValueTypeName) -> tuple[bool, bool, tuple[int, ...]]:
-    """Whether values are arrays, whether they are text, and the shape of one; float, double and timecode are alike."""
-    value = type_name.scalarType.defaultValue
-    shape = (4,) if isinstance(value, (Gf.Quath, Gf.Quatf, Gf.Quatd)) else np.shape(value)
-    return type_name.isArray, isinstance(value, (str, Sdf.AssetPath)), shape
 
 
 def targets(prim: Usd.Prim, name: str) -> list[Sdf.Path]:

@@ -12,7 +12,7 @@ from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import SkeletonError
 from usdfoot.readers.assets import character_prim_of
 from usdfoot.readers.biped import has_legs
-from usdfoot.readers.skeleton import StartTransforms, read_skeleton, skeleton_in
+from usdfoot.readers.skeleton import StartTransforms, read_joints, read_skeleton, skeleton_in
 from usdfoot.readers.skins import inherited_target
 from usdfoot.readers.stage import StagePrims
 
@@ -97,8 +97,15 @@ def _has_legs(prim: Usd.Prim) -> bool:
 
 
 def _has_joints(prim: Usd.Prim) -> bool:
-    return bool(_joints(prim))
+    """Whether it lists joints, or what cannot be joints: then that is said where it is read."""
+    try:
+        return bool(read_joints(prim))
+    except SkeletonError:
+        return True
 
 
 def _joints(prim: Usd.Prim) -> tuple[str, ...]:
-    return tuple(UsdSkel.Skeleton(prim).GetJointsAttr().Get() or ())
+    try:
+        return read_joints(prim)
+    except SkeletonError:
+        return ()

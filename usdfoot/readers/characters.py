@@ -16,6 +16,7 @@ from usdfoot.maths.types import FloatArray
 from usdfoot.model.biped import Biped
 from usdfoot.model.skeleton import Pose, Skeleton, forward_kinematics
 from usdfoot.readers.assets import asset_of
+from usdfoot.readers.attributes import array_at
 from usdfoot.readers.biped import read_biped
 from usdfoot.readers.bounds import read_bounds
 from usdfoot.readers.candidates import find_skeleton
@@ -146,7 +147,7 @@ def _blend_shapes(skeleton: Usd.Prim) -> BlendShapes | None:
     """Blend shape weights of the animation the Skeleton is bound to."""
     source = inherited_target(skeleton, "skel:animationSource")
     animation = UsdSkel.Animation(skeleton.GetStage().GetPrimAtPath(source)) if source else None
-    names = tuple(str(name) for name in (animation.GetBlendShapesAttr().Get() or ())) if animation else ()
+    names = tuple(map(str, array_at(animation.GetBlendShapesAttr()))) if animation else ()
     if not animation or not names:
         return None
     weights = read_samples(animation.GetBlendShapeWeightsAttr(), len(names))

@@ -8,7 +8,8 @@ from typing import Any
 
 from pxr import Sdf, Tf
 
-from usdfoot.bridge.tokens import PROVENANCE, ChunkFiles, File, Record, chunk_folder
+from usdfoot.bridge.chunk_files import ChunkFiles, chunk_folder
+from usdfoot.bridge.tokens import PROVENANCE, File, Record
 
 __all__ = ["is_intact", "list_chunks", "read_record"]
 

@@ -11,7 +11,7 @@ from usdfoot.errors import SkeletonError
 from usdfoot.readers.authored import targets
 from usdfoot.readers.clips import ClipSource
 from usdfoot.readers.joints import match_joints
-from usdfoot.readers.skeleton import RawSkeleton, read_skeleton
+from usdfoot.readers.skeleton import RawSkeleton, read_joints, read_skeleton
 from usdfoot.readers.skins import inherited_target
 from usdfoot.readers.stage import StagePrims
 
@@ -89,7 +89,7 @@ class ClipFinder:
 
     def _nearest(self, animation: Usd.Prim, character: Usd.Prim) -> Usd.Prim | None:
         """The Skeleton with all joints of the animation that shares the longest path with it."""
-        joints = [str(joint) for joint in UsdSkel.Animation(animation).GetJointsAttr().Get() or ()]
+        joints = read_joints(animation)
         fitting = [path for path, raw in self._skeletons.items() if (match_joints(raw.joints, joints) >= 0).all()]
         if not fitting:
             return None

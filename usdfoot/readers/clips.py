@@ -18,11 +18,12 @@ from usdfoot.model.biped import Biped
 from usdfoot.model.clip import Clip, ShapeTrack
 from usdfoot.model.limits import DEFAULT_LIMITS
 from usdfoot.model.skeleton import Skeleton, forward_kinematics
+from usdfoot.readers.attributes import array_at
 from usdfoot.readers.clip_attributes import read_clip_attributes
 from usdfoot.readers.clip_placing import in_units_of, stood_up
 from usdfoot.readers.joints import leaf_name, match_joints
 from usdfoot.readers.samples import SampledArray, interpolate_linear, interpolate_rotations, read_samples, regular_codes
-from usdfoot.readers.skeleton import RawSkeleton, fold_scales, is_moving, matrices_of, skeleton_in
+from usdfoot.readers.skeleton import RawSkeleton, fold_scales, is_moving, matrices_of, read_joints, skeleton_in
 from usdfoot.readers.transform_codes import transform_codes
 
 __all__ = ["ClipSource", "missing_leg_joints", "read_clip"]
@@ -115,7 +116,7 @@ def read_clip(
 
 def missing_leg_joints(source: ClipSource, skeleton: Skeleton, biped: Biped) -> list[str]:
     """Names of the character's pelvis, hips, knees and ankles that the animation does not move."""
-    animated = [str(joint) for joint in UsdSkel.Animation(source.prim).GetJointsAttr().Get() or ()]
+    animated = read_joints(source.prim)
     legs = (*biped.hips, *biped.knees, *biped.ankles)
     matches = match_joints(animated, skeleton.joints)
     return [leaf_name(skeleton.joints[joint]) for joint in legs if matches[joint] < 0]
@@ -125,7 +126,7 @@ def _sample(source: ClipSource, units: StageUnits, most_frames: int) -> tuple[Fl
     """Regular time codes (T,) and joint-local translations and rotations of all joints of the clip's skeleton."""
     animation, raw = UsdSkel.Animation(source.prim), source.skeleton
     where = source.prim.GetPath()
-    joints = [str(joint) for joint in animation.GetJointsAttr().Get() or ()]
+    joints = read_joints(source.prim)
     twice = sorted({joint for joint in joints if joints.count(joint) > 1})
     if twice:
         raise ClipError(where, "lists joints twice", "every joint path must be unique", twice)
@@ -133,7 +134,7 @@ def _sample(source: ClipSource, units: StageUnits, most_frames: int) -> tuple[Fl
     translations = read_samples(animation.GetTranslationsAttr(), len(joints))
     scales = read_samples(animation.GetScalesAttr(), len(joints))
     if rotations is None:
-        held = len(animation.GetRotationsAttr().Get(Usd.TimeCode.EarliestTime()) or ())
+        held = len(array_at(animation.GetRotationsAttr(), Usd.TimeCode.EarliestTime()))
         what = f"has {held or 'no'} rotations for its {len(joints)} joints"
         raise ClipError(where, what, "author one quaternion a joint")
     _check_finite(where, rotations, translations, scales)
@@ -152,7 +153,7 @@ def _sample(source: ClipSource, units: StageUnits, most_frames: int) -> tuple[Fl
 
 def _shapes(animation: UsdSkel.Animation, codes: FloatArray) -> ShapeTrack | None:
     """Blend shapes of the animation at time codes (T,)."""
-    names = tuple(str(name) for name in animation.GetBlendShapesAttr().Get() or ())
+    names = tuple(map(str, array_at(animation.GetBlendShapesAttr(), error=ClipError)))
     samples = read_samples(animation.GetBlendShapeWeightsAttr(), len(names)) if names else None
     if samples is None or not np.isfinite(samples.values).all():
         return None

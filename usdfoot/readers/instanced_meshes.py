@@ -12,6 +12,7 @@ from usdfoot.bridge.tokens import Terrain as Token
 from usdfoot.errors import TerrainError
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits, check_limit
+from usdfoot.readers.attributes import array_at
 from usdfoot.readers.authored import authored
 from usdfoot.readers.skeleton import StartTransforms
 from usdfoot.readers.stage import start_code
@@ -137,9 +138,9 @@ def _instances(stage: Usd.Stage, instancer: Usd.Prim) -> tuple[IntArray, list[Us
         TerrainError: If its arrays do not match, or a prototype is missing.
     """
     where, code, schema = instancer.GetPath(), start_code(stage), UsdGeom.PointInstancer(instancer)
-    kinds = np.array(schema.GetProtoIndicesAttr().Get(code) or (), dtype=int)
+    kinds = np.array(array_at(schema.GetProtoIndicesAttr(), code, error=TerrainError), dtype=int)
     prototypes = [stage.GetPrimAtPath(path) for path in schema.GetPrototypesRel().GetForwardedTargets()]
-    if len(schema.GetPositionsAttr().Get(code) or ()) != len(kinds):
+    if len(array_at(schema.GetPositionsAttr(), code, error=TerrainError)) != len(kinds):
         raise TerrainError(where, "has not as many positions as protoIndices", "repair the PointInstancer")
     if np.any((kinds < 0) | (kinds >= len(prototypes))) or not all(prototypes):
         raise TerrainError(where, "names prototypes that do not exist", "repair prototypes and protoIndices")

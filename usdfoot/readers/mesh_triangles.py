@@ -9,10 +9,11 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from usdfoot.bridge.units import StageUnits
-from usdfoot.errors import TerrainError
+from usdfoot.errors import SceneError, TerrainError
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
+from usdfoot.readers.attributes import array_at, axis_of, value_at
 from usdfoot.readers.instanced_meshes import PlacedMesh
 from usdfoot.readers.stage import start_code
 from usdfoot.readers.triangles import cut_polygons
@@ -39,6 +40,8 @@ class _Polygons:
     """Point of each corner, all faces one after the other."""
     holes: IntArray
     """Faces to leave out."""
+    fault: str = ""
+    """Why it cannot be read."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,7 +89,18 @@ def _batches(meshes: Iterator[_Polygons]) -> Iterator[list[_Polygons]]:
 
 
 def _polygons(stage: Usd.Stage, placed: PlacedMesh) -> _Polygons:
-    """What is said of a mesh, a cube or a plane."""
+    """What is said of a mesh, a cube or a plane, nothing but its fault where it cannot be read."""
+    try:
+        return _read_polygons(stage, placed)
+    except SceneError as error:
+        none = np.zeros(0, dtype=int)
+        return _Polygons(
+            placed=placed, points=np.zeros((0, 3)), counts=none, indices=none, holes=none, fault=str(error)
+        )
+
+
+def _read_polygons(stage: Usd.Stage, placed: PlacedMesh) -> _Polygons:
+    """Raises SceneError if an attribute is of another type than the schema's."""
     prim, code = placed.prim, start_code(stage)
     if not prim.IsA(UsdGeom.Mesh):
         corners = _corners(prim, code)
@@ -99,26 +113,21 @@ def _polygons(stage: Usd.Stage, placed: PlacedMesh) -> _Polygons:
         )
     mesh = UsdGeom.Mesh(prim)
     attributes = mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr(), mesh.GetHoleIndicesAttr()
-    counts, indices, holes = (np.array(_value(attribute, code), dtype=int) for attribute in attributes)
-    points = np.array(_value(mesh.GetPointsAttr(), code), dtype=float).reshape(-1, 3)
+    counts, indices, holes = (np.array(array_at(attribute, code), dtype=int) for attribute in attributes)
+    points = np.array(array_at(mesh.GetPointsAttr(), code), dtype=float).reshape(-1, 3)
     return _Polygons(placed=placed, points=points, counts=counts, indices=indices, holes=holes)
-
-
-def _value(attribute: Usd.Attribute, code: Usd.TimeCode) -> object:
-    value = attribute.Get(code)
-    return () if value is None else value
 
 
 def _corners(prim: Usd.Prim, code: Usd.TimeCode) -> FloatArray:
     """Corners of the faces of a cube or plane, counterclockwise from outside, shape (faces, 4, 3)."""
     axes = np.eye(3)
     if prim.IsA(UsdGeom.Cube):
-        half = np.full(3, 0.5 * float(UsdGeom.Cube(prim).GetSizeAttr().Get(code)))
+        half = np.full(3, 0.5 * float(value_at(UsdGeom.Cube(prim).GetSizeAttr(), code)))
         normals = np.concatenate([axes, -axes])
     else:
         plane = UsdGeom.Plane(prim)
-        normal = "XYZ".index(str(plane.GetAxisAttr().Get()))
-        width, length = (float(a.Get(code)) for a in (plane.GetWidthAttr(), plane.GetLengthAttr()))
+        normal = axis_of(prim)
+        width, length = (float(value_at(a, code)) for a in (plane.GetWidthAttr(), plane.GetLengthAttr()))
         half = 0.5 * np.array([(0.0, length, width), (width, 0.0, length), (width, length, 0.0)][normal])
         normals = axes[[normal]]
     across = np.roll(normals, 1, axis=1)
@@ -139,7 +148,9 @@ def _faults(meshes: Sequence[_Polygons]) -> dict[int, Problem]:
     found = {}
     for index, mesh in enumerate(meshes):
         size = len(mesh.points), len(mesh.counts)
-        if not all(size):
+        if mesh.fault:
+            found[index] = Problem(severity="error", where=str(mesh.placed.prim.GetPath()), message=mesh.fault)
+        elif not all(size):
             found[index] = _error(mesh, f"is an empty mesh ({size[0]} points, {size[1]} faces)", _REMEDY)
         elif index in strays:
             remedy = "repair faceVertexCounts and -Indices"

@@ -16,6 +16,7 @@ from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.report import Problem
 from usdfoot.planning.world import Obstacle
+from usdfoot.readers.attributes import array_at, axis_of
 from usdfoot.readers.authored import authored
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.stage import StagePrims, start_code
@@ -110,9 +111,9 @@ def _shape(prim: Usd.Prim, units: StageUnits, code: Usd.TimeCode) -> tuple[Float
 
 def _mesh(mesh: UsdGeom.Mesh, code: Usd.TimeCode) -> tuple[FloatArray, IntArray]:
     """Points of a mesh in its own space, and its triangles."""
-    points = np.array(mesh.GetPointsAttr().Get(code) or (), dtype=float).reshape(-1, 3)
-    counts = np.array(mesh.GetFaceVertexCountsAttr().Get(code) or (), dtype=int)
-    indices = np.array(mesh.GetFaceVertexIndicesAttr().Get(code) or (), dtype=int)
+    points = np.array(array_at(mesh.GetPointsAttr(), code), dtype=float).reshape(-1, 3)
+    counts = np.array(array_at(mesh.GetFaceVertexCountsAttr(), code), dtype=int)
+    indices = np.array(array_at(mesh.GetFaceVertexIndicesAttr(), code), dtype=int)
     strays = counts.min(initial=0) < 0 or indices.min(initial=0) < 0 or indices.max(initial=-1) >= len(points)
     if strays or not len(points) or counts.sum() != len(indices):
         raise SceneError(mesh.GetPath(), "is an obstacle whose faces do not match its points", "repair the mesh")
@@ -164,7 +165,7 @@ def _corners() -> FloatArray:
 def _round_points(prim: Usd.Prim) -> FloatArray:
     """Points that span a round solid within the box from -1 to 1, shape (P, 3)."""
     circle = np.stack([np.sin(ROUND), np.cos(ROUND)], axis=1)
-    axis = "XYZ".index(str(prim.GetAttribute("axis").Get() or "Z")) if prim.HasAttribute("axis") else 2
+    axis = axis_of(prim)
     if prim.GetTypeName() in ("Sphere", "Capsule"):
         tilts = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 13)
         return np.concatenate([np.insert(np.cos(t) * circle, axis, np.sin(t), axis=1) for t in tilts])

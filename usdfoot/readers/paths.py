@@ -13,6 +13,7 @@ from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.path import WalkingPath
 from usdfoot.planning.curves import sample_curve, sample_hermite
+from usdfoot.readers.attributes import array_at, value_at
 from usdfoot.readers.authored import authored
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.stage import start_code
@@ -83,12 +84,20 @@ def _tangents(prim: Usd.Prim, matrix: FloatArray, units: StageUnits, count: int)
 
 def _basis_curve(prim: Usd.Prim, matrix: FloatArray, units: StageUnits, points: FloatArray) -> FloatArray:
     curves = UsdGeom.BasisCurves(prim)
-    basis = str(curves.GetBasisAttr().Get()) if curves.GetTypeAttr().Get() == UsdGeom.Tokens.cubic else "linear"
+    basis = (
+        str(value_at(curves.GetBasisAttr(), error=PlanError))
+        if value_at(curves.GetTypeAttr(), error=PlanError) == UsdGeom.Tokens.cubic
+        else "linear"
+    )
     if basis == "hermite":  # tangents are directions, which the world's origin does not move
         origin = units.points_to_canonical(matrix[3, :3])
         points = points - np.where(np.arange(len(points)) % 2, 1.0, 0.0)[:, None] * origin
     return sample_curve(
-        points, basis=basis, wrap=str(curves.GetWrapAttr().Get()), name=str(prim.GetPath()), density=_DENSITY
+        points,
+        basis=basis,
+        wrap=str(value_at(curves.GetWrapAttr(), error=PlanError)),
+        name=str(prim.GetPath()),
+        density=_DENSITY,
     )
 
 
@@ -117,5 +126,4 @@ def _vectors(attribute: Usd.Attribute) -> FloatArray:
 
 
 def _value(attribute: Usd.Attribute) -> object:
-    value = attribute.Get(start_code(attribute.GetStage())) if attribute else None
-    return () if value is None else value
+    return array_at(attribute, start_code(attribute.GetStage()), error=PlanError) if attribute else ()

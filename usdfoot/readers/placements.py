@@ -19,6 +19,7 @@ from usdfoot.model.report import Problem
 from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.readers.agent_ops import displacement_of, has_ops, read_agent_ops
 from usdfoot.readers.agents import AgentSource
+from usdfoot.readers.attributes import array_at, value_at
 from usdfoot.readers.casting import Casting
 from usdfoot.readers.overrides import Overrides, author_move, new_layer
 from usdfoot.readers.skeleton import matrices_of
@@ -133,7 +134,7 @@ class PlacementReader:
         move = displacement_of(ops, self._units)
         if over is None or not has_ops(over):
             return _Move(in_world=move, of_prim=move)
-        order = over.GetAttribute(_ORDER).Get()
+        order = value_at(over.GetAttribute(_ORDER))
         if self._says_moved(walker.name, values=True) or not (order is None or set(self._plan_ops) <= set(order)):
             return None
         matrix = np.linalg.inv(self._frame(walker.name, STILL)) @ self._frame(walker.name, move)
@@ -156,7 +157,7 @@ class PlacementReader:
         over = self._plan_over(name)
         if not over:
             return False
-        order = () if values else over.GetAttribute(_ORDER).Get() or ()
+        order = () if values else array_at(over.GetAttribute(_ORDER))
         return any(op in order or over.GetAttribute(op).HasAuthoredValue() for op in self._plan_ops)
 
     def _frame(self, name: str, move: Displacement) -> FloatArray:

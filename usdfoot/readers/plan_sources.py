@@ -41,7 +41,7 @@ _ALL = frozenset((*PRINTS, *TIMES))
 _EACH = (*PRINTS[:2], *TIMES)
 """Attributes that have an entry a footstep."""
 
-_ANIMATED = "its positions are animated, the first sample is read. author one value, not time samples"
+_ANIMATED = "are animated, the first sample is read. author one value, not time samples"
 _MOVED = "its transform is animated, its prints are read at the stage's start. remove the animation"
 
 _PRIMVARS = {f"primvars:{name}": name for name in (*TIMES, Token.ROOT_WEIGHTS, Token.STYLES)}
@@ -95,7 +95,7 @@ def ask_plan(
     ignored = [
         *_unseen(prim, said.get(_HIDDEN)),
         *(_swapped(prim) if _PROTOTYPES in given else ()),
-        *((_ANIMATED,) if _POSITIONS in queries and changes_value(queries[_POSITIONS]) else ()),
+        *_animated(queries),
         *((_MOVED,) if place.is_moving and changes_place(prim) else ()),
     ]
     return PlanSource(
@@ -127,6 +127,13 @@ def _unseen(prim: Usd.Prim, hidden: Any) -> Iterator[str]:
     ):
         if count:
             yield f"{count} of its prints are {state}, but stay footsteps. delete their entries from every array"
+
+
+def _animated(queries: Mapping[str, Usd.AttributeQuery]) -> Iterator[str]:
+    """What is wrong with a plan that changes over time."""
+    names = [name for name, query in queries.items() if name != _HIDDEN and changes_value(query)]
+    if names:
+        yield f"its {', '.join(names)} {_ANIMATED}"
 
 
 def _swapped(prim: Usd.Prim) -> Iterator[str]:

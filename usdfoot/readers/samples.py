@@ -14,6 +14,7 @@ from usdfoot.errors import ClipError
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.limits import DEFAULT_LIMITS, check_limit
+from usdfoot.readers.attributes import checked
 
 __all__ = ["SampledArray", "interpolate_linear", "interpolate_rotations", "read_samples", "regular_codes"]
 
@@ -41,13 +42,15 @@ def read_samples(attribute: Usd.Attribute, count: int) -> SampledArray | None:
     Samples that are blocked or do not hold `count` elements are left out, the latter with a warning.
 
     Raises:
-        ClipError: If USD cannot read one, as in a damaged file.
+        ClipError: If USD cannot read one, as in a damaged file, or they are of another type than the schema's.
     """
     codes = list(attribute.GetTimeSamples())
     try:
         values = [attribute.Get(code) for code in codes] if codes else [attribute.Get()]
     except Tf.ErrorException as error:
         raise ClipError(attribute.GetPath(), "cannot be read", usd_reason(error)) from error
+    for value in {type(value): value for value in values if value is not None}.values():
+        checked(attribute, value, error=ClipError)
     codes = codes or [0.0]
     kept = [i for i, value in enumerate(values) if value is not None and len(value) == count]
     if not kept:

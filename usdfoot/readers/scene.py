@@ -45,6 +45,7 @@ from usdfoot.readers.walks import WalkReader
 
 if TYPE_CHECKING:
     from usdfoot.engine.animate import ExamplesBuilder
+    from usdfoot.planning.world import Obstacle
 
 __all__ = ["SceneReader", "read_scene"]
 
@@ -128,6 +129,7 @@ class SceneReader:
         self._chosen, self._recast_problems = recast(over, stage, everyone=listed.everyone)
         self._terrain, self._terrain_problems = read_terrain(stage, prims, self.info.units, limits=limits)
         self._doubts: dict[str, tuple[Problem, ...]] = {}
+        self._obstacle_problems: tuple[Problem, ...] = ()
         self._walks = WalkReader(
             stage,
             self.info.units,
@@ -211,6 +213,7 @@ class SceneReader:
             *casting.problems,
             *casting.unfit_clips(),
             *self._terrain_problems,
+            *self._obstacle_problems,
             *(doubt for agent in cast if agent.flights_open for doubt in self._doubts.get(agent.name, ())),
         )
         if self._listed.chosen and not self._chosen:
@@ -287,7 +290,9 @@ class SceneReader:
         walkers, errors = read_walkers(
             *(stage, prims, self.info.units), sources=self._chosen, everyone=self._listed.everyone, habits=habits
         )
-        obstacles = read_obstacles(stage, prims, self.info.units)[0] if walkers else ()
+        obstacles: tuple[Obstacle, ...] = ()
+        if walkers:
+            obstacles, self._obstacle_problems = read_obstacles(stage, prims, self.info.units)
         moving = MovingObstacles(prims, self.info.units)
         found = plan_paths(walkers, self._terrain, obstacles=obstacles, moving=moving)
         self._doubts = {

@@ -16,8 +16,10 @@ from usdfoot.maths import quaternion
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.limits import Limits, check_limit
 from usdfoot.model.skeleton import Skeleton
+from usdfoot.readers.attributes import array_at, size_at
 from usdfoot.readers.joints import parent_indices
 from usdfoot.readers.stage import start_code
+from usdfoot.readers.transform_faults import place_fault
 
 __all__ = [
     "RawSkeleton",
@@ -26,6 +28,7 @@ __all__ = [
     "fold_scales",
     "is_moving",
     "matrices_of",
+    "read_joints",
     "read_skeleton",
     "skeleton_in",
     "split_matrices",
@@ -66,7 +69,7 @@ def read_skeleton(prim: Usd.Prim) -> RawSkeleton:
         SkeletonError: If joints are missing, listed twice or after their children, or there is no usable pose.
     """
     skeleton = UsdSkel.Skeleton(prim)
-    joints = tuple(str(joint) for joint in skeleton.GetJointsAttr().Get() or ())
+    joints = read_joints(prim)
     if not joints:
         raise SkeletonError(prim.GetPath(), "has no joints", "author the joints attribute of the Skeleton")
     _check_unique(prim, joints)
@@ -109,6 +112,15 @@ def read_skeleton(prim: Usd.Prim) -> RawSkeleton:
         inherited_scales=inherited,
         bind_matrices=bind,
     )
+
+
+def read_joints(prim: Usd.Prim) -> tuple[str, ...]:
+    """Joint paths of a Skeleton or SkelAnimation.
+
+    Raises:
+        SkeletonError: If they are no text.
+    """
+    return tuple(map(str, array_at(prim.GetAttribute(str(UsdSkel.Tokens.joints)), error=SkeletonError)))
 
 
 def skeleton_in(raw: RawSkeleton, similarity: Similarity) -> Skeleton:
@@ -174,12 +186,19 @@ def split_matrices(matrices: FloatArray) -> tuple[FloatArray, FloatArray, FloatA
 
 
 def matrices_of(prim: Usd.Prim, codes: FloatArray) -> FloatArray:
-    """Local-to-world matrices (row vectors) of a prim at time codes (K,), shape (K, 4, 4)."""
+    """Local-to-world matrices (row vectors) of a prim at time codes (K,), shape (K, 4, 4).
+
+    Raises:
+        SceneError: If USD cannot compute them.
+    """
     cache = UsdGeom.XformCache()
     matrices = []
-    for code in codes:
-        cache.SetTime(Usd.TimeCode(float(code)))
-        matrices.append(np.array(cache.GetLocalToWorldTransform(prim)))
+    try:
+        for code in codes:
+            cache.SetTime(Usd.TimeCode(float(code)))
+            matrices.append(np.array(cache.GetLocalToWorldTransform(prim)))
+    except Tf.ErrorException as error:
+        raise place_fault(prim, error) from error
     return np.stack(matrices)
 
 
@@ -195,7 +214,10 @@ def is_moving(prim: Usd.Prim, below: Usd.Prim | None = None) -> bool:
 def _moves(prim: Usd.Prim) -> bool:
     """Whether the prim's own transform changes over time."""
     xformable = UsdGeom.Xformable(prim)
-    return bool(xformable) and xformable.TransformMightBeTimeVarying()
+    try:
+        return bool(xformable) and xformable.TransformMightBeTimeVarying()
+    except Tf.ErrorException as error:
+        raise place_fault(prim, error) from error
 
 
 class StartPlace(NamedTuple):
@@ -228,8 +250,16 @@ class StartTransforms:
         return place
 
     def matrix_of(self, prim: Usd.Prim) -> FloatArray:
-        """Local-to-world matrix (row vectors) of a prim, shape (4, 4)."""
-        return np.array(self._cache.GetLocalToWorldTransform(prim))
+        """Local-to-world matrix (row vectors) of a prim, shape (4, 4).
+
+        Raises:
+            SceneError: If USD cannot compute it.
+        """
+        try:
+            return np.array(self._cache.GetLocalToWorldTransform(prim))
+        except Tf.ErrorException as error:
+            self._cache.Clear()  # or it would say next time that the prim is at the origin
+            raise place_fault(prim, error) from error
 
     def is_moving(self, prim: Usd.Prim) -> bool:
         """Whether a transform on the prim or above it changes over time."""
@@ -245,10 +275,9 @@ def _matrices(attribute: Usd.Attribute, joints: Sequence[str]) -> FloatArray | N
     """One matrix a joint, shape (J, 4, 4); None if there are not as many.
 
     Raises:
-        SkeletonError: If one has values that are not finite.
+        SkeletonError: If they are no matrices, or one has values that are not finite.
     """
-    value = attribute.Get()
-    matrices = np.array(value if value is not None else (), dtype=float)
+    matrices = np.array(array_at(attribute, error=SkeletonError), dtype=float)
     if matrices.shape != (len(joints), 4, 4):
         return None
     broken = np.flatnonzero(~np.isfinite(matrices).all(axis=(1, 2)))
@@ -289,5 +318,5 @@ def _warn_of_names(prim: Usd.Prim, joints: tuple[str, ...]) -> None:
 def check_skeletons(skeletons: Sequence[Usd.Prim], limits: Limits) -> None:
     """Raises SceneError if a skeleton has too many joints."""
     for prim in skeletons:
-        joints = UsdSkel.Skeleton(prim).GetJointsAttr().Get() or ()
-        check_limit(prim.GetPath(), "joints", len(joints), limit=limits.joints)
+        count = size_at(UsdSkel.Skeleton(prim).GetJointsAttr())
+        check_limit(prim.GetPath(), "joints", count, limit=limits.joints)

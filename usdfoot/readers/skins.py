@@ -5,11 +5,14 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
+from usdfoot.errors import SceneError
 from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.readers.attributes import array_at, checked, value_at
 from usdfoot.readers.joints import match_joints
 from usdfoot.readers.skeleton import RawSkeleton
 
@@ -35,7 +38,11 @@ def read_skin(meshes: Iterable[Usd.Prim], skeleton_prim: Usd.Prim, skeleton: Raw
     parts = []
     for mesh in meshes:
         if inherited_target(mesh, "skel:skeleton") == skeleton_prim.GetPath():
-            part = _read_mesh(mesh, skeleton)
+            try:
+                part = _read_mesh(mesh, skeleton)
+            except SceneError as error:
+                _logger.warning("%s. Until then it is left out", error)
+                continue
             if part is not None:
                 parts.append(part)
     width = max((part[1].shape[1] for part in parts), default=1)
@@ -64,15 +71,16 @@ def points_moved_by(skin: Skin, joints: Sequence[int]) -> FloatArray:
 
 
 def _read_mesh(mesh: Usd.Prim, skeleton: RawSkeleton) -> tuple[FloatArray, IntArray, FloatArray] | None:
+    """Raises SceneError if an attribute is of another type than the schema's."""
     binding = UsdSkel.BindingAPI(mesh)
-    points = np.array(UsdGeom.PointBased(mesh).GetPointsAttr().Get(Usd.TimeCode.EarliestTime()) or (), dtype=float)
+    points = np.array(array_at(UsdGeom.PointBased(mesh).GetPointsAttr(), Usd.TimeCode.EarliestTime()), dtype=float)
     indices_primvar = UsdGeom.PrimvarsAPI(mesh).FindPrimvarWithInheritance("skel:jointIndices")
     weights_primvar = UsdGeom.PrimvarsAPI(mesh).FindPrimvarWithInheritance("skel:jointWeights")
     if not len(points) or not indices_primvar or not weights_primvar:
         return None
     width = max(1, indices_primvar.GetElementSize())
-    indices = np.array(indices_primvar.ComputeFlattened() or (), dtype=int)
-    weights = np.array(weights_primvar.ComputeFlattened() or (), dtype=float)
+    indices = np.array(_flattened(indices_primvar, Sdf.ValueTypeNames.IntArray), dtype=int)
+    weights = np.array(_flattened(weights_primvar, Sdf.ValueTypeNames.FloatArray), dtype=float)
     if indices.shape != weights.shape or not indices.size or indices.size % width:
         return None
     indices, weights = indices.reshape(-1, width), weights.reshape(-1, width)
@@ -82,12 +90,18 @@ def _read_mesh(mesh: Usd.Prim, skeleton: RawSkeleton) -> tuple[FloatArray, IntAr
         return None
     joints = _skeleton_joints(mesh, skeleton)
     valid = (indices >= 0) & (indices < len(joints))
-    matrix = np.array(binding.GetGeomBindTransformAttr().Get() or np.eye(4), dtype=float)
+    matrix = np.array(value_at(binding.GetGeomBindTransformAttr()) or np.eye(4), dtype=float)
     bound = points @ matrix[:3, :3] + matrix[3, :3]
     finite = np.isfinite(bound).all(axis=1)
     if not finite.all():
         _logger.warning("%s: %d of its points are not finite, they are left out", mesh.GetPath(), int((~finite).sum()))
     return bound[finite], np.where(valid, joints[np.where(valid, indices, 0)], -1)[finite], weights[finite]
+
+
+def _flattened(primvar: UsdGeom.Primvar, expected: Sdf.ValueTypeName) -> Any:
+    """Raises SceneError if the values are of another type than expected."""
+    value = primvar.ComputeFlattened()
+    return () if value is None else checked(primvar.GetAttr(), value, expected)
 
 
 def _skeleton_joints(mesh: Usd.Prim, skeleton: RawSkeleton) -> IntArray:
@@ -96,7 +110,7 @@ def _skeleton_joints(mesh: Usd.Prim, skeleton: RawSkeleton) -> IntArray:
     while prim and not prim.IsPseudoRoot():
         attribute = UsdSkel.BindingAPI(prim).GetJointsAttr()
         if attribute and attribute.HasAuthoredValue():
-            return match_joints(skeleton.joints, [str(joint) for joint in attribute.Get() or ()])
+            return match_joints(skeleton.joints, [*map(str, array_at(attribute))])
         prim = prim.GetParent()
     return np.arange(len(skeleton.joints))
 

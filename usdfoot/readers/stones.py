@@ -16,6 +16,7 @@ from usdfoot.model.terrain import Terrain
 from usdfoot.planning.crossings import Stones
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.stone_tops import given_stones, stones_on
+from usdfoot.readers.attributes import array_at
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.stage import start_code
 
@@ -69,7 +70,7 @@ def _point_prims(stage: Usd.Stage, pattern: str) -> Sequence[Usd.Prim]:
 def _points_of(stage: Usd.Stage, prim: Usd.Prim, units: StageUnits, terrain: Terrain, body: Proportions) -> Stones:
     """A foothold at every point, on its normal or on that of the terrain."""
     name = "points" if prim.IsA(UsdGeom.Points) else "positions"
-    values = np.array(prim.GetAttribute(name).Get(start_code(stage)) or (), dtype=float).reshape(-1, 3)
+    values = np.array(array_at(prim.GetAttribute(name), start_code(stage)), dtype=float).reshape(-1, 3)
     matrix = matrices_of(prim, np.array([start_code(stage).GetValue()]))[0]
     positions = units.points_to_canonical(values @ matrix[:3, :3] + matrix[3, :3])
     normals = _normals(prim, len(values), start_code(stage))
@@ -83,6 +84,6 @@ def _normals(prim: Usd.Prim, count: int, time: Usd.TimeCode) -> FloatArray | Non
     """The normals of Points in their own space, shape (N, 3); None where it has not one that is none for each."""
     if not prim.IsA(UsdGeom.Points):
         return None
-    normals = np.array(prim.GetAttribute("normals").Get(time) or (), dtype=float).reshape(-1, 3)
+    normals = np.array(array_at(prim.GetAttribute("normals"), time), dtype=float).reshape(-1, 3)
     usable = len(normals) == count and np.isfinite(normals).all() and bool(normals.any(axis=1).all())
     return normals if usable else None

@@ -10,10 +10,11 @@ from pxr import Usd, UsdGeom, UsdSkel
 from usdfoot.bridge.schema import has_api
 from usdfoot.bridge.tokens import Schema
 from usdfoot.bridge.units import StageUnits
-from usdfoot.errors import TerrainError
+from usdfoot.errors import SceneError, TerrainError
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits, check_limit
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
+from usdfoot.readers.attributes import size_at
 from usdfoot.readers.hidden import hidden_below, is_hidden
 from usdfoot.readers.instanced_meshes import SOLIDS, PlacedMesh, is_scattered, meshes_in_place, placed_meshes
 from usdfoot.readers.mesh_triangles import read_triangles
@@ -58,6 +59,9 @@ def read_terrain(
     transforms = StartTransforms(stage)
     problems = _without_meshes(marked, [*meshes, *solids, *scattered])
     problems += [*(_unread(shapes, problems) if marked else [] if chosen else _shapes_named(shapes)), *doubts]
+    astray = _astray([*chosen, *scattered], transforms)
+    problems += astray.values()
+    chosen, scattered = ([prim for prim in found if prim not in astray] for found in (chosen, scattered))
     problems += _moving([*chosen, *scattered], transforms)
     placed = meshes_in_place(chosen, transforms)
     for instancer in scattered:
@@ -159,6 +163,17 @@ def _without_meshes(marked: Sequence[Usd.Prim], meshes: Sequence[Usd.Prim]) -> l
     return problems
 
 
+def _astray(prims: Sequence[Usd.Prim], transforms: StartTransforms) -> dict[Usd.Prim, Problem]:
+    """What is wrong with each prim of which USD cannot say where it is."""
+    found = {}
+    for prim in prims:
+        try:
+            transforms.matrix_of(prim)
+        except SceneError as error:
+            found[prim] = Problem(severity="error", where=error.where, message=str(error))
+    return found
+
+
 def _moving(prims: Sequence[Usd.Prim], transforms: StartTransforms) -> list[Problem]:
     """A warning for each prim that moves or changes its shape."""
     remedy = "feet keep to where it is at the stage's start. let a terrain stand still"
@@ -186,7 +201,7 @@ def _check_size(meshes: Sequence[PlacedMesh], limits: Limits) -> None:
         mesh = UsdGeom.Mesh(placed.prim)
         if not mesh:
             continue
-        corners = mesh.GetFaceVertexIndicesAttr().Get(Usd.TimeCode.EarliestTime()) or ()
-        faces = mesh.GetFaceVertexCountsAttr().Get(Usd.TimeCode.EarliestTime()) or ()
-        count += max(len(faces), len(corners) - 2 * len(faces)) * len(placed.matrices)
+        corners = size_at(mesh.GetFaceVertexIndicesAttr(), Usd.TimeCode.EarliestTime())
+        faces = size_at(mesh.GetFaceVertexCountsAttr(), Usd.TimeCode.EarliestTime())
+        count += max(faces, corners - 2 * faces) * len(placed.matrices)
         check_limit(placed.paths[0], "triangles", count, limit=limits.triangles)

@@ -15,6 +15,7 @@ from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.trajectory import RootTrajectory, find_breaks, root_distances
+from usdfoot.readers.attributes import array_at
 from usdfoot.readers.authored import targets
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.transform_codes import is_animated, transform_codes
@@ -218,8 +219,8 @@ def _read_cloud(prim: Usd.Prim, units: StageUnits) -> _Cloud:
     orientations = _orientation_attribute(prim) if is_instancer else None
     parts: list[tuple[np.ndarray, ...]] = []
     for code, matrix in zip(codes, matrices_of(prim, codes), strict=True):
-        known = ids.Get(float(code) + _JUST_AFTER) if indices is None else indices
-        numbers = np.array(known or (), dtype=np.int64)
+        known = array_at(ids, float(code) + _JUST_AFTER, error=PlanError) if indices is None else indices
+        numbers = np.array(known, dtype=np.int64)
         places = _values_at(points, float(code), len(numbers)).reshape(-1, 3)
         if len(places) != len(numbers):
             what = f"has {len(places)} {name} but {len(numbers)} ids at time code {code:g}"
@@ -247,7 +248,7 @@ def _indices(prim: Usd.Prim, positions: Usd.Attribute) -> range:
         PlanError: If there are more at some times than at others: indices then tell nobody apart.
     """
     codes = positions.GetTimeSamples() or (Usd.TimeCode.Default(),)
-    counts = sorted({len(positions.Get(code) or ()) for code in codes})
+    counts = sorted({len(array_at(positions, code, error=PlanError)) for code in codes})
     if len(counts) > 1:
         what = f"has no ids, and {counts[-1]} positions at one time, {counts[0]} at another"
         raise PlanError(prim.GetPath(), what, "author ids, one a point, so that points can be told apart")
@@ -263,10 +264,10 @@ def _shown(prim: Usd.Prim, code: float, count: int) -> BoolArray:
 
 def _values_at(attribute: Usd.Attribute, code: float, count: int) -> FloatArray:
     """The array at a time code; if it has not `count` elements there, as the sample before may, that just after."""
-    values = attribute.Get(code)
-    if values is None or len(values) != count:
-        values = attribute.Get(code + _JUST_AFTER)
-    return np.array(values if values is not None else (), dtype=float)
+    values = array_at(attribute, code, error=PlanError)
+    if len(values) != count:
+        values = array_at(attribute, code + _JUST_AFTER, error=PlanError)
+    return np.array(values, dtype=float)
 
 
 def _orientation_attribute(prim: Usd.Prim) -> Usd.Attribute | None:

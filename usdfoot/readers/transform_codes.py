@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from pxr import Usd, UsdGeom
+from pxr import Tf, Usd, UsdGeom
 
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.limits import DEFAULT_LIMITS, check_limit
 from usdfoot.readers.skeleton import matrices_of
+from usdfoot.readers.transform_faults import check_operation, place_fault
 
 __all__ = ["changes_place", "changes_value", "is_animated", "transform_codes"]
 
@@ -26,7 +27,7 @@ def transform_codes(prim: Usd.Prim) -> FloatArray:
     asked 24 times a second; where angles turn half around or more between two samples it is asked between them too.
 
     Raises:
-        SceneError: If there are more than `DEFAULT_LIMITS.frames`.
+        SceneError: If there are more than `DEFAULT_LIMITS.frames`, or USD cannot compute it.
     """
     spacing = prim.GetStage().GetTimeCodesPerSecond() / _SPLINE_RATE
     known, between = [np.zeros(0)], [np.zeros(0)]
@@ -71,7 +72,11 @@ def _operations(prim: Usd.Prim) -> Iterator[UsdGeom.XformOp]:
     while prim and not prim.IsPseudoRoot():
         xformable = UsdGeom.Xformable(prim)
         if xformable:
-            yield from xformable.GetOrderedXformOps()
+            try:
+                operations = xformable.GetOrderedXformOps()
+            except Tf.ErrorException as error:
+                raise place_fault(prim, error) from error
+            yield from operations
             if xformable.GetResetXformStack():
                 return
         prim = prim.GetParent()
@@ -87,5 +92,6 @@ def _turns(operation: UsdGeom.XformOp, codes: FloatArray) -> FloatArray:
     """How far angles turn between time samples (K,) [degrees], 0 for what is no angle, shape (K - 1,)."""
     if "rotate" not in str(operation.GetOpName()) or len(codes) < 2:
         return np.zeros(max(len(codes) - 1, 0))
+    check_operation(operation.GetAttr())
     angles = np.array([operation.GetAttr().Get(code) for code in codes], dtype=float).reshape(len(codes), -1)
     return np.nan_to_num(np.abs(np.diff(angles, axis=0)).max(axis=1), posinf=0.0)

@@ -9,6 +9,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdSkel
 from usdfoot.bridge.tokens import Agent, File, Op, Prim, turn_op
 from usdfoot.model.report import Problem
 from usdfoot.readers.agent_ops import has_ops
+from usdfoot.readers.attributes import array_at
 from usdfoot.readers.overrides import Overrides
 
 __all__ = ["find_unfollowed"]
@@ -55,9 +56,9 @@ def _of_an_agent(prim: Usd.Prim) -> list[Problem]:
     """What is said of one agent."""
     said = prim.GetAuthoredPropertyNames()
     reasons = [f"{name} is not followed here. author it in the scene" for name in _OF_THE_SCENE if name in said]
-    order = prim.GetAttribute(_ORDER).Get() if _ORDER in said else None
+    order = array_at(prim.GetAttribute(_ORDER))
     for name in said:
-        if name.startswith("xformOp:") and name not in _OWN and not {name, f"!invert!{name}"} & set(order or ()):
+        if name.startswith("xformOp:") and name not in _OWN and not {name, f"!invert!{name}"} & set(order):
             reasons.append(f"{name} is not in {_ORDER} and moves nothing. list it there")
     if any(below.IsA(UsdSkel.Skeleton) for below in Usd.PrimRange(prim, _BELOW)):
         reasons.append(f"holds a Skeleton that is not animated. point {Agent.CHARACTER} at another character instead")

@@ -9,7 +9,8 @@ import warp as wp
 
 from usdfoot.engine.animate import PreparedLibrary
 from usdfoot.engine.plant import plant_feet
-from usdfoot.engine.poses import Poses, blend_frames, pose_feet
+from usdfoot.engine.pose_source import Poses, pose_feet
+from usdfoot.engine.poses import blend_frames
 from usdfoot.engine.root import root_at
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.realtime.nudges import Nudges, Snapshot

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from usdfoot.engine.poses import Poses
+from usdfoot.engine.pose_source import Poses
 from usdfoot.maths import quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.carried import CarriedJoints, find_carried

@@ -17,7 +17,8 @@ from usdfoot.engine.contact_feet import ContactFeet, device_feet, foot_table, un
 from usdfoot.engine.foot_rows import FootArrays
 from usdfoot.engine.kernels import SegmentArrays
 from usdfoot.engine.planting import Planting
-from usdfoot.engine.poses import Poses, Seams, Setup, blend_frames
+from usdfoot.engine.pose_source import Poses
+from usdfoot.engine.poses import Seams, Setup, blend_frames
 from usdfoot.engine.root import RootPath
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.realtime.tables import Stretch

@@ -11,7 +11,8 @@ from pathlib import Path
 
 from pxr import Sdf, Tf
 
-from usdfoot.bridge.tokens import PROVENANCE, ChunkFiles, File
+from usdfoot.bridge.chunk_files import ChunkFiles
+from usdfoot.bridge.tokens import PROVENANCE, File
 from usdfoot.errors import OutputError
 from usdfoot.writers.characters import FOLDER
 

@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from usdfoot.bridge.chunk_files import ChunkFiles
 from usdfoot.bridge.chunks import ChunkNotes
 from usdfoot.bridge.placements import AgentOps
 from usdfoot.bridge.scene import Scene
-from usdfoot.bridge.tokens import PROVENANCE, ChunkFiles, File, Prim, Record
+from usdfoot.bridge.tokens import PROVENANCE, File, Prim, Record
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.motion import Motion
 from usdfoot.writers.agents import agent_spec

@@ -9,9 +9,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from usdfoot.bridge.chunk_files import ChunkFiles, chunk_files, chunk_folder
 from usdfoot.bridge.file_hashes import mark_unchanged
 from usdfoot.bridge.scene import Scene
-from usdfoot.bridge.tokens import ChunkFiles, File, Prim, chunk_files, chunk_folder
+from usdfoot.bridge.tokens import File, Prim
 from usdfoot.errors import OutputError
 from usdfoot.writers.belongings import check_foreign, tidy
 from usdfoot.writers.joined import JoinedFile
