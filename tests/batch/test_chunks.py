@@ -15,14 +15,15 @@ import numpy as np
 import pytest
 from pxr import Sdf, Usd
 
-from tests.batch.conftest import AGENTS, delay_plan, digests, write_crowd_scene
+from tests.batch.conftest import AGENTS, delay_plan, write_crowd_scene
+from tests.digests import digests
 from usdfoot.analysis.examples import build_examples
 from usdfoot.batch.analysed import KeptExamples, build_once, forget_examples
-from usdfoot.batch.hashing import content_hash
 from usdfoot.batch.workshop import Workshop
 from usdfoot.bridge.chunk_files import chunk_files
 from usdfoot.bridge.tokens import File
 from usdfoot.errors import OutputError
+from usdfoot.model.hashing import content_hash
 from usdfoot.pipeline.animate import animate, animate_chunk, count_chunks
 from usdfoot.pipeline.validate import validate
 from usdfoot.readers.scene import SceneReader

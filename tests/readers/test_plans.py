@@ -8,9 +8,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
 from tests.scenes import Units, add_plan, new_stage, straight_steps
-from usdfoot.batch.hashing import content_hash
 from usdfoot.bridge.tokens import Plan as Token
 from usdfoot.errors import PlanError, SceneError
+from usdfoot.model.hashing import content_hash
 from usdfoot.readers.plan_prints import path_orientations
 from usdfoot.readers.plan_sources import ask_plan
 from usdfoot.readers.plans import is_plan, plans_of, read_plan

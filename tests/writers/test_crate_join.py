@@ -175,3 +175,14 @@ def test_matches_repeat_what_was_before_them():
     assert unpack_bytes(block) == (b"abc" * 10)[:28] + b"d"
     with pytest.raises(ValueError, match="several pieces"):
         unpack_bytes(b"\1" + block)
+
+
+@pytest.mark.parametrize("back", [0, 4])
+def test_matches_of_what_is_not_there_are_refused(back):
+    with pytest.raises(ValueError, match="before the beginning"):
+        unpack_bytes(bytes([0, 0x30, *b"abc", back, 0, 0x10, *b"d"]))
+
+
+def test_columns_that_claim_to_be_longer_are_refused():
+    with pytest.raises(ValueError, match="shorter than it says"):
+        unpack_column(pack_column([1, 2, 3])[8:], 1 << 46)

@@ -170,6 +170,14 @@ def test_prims_taken_from_another_file_leave_the_bytes_they_had(tmp_path: Path) 
     assert write(tmp_path / "again.usdc", {name: more[name] for name in read}) == first
 
 
+def test_prims_read_stay_as_they_were_whatever_becomes_of_their_file(tmp_path: Path) -> None:
+    first = write(tmp_path / "first.usdc", prims_for([0, 1]))
+    _, read = read_layer(tmp_path / "first.usdc", SCOPE)
+    with (tmp_path / "first.usdc").open("r+b") as stream:  # a shorter one would end the process if it was mapped
+        stream.write(bytes(len(first)))
+    assert write(tmp_path / "again.usdc", read) == first
+
+
 @pytest.mark.parametrize("is_last", [False, True])
 def test_prims_that_come_again_are_written_as_if_each_was_another(tmp_path: Path, is_last: bool) -> None:
     def tree(end: float) -> Spec:

@@ -21,12 +21,12 @@ import numpy as np
 
 from usdfoot import __version__
 from usdfoot.analysis.examples import build_examples
-from usdfoot.batch.hashing import library_hash
 from usdfoot.bridge.tokens import File
 from usdfoot.bridge.versions import library_versions
 from usdfoot.errors import OutputError
 from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.examples import Examples
+from usdfoot.model.hashing import library_hash
 from usdfoot.model.report import Problem
 from usdfoot.writers.staging import staged_files
 

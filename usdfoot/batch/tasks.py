@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from usdfoot import __version__
-from usdfoot.batch.hashing import content_hash, library_hash
 from usdfoot.bridge.chunk_files import ChunkFiles, chunk_files
 from usdfoot.bridge.scene import Character, Scene
 from usdfoot.bridge.tokens import File
 from usdfoot.bridge.versions import library_versions
 from usdfoot.model.agent import Agent, Follower
+from usdfoot.model.hashing import content_hash, library_hash
 from usdfoot.model.limits import Limits
 from usdfoot.physics.motion_options import MotionOptions
 

@@ -14,16 +14,17 @@ from usdfoot.bridge.own_attributes import OwnAttribute, OwnAttributes, OwnBindin
 from usdfoot.bridge.scene import Character
 from usdfoot.bridge.tokens import Motion, Plan
 from usdfoot.bridge.units import StageUnits
-from usdfoot.errors import ClipError, UsdfootError
+from usdfoot.errors import UsdfootError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.agent import Agent, Follower, Performer
-from usdfoot.model.clip import Clip, ClipLibrary
+from usdfoot.model.clip import ClipLibrary
 from usdfoot.model.limits import DEFAULT_LIMITS
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.model.tuning import BodyTuning
 from usdfoot.planning.proportions import Proportions, proportions_of
+from usdfoot.readers.agent_libraries import AgentLibraries
 from usdfoot.readers.agents import OPTIONS, AgentSource, read_agent_options
 from usdfoot.readers.assets import said_over
 from usdfoot.readers.authored import authored_or_primvar
@@ -31,7 +32,6 @@ from usdfoot.readers.bindings import BindingReader
 from usdfoot.readers.candidates import find_skeleton, only_character
 from usdfoot.readers.characters import character_key, read_character
 from usdfoot.readers.clip_sources import ClipFinder
-from usdfoot.readers.clips import missing_leg_joints, read_clip
 from usdfoot.readers.own_attributes import read_own
 from usdfoot.readers.stage import StagePrims
 from usdfoot.readers.tuning import TUNINGS, read_tuning
@@ -62,10 +62,8 @@ class Casting:
     tuning: BodyTuning = field(default_factory=BodyTuning)
     """Of all agents, over what each says."""
     characters: list[Character] = field(default_factory=list)
-    libraries: list[ClipLibrary] = field(default_factory=list)
     problems: list[Problem] = field(default_factory=list)
     _only: Usd.Prim | UsdfootError | None = None
-    _unfit: dict[str, str] = field(default_factory=dict)
     _tuning_of: dict[str, BodyTuning] = field(default_factory=dict)
     _performer_of: dict[tuple[Sdf.Path, tuple[Sdf.Path, ...]], Performer] = field(default_factory=dict)
     _key_of: dict[tuple[Sdf.Path, float], tuple[object, ...]] = field(default_factory=dict)
@@ -73,6 +71,17 @@ class Casting:
     _bindings: BindingReader = field(default_factory=BindingReader)
     _character_of: dict[object, int | UsdfootError] = field(default_factory=dict)
     _library_of: dict[object, int | UsdfootError] = field(default_factory=dict)
+    _libraries: AgentLibraries = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._libraries = AgentLibraries(
+            finder=self.finder, units=self.units, most_frames=self.most_frames, problems=self.problems
+        )
+
+    @property
+    def libraries(self) -> Sequence[ClipLibrary]:
+        """Clips on characters, by the indices that agents have."""
+        return self._libraries.libraries
 
     @classmethod
     def to_look(
@@ -213,51 +222,17 @@ class Casting:
         """Index of the library with the agent's clips on its character."""
         key = (character, source.clips, required)
         if key not in self._library_of:
+            own = self.characters[character]
             try:
-                clips = self._clips(source, character, find_skeleton(prim), required=required)
-                own = self.characters[character]
-                self.libraries.append(
-                    ClipLibrary(skeleton=own.skeleton, biped=own.biped, clips=clips, bind_pose=own.bind_pose)
-                )
-                self._library_of[key] = len(self.libraries) - 1
+                skeleton = find_skeleton(prim)
+                self._library_of[key] = self._libraries.add(source.clips, own, skeleton, required=required)
             except UsdfootError as error:
                 self._library_of[key] = error
         return _or_raise(self._library_of[key])
 
-    def _clips(self, source: AgentSource, character: int, skeleton: Usd.Prim, *, required: bool) -> tuple[Clip, ...]:
-        """Clips of the agent's scopes that can be used. Clips nobody asked for may be of other skeletons."""
-        own = self.characters[character]
-        animations = self.finder.animations_below(source.clips)
-        clips: list[Clip] = []
-        unfit: list[str] = []
-        faults: list[UsdfootError] = []
-        for animation in animations:
-            path = str(animation.GetPath())
-            try:
-                clip_source = self.finder.source_of(animation, skeleton)
-                if not source.clips and missing_leg_joints(clip_source, own.skeleton, own.biped):
-                    self._unfit.setdefault(path, own.skeleton.name)
-                    unfit.append(path)
-                    continue
-                clips.append(
-                    read_clip(clip_source, own.skeleton, own.biped, units=self.units, most_frames=self.most_frames)
-                )
-            except UsdfootError as error:
-                faults.append(error)
-                severity = "error" if source.clips else "warning"
-                self.problems.append(Problem(severity=severity, where=path, message=str(error)))
-        if required and not clips:
-            raise _no_clips(source, own, unfit, faults)
-        return tuple(clips)
-
     def unfit_clips(self) -> tuple[Problem, ...]:
         """A warning for each clip nobody asked for that fits none of the characters."""
-        used = {clip.name for library in self.libraries for clip in library.clips}
-        return tuple(
-            Problem(severity="warning", where=path, message=f"{path}: not used, lacks leg joints of {skeleton}")
-            for path, skeleton in self._unfit.items()
-            if path not in used
-        )
+        return self._libraries.unfit_clips()
 
 
 def skipped(source: AgentSource, error: UsdfootError) -> Problem:
@@ -271,26 +246,6 @@ def _spaced(character: Character, spacing: float) -> Character:
     """The character with legs as rigged and its hips spaced."""
     skeleton = legs_as_rigged(character.skeleton, character.biped, character.bind_pose)
     return replace(character, skeleton=space_hips(skeleton, character.biped, spacing))
-
-
-def _no_clips(
-    source: AgentSource, character: Character, unfit: Sequence[str], faults: Sequence[UsdfootError]
-) -> ClipError:
-    """The error of an agent none of whose clips can be used: of another rig, or faulty."""
-    count = len(unfit) + len(faults)
-    where = ", ".join(str(path) for path in source.clips) or "the stage"
-    if not count:
-        return ClipError(where, "has no clips (SkelAnimation prims)", "add some, or point usdfoot:agent:clips at them")
-    if faults:
-        first = faults[0]
-        what = f"none of {count} clip(s) can be used on {character.skeleton.name}; {first.where}: {first.what}"
-        return ClipError(where, what, first.remedy, first.names)
-    return ClipError(
-        where,
-        f"none of {count} clip(s) fits {character.skeleton.name}",
-        "put them on it with usdfoot retarget, or name their joints as the Skeleton's leg joints",
-        unfit,
-    )
 
 
 def _or_raise(result: _Found | UsdfootError) -> _Found:

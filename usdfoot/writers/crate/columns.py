@@ -27,11 +27,17 @@ def pack_column(integers: Sequence[int] | np.ndarray) -> bytes:
 
 
 def unpack_column(content: bytes, count: int) -> np.ndarray:
-    """The integers of a column, shape (count,), from an LZ4 block."""
+    """The integers of a column, shape (count,), from an LZ4 block.
+
+    Raises:
+        ValueError: If it has fewer.
+    """
     if not count:
         return np.zeros(0, dtype=np.int64)
     coded = np.frombuffer(unpack_bytes(content), dtype=np.uint8)
     start = 4 + (2 * count + 7) // 8
+    if len(coded) < start:
+        raise ValueError("a column is shorter than it says")
     if (coded[4:start] == 0xFF).all():  # as by `pack_column`
         return np.cumsum(np.frombuffer(coded, dtype="<i4", count=count, offset=start), dtype=np.int64)
     codes = (coded[4:start, None] >> np.array([0, 2, 4, 6], dtype=np.uint8) & 3).reshape(-1)[:count]
@@ -57,7 +63,7 @@ def unpack_bytes(block: bytes) -> bytes:
     """What an LZ4 block in one piece stands for, its size not included.
 
     Raises:
-        ValueError: If it is in several pieces, as blocks of gigabytes are.
+        ValueError: If it is in several pieces, as blocks of gigabytes are, or is no block.
     """
     if block[0]:
         raise ValueError("a block in several pieces")
@@ -71,6 +77,8 @@ def unpack_bytes(block: bytes) -> bytes:
             break
         back = block[place] | block[place + 1] << 8
         count, place = _length(block, place + 2, lengths & _MORE)
+        if not 0 < back <= len(content):
+            raise ValueError("a match before the beginning of a block")
         content += _repeated(content[-back:], count + _SHORTEST)
     return bytes(content)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from mmap import ACCESS_READ, mmap
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
@@ -98,25 +98,27 @@ class CratePart:
         return dict(zip(names, self.field_values[fields].tolist(), strict=True))
 
 
-def read_part(path: Path, *, as_is: bool = False) -> CratePart:
+def read_part(path: Path, *, most: int | None = None) -> CratePart:
     """A binary layer, taken apart.
+
+    The file is read, not mapped, which would end the process if somebody made it shorter meanwhile.
 
     Args:
         path: Of the file.
-        as_is: Whether its values stay as they are: then only those are read that are asked for.
+        most: How many bytes of its values are enough; None = all.
 
     Raises:
         OSError: If it cannot be read.
         ValueError: If it is none.
     """
-    if as_is:
-        with path.open("rb") as stream:
-            content = memoryview(mmap(stream.fileno(), 0, access=ACCESS_READ))
-    else:
-        content = np.fromfile(path, dtype=np.uint8).data  # which nobody fills with zeros before
-    if content[: len(IDENTIFIER)] != IDENTIFIER:
-        raise ValueError(f"{path} is no layer in USD's binary format")
-    starts, readers = _sections(content)
+    with path.open("rb") as stream:
+        if stream.read(len(IDENTIFIER)) != IDENTIFIER:
+            raise ValueError(f"{path} is no layer in USD's binary format")
+        version = stream.read(8)
+        end, readers = _sections(stream)
+        stream.seek(VALUES_PLACE)
+        count = end - VALUES_PLACE if most is None else min(end - VALUES_PLACE, most)
+        values = np.fromfile(stream, dtype=np.uint8, count=max(0, count)).data  # which nobody fills with zeros before
     tokens, strings, fields, sets, paths, specs = (
         readers[name] for name in ("TOKENS", "STRINGS", "FIELDS", "FIELDSETS", "PATHS", "SPECS")
     )
@@ -124,8 +126,8 @@ def read_part(path: Path, *, as_is: bool = False) -> CratePart:
     string_count, field_count, set_count = strings.number(), fields.number(), sets.number()
     _, path_count, spec_count = paths.number(), paths.number(), specs.number()
     return CratePart(
-        version=bytes(content[8:16]),
-        values=content[VALUES_PLACE : min(starts)],
+        version=version,
+        values=values,
         tokens=tokens.packed().split(b"\0")[:token_count],
         strings=np.frombuffer(strings.rest(), dtype="<u4")[:string_count].astype(np.int64),
         field_names=fields.column(field_count),
@@ -166,12 +168,20 @@ class _Reader:
         return self._content[self._place - size : self._place]
 
 
-def _sections(content: memoryview) -> tuple[list[int], dict[str, _Reader]]:
-    """Where the sections begin, and what is in them by name."""
-    (place,) = struct.unpack_from("<q", content, 16)
-    (count,) = struct.unpack_from("<Q", content, place)
-    entries = [struct.unpack_from("<16sqq", content, place + 8 + 32 * index) for index in range(count)]
+def _sections(stream: BinaryIO) -> tuple[int, dict[str, _Reader]]:
+    """Where the first section begins, and what is in each by name."""
+    stream.seek(_number(stream))
+    entries = [struct.unpack("<16sqq", stream.read(32)) for _ in range(_number(stream))]
+    first = min(start for _, start, _ in entries)
+    stream.seek(first)
+    content = stream.read()
     readers = {
-        name.rstrip(b"\0").decode(): _Reader(bytes(content[start : start + size])) for name, start, size in entries
+        name.rstrip(b"\0").decode(): _Reader(content[start - first : start - first + size])
+        for name, start, size in entries
     }
-    return [start for _, start, _ in entries], readers
+    return first, readers
+
+
+def _number(stream: BinaryIO) -> int:
+    (number,) = struct.unpack("<q", stream.read(8))
+    return int(number)

@@ -41,6 +41,8 @@ _ARRAY_SIZES = {ARRAY | code: size for code, size in _SIZES.items()}
 
 
 _DATA = "customLayerData"
+_MOST_DATA = 1 << 21
+"""Bytes at the beginning of a layer's values of which these data, of 50,000 agents, are part."""
 _STEP = struct.Struct("<IqQ")
 """Of a dictionary: a key, how far ahead its value is, and the value."""
 _COUNT, _SAMPLES = struct.Struct("<Q"), struct.Struct("<qQqQ")
@@ -53,13 +55,13 @@ def read_layer(file: Path, scope: str) -> tuple[dict[str, Any], dict[str, KeptPr
         OSError: If the file cannot be read.
         ValueError, LookupError, struct.error: If something else wrote it.
     """
-    read = _Layer(read_part(file, as_is=True))
+    read = _Layer(read_part(file))
     return read.data(), read.prims(scope)
 
 
 def read_data(file: Path) -> dict[str, Any]:
     """Custom layer data alone; raises as `read_layer`."""
-    return _Layer(read_part(file, as_is=True)).data()
+    return _Layer(read_part(file, most=_MOST_DATA)).data()
 
 
 class _Layer:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from usdfoot.batch.hashing import content_hash
+from usdfoot.model.hashing import content_hash
 
 
 @dataclass(frozen=True)
