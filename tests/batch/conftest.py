@@ -1,6 +1,5 @@
 """A crowd of people on the stepping stones, one after the other, and the crowd made of it in one process."""
 
-import hashlib
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from multiprocessing import get_context
@@ -13,12 +12,6 @@ from tests.few_clips import write_few_clips_scene
 from usdfoot.pipeline.animate import animate
 
 AGENTS = 3
-
-
-def digests(folder: Path) -> dict[str, str]:
-    """Content of every file of a folder, by path."""
-    files = sorted(path for path in folder.rglob("*") if path.is_file())
-    return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
 
 
 def write_crowd_scene(stages: Path, folder: Path) -> Path:

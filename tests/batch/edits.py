@@ -5,7 +5,7 @@ from contextlib import contextmanager
 import numpy as np
 from pxr import Sdf, Usd
 
-from tests.batch.conftest import digests
+from tests.digests import digests
 from usdfoot.bridge.tokens import File
 from usdfoot.pipeline.animate import animate
 from usdfoot.pipeline.validate import validate

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
-from tests.batch.conftest import AGENTS, delay_plan, digests, write_crowd_scene
+from tests.batch.conftest import AGENTS, delay_plan, write_crowd_scene
+from tests.digests import digests
 from usdfoot.bridge.chunk_files import chunk_files
 from usdfoot.bridge.tokens import File
 from usdfoot.errors import OutputError

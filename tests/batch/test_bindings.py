@@ -5,8 +5,9 @@ import logging
 import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
-from tests.batch.conftest import AGENTS, digests, write_crowd_scene
+from tests.batch.conftest import AGENTS, write_crowd_scene
 from tests.batch.test_characters import LOOKS, write_looks
+from tests.digests import digests
 from usdfoot.model.levels import DetailLevels
 from usdfoot.pipeline.animate import animate
 

@@ -15,7 +15,8 @@ import numpy as np
 import pytest
 from pxr import Sdf, Usd
 
-from tests.batch.conftest import AGENTS, delay_plan, digests, write_crowd_scene
+from tests.batch.conftest import AGENTS, delay_plan, write_crowd_scene
+from tests.digests import digests
 from usdfoot.analysis.examples import build_examples
 from usdfoot.batch.analysed import KeptExamples, build_once, forget_examples
 from usdfoot.batch.workshop import Workshop

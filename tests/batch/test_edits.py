@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pxr import Gf, Sdf, Usd, UsdGeom
 
-from tests.batch.conftest import AGENTS, delay_plan, digests, write_crowd_scene
+from tests.batch.conftest import AGENTS, delay_plan, write_crowd_scene
+from tests.digests import digests
 from usdfoot.bridge.tokens import File
 from usdfoot.errors import UsdfootError
 from usdfoot.pipeline.animate import animate

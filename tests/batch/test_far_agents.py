@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from pxr import Sdf, Usd, UsdGeom
 
-from tests.batch.conftest import AGENTS, digests
+from tests.batch.conftest import AGENTS
+from tests.digests import digests
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.model.ground import Ground
 from usdfoot.model.sampling import SamplingOptions

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.batch.conftest import digests
+from tests.digests import digests
 from usdfoot.batch.executors import open_executor
 from usdfoot.batch.job import job_template
 from usdfoot.cli.main import main

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom
 
-from tests.batch.conftest import AGENTS, digests, write_crowd_scene
+from tests.batch.conftest import AGENTS, write_crowd_scene
 from tests.batch.edits import edited, remake, strikes
+from tests.digests import digests
 from usdfoot.bridge.tokens import File
 from usdfoot.pipeline.animate import animate
 from usdfoot.usdview.footsteps import move_selected

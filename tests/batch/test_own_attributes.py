@@ -5,8 +5,9 @@ import logging
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
-from tests.batch.conftest import AGENTS, digests, write_crowd_scene
+from tests.batch.conftest import AGENTS, write_crowd_scene
 from tests.batch.test_characters import LOOKS, write_looks
+from tests.digests import digests
 from usdfoot.pipeline.animate import animate
 from usdfoot.readers.scene import read_scene
 

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom
 
-from tests.batch.conftest import AGENTS, digests
+from tests.batch.conftest import AGENTS
+from tests.digests import digests
 from usdfoot.bridge.tokens import File
 from usdfoot.errors import SceneError
 from usdfoot.model.limits import Limits

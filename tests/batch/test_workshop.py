@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.batch.conftest import AGENTS, delay_plan, digests, write_crowd_scene
+from tests.batch.conftest import AGENTS, delay_plan, write_crowd_scene
+from tests.digests import digests
 from usdfoot.batch import analysed, workshop
 from usdfoot.batch.analysed import forget_examples
 from usdfoot.batch.tasks import EarlyTask, cut_chunks, early_task, inputs_of

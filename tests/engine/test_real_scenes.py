@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.engine.plans import MIRROR, mirrored, way
+from tests.engine.plans import MIRROR, mirrored, no_terrain, way
 from tests.engine.walkers import in_world
 from usdfoot.analysis.joint_pairs import joint_pairs
 from usdfoot.engine.animate import animate_agents, animate_crowd, prepare_library
@@ -36,7 +36,7 @@ def test_steps_in_place_are_met_before_ik(shared_data, width):
     """Nobody recorded steps in place: they are blends of walks forward and backward, which land far off their mean."""
     crowd = read_scene(shared_data / "scenes" / "walk_flat.usda").crowd
     plan = way(8, length=0.0, width=width, step_time=0.55, stand_first=0.5, stand_last=0.6)
-    crowd = replace(crowd, agents=(replace(crowd.agents[0], plan=plan),), terrain=_nothing())
+    crowd = replace(crowd, agents=(replace(crowd.agents[0], plan=plan),), terrain=no_terrain())
     results = animate_crowd(crowd)[0][0].results
     assert results.hull_distance.max() < 1e-6
     assert results.blend_error.max() < 1e-3
@@ -49,7 +49,7 @@ def test_before_a_step_too_long_the_support_foot_stays(shared_data, farther):
     plan = way(12, length=0.6, width=0.12, step_time=0.55, duty=0.6)
     ahead = np.array([0.0, 0.0, farther]) * (np.arange(12) > 5)[:, None]
     agent = replace(crowd.agents[0], plan=replace(plan, positions=plan.positions + ahead))
-    crowd = replace(crowd, agents=(agent,), terrain=_nothing(), frame_times=np.arange(210) / 30.0)
+    crowd = replace(crowd, agents=(agent,), terrain=no_terrain(), frame_times=np.arange(210) / 30.0)
     results = animate_crowd(crowd)[0][0].results
     assert results.status[6] == "unreachable"
     promised = np.isin(results.status, ["ok", "outsideHull"])
@@ -88,10 +88,3 @@ def test_a_mirrored_plan_gives_the_mirrored_motion(stages, request, scene):
 
 def _mirrored_ground(terrain: Terrain) -> Terrain:
     return replace(terrain, points=terrain.points * MIRROR, triangles=terrain.triangles[:, ::-1])
-
-
-def _nothing() -> Terrain:
-    none = np.zeros(0, dtype=int)
-    return Terrain(
-        meshes=(), points=np.zeros((0, 3)), triangles=none.reshape(0, 3), mesh_indices=none, walkable=none.astype(bool)
-    )

@@ -7,17 +7,13 @@ import numpy as np
 import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdValidation
 
+from tests.digests import digests
 from usdfoot import __version__
 from usdfoot.bridge import tokens
 from usdfoot.errors import OutputError, SceneError
 from usdfoot.pipeline.animate import animate
 from usdfoot.pipeline.validate import validate
 from usdfoot.writers.folder_lock import lock_folder
-
-
-def digests(folder):
-    files = sorted(path for path in folder.rglob("*") if path.is_file())
-    return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
 
 
 def test_every_step_is_reported(stones):

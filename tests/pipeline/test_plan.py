@@ -224,6 +224,11 @@ def test_who_waits_for_a_door_stands_on_both_feet_though_its_clips_hardly_do(sta
     swings = plan.strike_times[2:] - plan.liftoff_times[:-2]
     assert np.diff(plan.strike_times).max() > 3.0, "it waits"
     assert swings.max() < 1.0, "in a wait both feet stand"
+    crowd = read_scene(scene).crowd
+    (walked,) = crowd.agents
+    np.testing.assert_array_equal(walked.plan.positions, plan.positions, "as if it was animated at once")
+    np.testing.assert_allclose(walked.plan.strike_times, plan.strike_times, atol=1e-6)
+    assert any("Guest: waits" in problem.message for problem in crowd.problems)
 
 
 def test_a_run_that_is_planned_first_steps_and_flies_like_the_clips_as_one_that_is_animated_at_once(stages, tmp_path):

@@ -100,6 +100,37 @@ def test_stones_are_crossed_in_the_time_that_steps_of_the_clips_take(stages, tmp
     assert_allclose(spans[1], spans[0] * 4.0 / 3.0, rtol=0.05)
 
 
+@pytest.mark.parametrize(("leaves", "said"), [(True, "waits"), (False, "does not help")])
+def test_over_stones_people_wait_for_what_is_on_them_for_a_while(stages, tmp_path, leaves, said):
+    scene, layer = tmp_path / "scene.usda", tmp_path / "plans.usda"
+    (free,) = plan_scene_stones(stages / "river.usda", layer).plans.values()
+    row = len(free) // 2
+    source, stage = Usd.Stage.Open(str(stages / "river.usda")), Usd.Stage.CreateNew(str(scene))
+    stage.GetRootLayer().subLayerPaths = [str(stages / "river.usda")]
+    for key in ("metersPerUnit", "upAxis", "timeCodesPerSecond"):
+        stage.SetMetadata(key, source.GetMetadata(key))
+    units = read_stage_info(source).units
+    box = UsdGeom.Cube.Define(stage, "/World/Box")
+    box.CreateSizeAttr(0.3 / units.meters_per_unit)
+    box.GetPrim().AddAppliedSchema("UsdfootObstacleAPI")
+    place = box.AddTranslateOp()
+    away, comes, goes = np.array([0.0, 9.0, 0.0]), 0.5, float(free.strike_times[row]) + 3.0
+    for time, lifted in ((0.0, 1.0), (comes, 1.0), (comes + 0.1, 0.0), (goes, 0.0), (goes + 0.1, float(leaves))):
+        middle = free.positions[row] + [0.0, 0.2, 0.0] + lifted * away
+        place.Set(Gf.Vec3d(*units.points_to_stage(middle).tolist()), time * units.time_codes_per_second)
+    stage.Save()
+    report = plan_scene_stones(scene, layer)
+    (plan,) = report.plans.values()
+    told = [problem.message for problem in report.problems if "/World/Box" in problem.message]
+    if not told:
+        assert not leaves
+        assert np.linalg.norm(plan.positions - free.positions[row], axis=1).min() > 0.15, "another way"
+        return
+    assert said in told[0]
+    if leaves:
+        assert plan.strike_times[-1] > free.strike_times[-1] + 2.0 and len(told) == 1
+
+
 def test_given_footholds_on_which_nobody_can_stand_are_named(stages, tmp_path):
     """Points a few centimetres over the stones: the way leads over them, and lint's first word on it is said."""
     scene, layer = tmp_path / "scene.usda", tmp_path / "plans.usda"

@@ -148,7 +148,7 @@ def test_a_path_is_walked_later_where_something_crosses_it(tmp_path):
     draw(park(scene, crossing, by="prim"))
     report = plan_scene_paths(scene, layer)
     (told,) = [problem.message for problem in report.problems if problem.where == "Way"]
-    assert "for /World/Cart/Body. --no-around keeps its times" in told and "Way: waits" in told
+    assert "for /World/Cart/Body. usdfoot plan path --no-around keeps its times" in told and "Way: waits" in told
     assert room(report.plans["Way"], crossing) > 0.2
     kept = plan_scene_paths(scene, layer, options=PathOptions(around=False))
     assert room(kept.plans["Way"], crossing) < 0.0

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pxr import Sdf, Usd, UsdGeom
 
-from tests.batch.conftest import digests
+from tests.digests import digests
 from usdfoot.errors import PlanError, SceneError
 from usdfoot.pipeline.again import edit_plan, remake
 from usdfoot.pipeline.validate import validate

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pxr import Sdf, Usd, UsdSkel
 
-from tests.batch.conftest import digests
+from tests.digests import digests
 from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.usdview.overlays import shown_kinds, toggle_overlay
 from usdfoot.usdview.selection import Selection

@@ -23,7 +23,7 @@ from usdfoot.model.motion import Motion, StepResults
 from usdfoot.model.report import Problem
 
 __all__ = [
-    "ContactFigures",
+    "FootstepFigures",
     "achieved_contacts",
     "measure_contacts",
     "measure_steps",
@@ -34,7 +34,7 @@ __all__ = [
 
 
 @dataclass(frozen=True, kw_only=True)
-class ContactFigures:
+class FootstepFigures:
     """What the feet really do on all N footsteps of all agents, in the order of their plans; shape (N,) each."""
 
     rows: IntArray
@@ -50,7 +50,7 @@ class ContactFigures:
 
 def measure_contacts(
     layout: Layout, feet: ContactFeet, frames: Frames, *, measured: Feet, agents: Sequence[Agent]
-) -> ContactFigures:
+) -> FootstepFigures:
     """Figures of the planted feet over the whole frames of each contact."""
     contacts = layout.contacts
     real = np.flatnonzero(contacts.steps >= 0)
@@ -69,13 +69,13 @@ def measure_contacts(
             orientations=orientations[own],
         )
         placement[own], slide[own], yaw[own] = figures.placement_error, figures.slide, figures.yaw_error
-    return ContactFigures(
+    return FootstepFigures(
         rows=real, placement_error=placement, slide=slide, yaw_error=yaw, on_ground=feet.on_ground[real]
     )
 
 
 def measure_steps(
-    setup: Setup, blend: StepBlend, landings: Landings, *, figures: ContactFigures, agents: Sequence[Agent]
+    setup: Setup, blend: StepBlend, landings: Landings, *, figures: FootstepFigures, agents: Sequence[Agent]
 ) -> list[StepResults]:
     """Results of each agent's footsteps blended from clips, in the order of its plan."""
     values = _by_landing(setup, landings, figures.rows)
@@ -137,7 +137,7 @@ def _by_landing(setup: Setup, landings: Landings, real: IntArray) -> dict[str, F
     return values
 
 
-def _statuses(figures: ContactFigures, values: dict[str, FloatArray]) -> list[str]:
+def _statuses(figures: FootstepFigures, values: dict[str, FloatArray]) -> list[str]:
     """Status of each step; the gravest that applies."""
     statuses = np.full(len(figures.rows), "ok", dtype=object)
     statuses[values["hull_distance"] > 1e-4] = "outsideHull"

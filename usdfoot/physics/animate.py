@@ -22,7 +22,7 @@ from usdfoot.engine.pose_source import Layout
 from usdfoot.engine.poses import ClipPoses
 from usdfoot.engine.reach import PLACED, steps_off_terrain, unreached_steps
 from usdfoot.engine.results import (
-    ContactFigures,
+    FootstepFigures,
     measure_contacts,
     measure_steps,
     step_ranges,
@@ -242,7 +242,7 @@ def _ground(agents: Sequence[Agent], crowd: Crowd) -> Ground:
     return Ground(crowd.terrain, fallback_height=lowest)
 
 
-def _results(figures: ContactFigures, com: ComMotion, agents: Sequence[Agent]) -> list[StepResults]:
+def _results(figures: FootstepFigures, com: ComMotion, agents: Sequence[Agent]) -> list[StepResults]:
     """Results of each agent's footsteps without clips."""
     zeros = np.zeros(len(figures.rows))
     stretched = com.steps.overstretch[figures.rows] > STRETCH_TOLERANCE * com.biped.maximal_length
@@ -273,7 +273,7 @@ def _results(figures: ContactFigures, com: ComMotion, agents: Sequence[Agent]) -
     ]
 
 
-def _forces(figures: ContactFigures, com: ComMotion, agents: Sequence[Agent]) -> list[ForceResults]:
+def _forces(figures: FootstepFigures, com: ComMotion, agents: Sequence[Agent]) -> list[ForceResults]:
     """What each agent's footsteps ask of physics."""
     steps, rows = com.steps, figures.rows
     return [

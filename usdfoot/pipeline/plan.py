@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,15 +20,15 @@ from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Outcome, Problem
 from usdfoot.pipeline.flying import flying_like_clips
 from usdfoot.pipeline.plan_doubts import find_doubts
-from usdfoot.pipeline.plan_waits import wait_for_moving
 from usdfoot.planning.path import PathOptions
 from usdfoot.readers.casting import Casting
 from usdfoot.readers.habits import HabitsReader
 from usdfoot.readers.listing import list_scene
 from usdfoot.readers.moving_obstacles import MovingObstacles
 from usdfoot.readers.obstacles import read_obstacles
+from usdfoot.readers.path_plans import plan_paths
 from usdfoot.readers.terrain import read_terrain
-from usdfoot.readers.walkers import Walker, plan_walkers, read_walkers
+from usdfoot.readers.walkers import Walker, read_walkers
 from usdfoot.writers.plan_edits import PlanEdit
 from usdfoot.writers.plans import PlannedAgent, write_plans
 
@@ -89,32 +88,17 @@ def plan_scene_paths(
     progress("plan", 0, 0)
     obstacles, obstacle_problems = read_obstacles(stage, prims, info.units)
     moving = MovingObstacles(prims, info.units)
-    still = moving.others(obstacles)
-    found = plan_walkers(walkers, terrain, obstacles=still, options=options)
-    errors |= {name: plan for name, plan in found.items() if isinstance(plan, UsdfootError)}
+    found = plan_paths(walkers, terrain, obstacles=obstacles, moving=moving, options=options)
+    errors |= found.errors
     problems = [_problem(error) for error in errors.values()] + [*terrain_problems, *obstacle_problems]
     problems += [problem for problem in listed.problems if problem.severity == "error"]
-    planned = [
-        PlannedAgent(
-            name=walker.name,
-            plan=plan,
-            size=walker.proportions.foot_length,
-            agent=walker.agent,
-            style=walker.path.style,
-        )
-        for walker in walkers
-        if isinstance(plan := found[walker.name], FootstepPlan)
-    ]
+    planned = _planned(walkers, found.plans)
     if not planned:
         raise _no_paths(info, problems)
     casting = Casting.to_look(stage, prims, info.units)
-    flown = partial(flying_like_clips, sources=sources, terrain=terrain, casting=casting)
-    planned = flown(planned)
-    walked = [walker for walker in walkers if walker.name in _names(planned)]
-    if options.around is not False and (known := moving.after(0.0)):
-        again = partial(plan_walkers, terrain=terrain, options=options)
-        planned, waits = wait_for_moving(walked, planned, moving=known, still=still, again=again, flown=flown)
-        problems += waits
+    planned = flying_like_clips(planned, sources, terrain=terrain, casting=casting)
+    walked = [walker for walker in walkers if walker.name in found.plans]
+    problems += found.waits.values()
     problems += [doubt for walker in walked for doubt in walker.doubts()]
     problems += [doubt for walker in walked if (doubt := walker.style_doubt())]
     problems += _detours(planned, walked)
@@ -122,7 +106,7 @@ def plan_scene_paths(
         planned,
         terrain,
         bodies=[walker.proportions for walker in walked],
-        obstacles=still,
+        obstacles=moving.others(obstacles),
         moving=moving.at if moving else None,
     )
     progress("write", 0, 0)
@@ -162,8 +146,19 @@ def save_plans(
     )
 
 
-def _names(planned: Sequence[PlannedAgent]) -> set[str]:
-    return {part.name for part in planned}
+def _planned(walkers: Sequence[Walker], plans: Mapping[str, FootstepPlan]) -> list[PlannedAgent]:
+    """The plans of walkers that have one, as they are written."""
+    return [
+        PlannedAgent(
+            name=walker.name,
+            plan=plans[walker.name],
+            size=walker.proportions.foot_length,
+            agent=walker.agent,
+            style=walker.path.style,
+        )
+        for walker in walkers
+        if walker.name in plans
+    ]
 
 
 def _detours(planned: Sequence[PlannedAgent], walkers: Sequence[Walker]) -> list[Problem]:

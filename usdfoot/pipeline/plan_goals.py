@@ -188,8 +188,7 @@ def plan_scene_stones(
     options, ways = options or GoalOptions(), StoneOptions(on=on, spacing=spacing, reach=reach, leaps=leaps)
     progress("read", 0, 0)
     found = read_goal_scene(scene, options, with_goals=True, limits=limits)
-    made, faults = cross_stones(found, ways, progress=progress)
-    problems = (*found.moving.doubts(), *faults)
+    made, problems = cross_stones(found, ways, progress=progress)
     progress("write", 0, 0)
     made_by = {"planner": "stones", "reach": reach, "leaps": leaps, "spacing": spacing, "options": asdict(options)}
     return save_goal_plans(found, made, output, problems=problems, made_by=made_by, alone=True)

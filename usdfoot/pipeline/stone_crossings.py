@@ -17,11 +17,13 @@ from usdfoot.model.plan import FootstepPlan
 from usdfoot.model.report import Problem
 from usdfoot.pipeline.goal_scene import GoalScene, agent_problem, on_ground
 from usdfoot.planning.crossings import Stones, stance_at
+from usdfoot.planning.moving import Moving
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.reach import Reach, reach_of_biped, reach_of_examples
 from usdfoot.planning.scenario import Seeker
 from usdfoot.planning.stones import plan_crossings
-from usdfoot.planning.world import World, clearances
+from usdfoot.planning.waiting import find_meetings, let_pass
+from usdfoot.planning.world import Obstacle, World, clearances
 from usdfoot.readers.goals import GoalAgent, read_agent_libraries
 from usdfoot.readers.stones import read_stones
 
@@ -68,14 +70,27 @@ def cross_stones(
         if agent.source.name in libraries:
             alike.setdefault((id(libraries[agent.source.name]), agent.seeker.body), []).append(agent)
     tops: dict[Proportions, Stones] = {}
+    moving = found.moving.after(found.info.start_time)
+    still = found.moving.others(found.obstacles)
     for index, agents in enumerate(alike.values()):
         progress("plan", index, len(alike))
         body = agents[0].seeker.body
         try:
             reach = _reach_of(libraries[agents[0].source.name], options)
             if body not in tops:
-                tops[body] = _stones_for(found, agents[0].seeker, options)
-            plans: list[FootstepPlan | UsdfootError] = [*_cross(found, agents, reach, tops[body])]
+                tops[body] = read_stones(
+                    found.stage,
+                    found.info.units,
+                    found.terrain,
+                    pattern=options.on,
+                    body=body,
+                    spacing=options.spacing,
+                )
+            stones = _clear_stones(tops[body], agents[0].seeker, still)
+            plans: list[FootstepPlan | UsdfootError] = [*_cross(found, agents, reach, stones)]
+            if moving:
+                plans, waits = _let_pass(found, agents, plans, reach=reach, stones=stones, moving=moving)
+                faults += waits
         except UsdfootError as error:
             plans = [error] * len(agents)
         for agent, plan in zip(agents, plans, strict=True):
@@ -94,17 +109,73 @@ def _reach_of(library: ClipLibrary, options: StoneOptions) -> Reach:
     return reach_of_examples(examples, library.biped, leaps=options.leaps)
 
 
-def _stones_for(found: GoalScene, seeker: Seeker, options: StoneOptions) -> Stones:
-    """Footholds of a body, those left out that are nearer to an obstacle than it is wide.
+def _clear_stones(stones: Stones, seeker: Seeker, obstacles: Sequence[Obstacle]) -> Stones:
+    """Footholds without those that are nearer to an obstacle than a body is wide.
 
     Raises:
         PlanError: If none is left.
     """
-    stones = read_stones(
-        found.stage, found.info.units, found.terrain, pattern=options.on, body=seeker.body, spacing=options.spacing
-    )
-    world, places = World(obstacles=found.obstacles), stones.positions
-    return stones.only(clearances(world, places[:, [0, 2]], places[:, 1]) >= seeker.radius)
+    places = stones.positions
+    room = clearances(World(obstacles=tuple(obstacles)), places[:, [0, 2]], places[:, 1])
+    return stones.only(room >= seeker.radius)
+
+
+def _let_pass(
+    found: GoalScene,
+    agents: Sequence[GoalAgent],
+    plans: Sequence[FootstepPlan | UsdfootError],
+    *,
+    reach: Reach,
+    stones: Stones,
+    moving: Moving,
+) -> tuple[list[FootstepPlan | UsdfootError], list[Problem]]:
+    """The plans of agents, those that meet something that moves later, or over stones where it neither is nor stays."""
+    seekers = [agent.seeker for agent in agents]
+    own = [row for row, plan in enumerate(plans) if isinstance(plan, FootstepPlan)]
+    known = [plan for plan in plans if isinstance(plan, FootstepPlan)]
+    later, waits = list(plans), list[Problem]()
+    for index, met in find_meetings(known, [seekers[row].body for row in own], moving).items():
+        row, wait = own[index], 0.0
+        ways: list[FootstepPlan | UsdfootError] = [known[index]]
+        passed = _passed(found, seekers[row], ways[0], moving)
+        if passed is None:
+            ways = [*_cross_elsewhere(found, agents[row], reach, stones, moving=moving)]
+            passed = _passed(found, seekers[row], ways[0], moving)
+        if passed is not None and isinstance(ways[0], FootstepPlan):
+            later[row], wait = passed, float(passed.strike_times[-1] - ways[0].strike_times[-1])
+        if passed is None or wait > 0.0:
+            waits.append(_told(seekers[row].name, met, wait))
+    return later, waits
+
+
+def _passed(found: GoalScene, seeker: Seeker, plan: FootstepPlan | UsdfootError, moving: Moving) -> FootstepPlan | None:
+    """A plan that lets what moves pass, None if it cannot."""
+    if not isinstance(plan, FootstepPlan):
+        return None
+    ground = Ground(found.terrain, fallback_height=float(plan.positions[:, 1].min()))
+    return let_pass(plan, seeker.body, moving, ground=ground)
+
+
+def _cross_elsewhere(
+    found: GoalScene, agent: GoalAgent, reach: Reach, stones: Stones, *, moving: Moving
+) -> list[FootstepPlan | UsdfootError]:
+    """An agent's plan over the footholds that what moves is not on, neither first nor last."""
+    try:
+        free = _clear_stones(stones, agent.seeker, [*moving.at(0.0), *moving.at(moving.end)])
+        return [*_cross(found, [agent], reach, free)]
+    except PlanError as error:
+        return [error]
+
+
+def _told(name: str, met: tuple[str, float], wait: float) -> Problem:
+    """What is said of an agent that meets an obstacle at a time [s], and waits so long for it [s], 0 = in vain."""
+    what, time = met
+    message = f"{name}: waits {wait:.1f} s for {what}"
+    if wait <= 0.0:
+        message = (
+            f"{name}: meets {what} {time:.1f} s after the start, and to wait or to go over other stones does not help"
+        )
+    return Problem(severity="warning", where=name, message=message)
 
 
 def _cross(

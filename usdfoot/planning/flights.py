@@ -66,7 +66,8 @@ def _flown(library: PreparedLibrary, agents: Sequence[Agent], *, options: Engine
     planned = contacts.liftoffs[supports] - contacts.strikes[following]
     steps = ~setup.segments.stands & (contacts.steps[supports] >= 0) & (contacts.steps[following] >= 0)
     flies = steps & (planned < 0.0) & has_flight(lasts, lasts - natural, displacements, leg_length=setup.leg_length)
-    walks = _between_walks(supports, steps & (planned > 0.0), len(contacts.sides))
+    is_walk = steps & (planned > 0.0) & (planned <= options.stand_time)
+    walks = _between_walks(supports, is_walk, len(contacts.sides))
     together = natural_overlaps(setup.examples, blend.examples, blend.weights) * np.minimum(landings.time_warp, 1.0)
     together += lasts * np.maximum(1.0 - 1.0 / landings.time_warp, 0.0)
     overlaps = np.where(flies, -natural, planned)

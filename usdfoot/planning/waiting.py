@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
+from usdfoot.model.ground import Ground
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.planning.bumps import (
     ON_TOP,
@@ -19,8 +20,10 @@ from usdfoot.planning.bumps import (
     sole_places,
 )
 from usdfoot.planning.foot_table import FootTable, feet_of
+from usdfoot.planning.lint import lint_alone
 from usdfoot.planning.moving import Moving
 from usdfoot.planning.proportions import Proportions
+from usdfoot.planning.stops import with_stops
 
 __all__ = ["find_meetings", "let_pass"]
 
@@ -30,6 +33,10 @@ LONGEST = (10.0, 120.0)
 """Nobody waits longer altogether [s]; what is shorter is looked for first."""
 SLOWER = 1.5
 """A delay that is no longer [s] is made up of steps that each take `DELAY` longer."""
+STOP = 1.0
+"""Who waits at least so long in one place [s] stands there on both feet, where there is room."""
+EARLIER = 3
+"""So many footsteps before the last from which it can wait it may stand."""
 BODY, SOLE = 0.25, 0.05
 """Distances kept from the middle of the body, and from the soles, where there is room [m]."""
 
@@ -46,16 +53,18 @@ def find_meetings(
     return {int(feet.owners[row]): (name, float(feet.strikes[row])) for row, name in sorted(met, reverse=True)}
 
 
-def let_pass(plan: FootstepPlan, body: Proportions, moving: Moving) -> FootstepPlan | None:
+def let_pass(plan: FootstepPlan, body: Proportions, moving: Moving, *, ground: Ground) -> FootstepPlan | None:
     """The plan with the same footsteps, some of them later, so that no obstacle meets it; None if there is none.
 
     Of the ways to wait the one that ends first; short delays are slower steps, in long ones it stands where it is
-    longest clear, as near as it gets. Swings keep their time: both feet stand longer before them.
+    longest clear, as near as it gets. Swings keep their time: both feet stand longer before them. Who stands long
+    does so on both feet, with two footsteps more, where these are as right as the others.
 
     Args:
         plan: As it would be without the obstacles.
         body: Who walks it.
         moving: Obstacles at times of the plan.
+        ground: Below it.
     """
     feet = feet_of([plan], [body])
     for beside, sole in ((BODY, SOLE), (0.0, 0.0)):
@@ -64,7 +73,36 @@ def let_pass(plan: FootstepPlan, body: Proportions, moving: Moving) -> FootstepP
             if delays is not None:
                 later = _delayed(plan, delays)
                 if not find_meetings([later], [body], moving):
-                    return later
+                    rows = np.flatnonzero(np.diff(delays) >= STOP)
+                    stood = _stood(plan, rows, body, moving, ground=ground, room=(beside, sole)) if rows.size else None
+                    return later if stood is None else stood
+    return None
+
+
+def _stood(
+    plan: FootstepPlan,
+    rows: IntArray,
+    body: Proportions,
+    moving: Moving,
+    *,
+    ground: Ground,
+    room: tuple[float, float],
+) -> FootstepPlan | None:
+    """The plan with waits on both feet beside footsteps (K,) or ones before them, None if that is not as right."""
+    for earlier in range(EARLIER):
+        found = with_stops(plan, (rows - earlier).tolist(), ground)
+        if found is None:
+            continue
+        stopped, closing = found
+        feet = feet_of([stopped], [body])
+        space = _Room(feet=feet, moving=moving, body=room[0], sole=room[1])
+        delays = _delays(feet, space, LONGEST[-1], closing=closing)
+        if delays is None:
+            continue
+        later = _delayed(stopped, delays)
+        faults = [len(lint_alone([one], ground, bodies=[body])) for one in (plan, later)]
+        if faults[1] <= faults[0] and not find_meetings([later], [body], moving):
+            return later
     return None
 
 
@@ -74,11 +112,12 @@ def _delayed(plan: FootstepPlan, delays: FloatArray) -> FootstepPlan:
     return replace(plan, strike_times=plan.strike_times + delays, liftoff_times=plan.liftoff_times + leaving)
 
 
-def _delays(feet: FootTable, room: _Room, longest: float) -> FloatArray | None:
+def _delays(feet: FootTable, room: _Room, longest: float, *, closing: IntArray | None = None) -> FloatArray | None:
     """By how much each step has to be late (N,), at most so long [s], None if that cannot be.
 
     Who stands after a step can stay as long as it is clear there, and go when the next step is. At which delays each
-    step can end is found from the first to the last, the delays then from the last to the first.
+    step can end is found from the first to the last, the delays then from the last to the first. With closing steps
+    (K,) it stands after these alone.
     """
     size = len(feet.owners)
     most = min(max(room.moving.end - feet.strikes[0], 0.0), longest)  # from the end on nothing changes
@@ -86,6 +125,7 @@ def _delays(feet: FootTable, room: _Room, longest: float) -> FloatArray | None:
     overlaps = np.append(0.0, feet.liftoffs[:-1] - feet.strikes[1:])
     overlaps[-1] = feet.liftoffs[-1] - feet.strikes[-1]
     spans = np.ceil(np.maximum(overlaps, 0.0) / DELAY - 1e-9).astype(np.intp)
+    hurried = np.zeros(size, dtype=bool) if closing is None else ~np.isin(np.arange(size), closing)
     stands, comes = room.stands(count + int(spans.max())), room.comes(count)
     reached, latest = np.zeros((size, count), dtype=bool), np.zeros((size, count), dtype=np.intp)
     reached[1, 0] = True
@@ -94,6 +134,8 @@ def _delays(feet: FootTable, room: _Room, longest: float) -> FloatArray | None:
         latest[row] = blocked[np.searchsorted(blocked, np.arange(count))] - 1 - spans[row]
         if overlaps[row] <= 0.0:  # in flight nobody waits
             latest[row] = np.minimum(latest[row], np.arange(count))
+        if hurried[row]:
+            latest[row] = np.minimum(latest[row], np.arange(count) + 1)
         if row + 1 < size:
             own = np.flatnonzero(reached[row] & (latest[row] >= np.arange(count)))
             opens = np.bincount(own, minlength=count + 1) - np.bincount(
@@ -108,7 +150,7 @@ def _delays(feet: FootTable, room: _Room, longest: float) -> FloatArray | None:
     for row in range(size - 2, 0, -1):
         after = int(delays[row + 1])
         able = np.flatnonzero(reached[row, : after + 1] & (latest[row, : after + 1] >= after))
-        delays[row] = _before(able, after)
+        delays[row] = able[-1] if hurried[row] else _before(able, after)
     return DELAY * delays
 
 

@@ -8,7 +8,6 @@ from pxr import Usd
 
 from usdfoot.bridge.units import StageUnits
 from usdfoot.errors import UsdfootError
-from usdfoot.model.report import Problem
 from usdfoot.planning.moving import Moving, with_velocity
 from usdfoot.planning.world import Obstacle
 from usdfoot.readers.obstacles import obstacle_prims, obstacles_of
@@ -52,16 +51,6 @@ class MovingObstacles:
         last = max((code for prim in self._moving for code in _codes(prim)), default=0.0)
         end = max(last / self._units.time_codes_per_second - start, 0.0)
         return Moving(at=lambda time: self.at(start + time), end=end)
-
-    def doubts(self) -> tuple[Problem, ...]:
-        """A warning of them where plans are made that see them only at the stage's start."""
-        if not self._moving:
-            return ()
-        first, *others = sorted(self._names)
-        more = f" (and {len(others)} more)" if others else ""
-        what = f"{first}: is animated{more}, plans go round where it is at the stage's start"
-        remedy = "whose feet it meets later is told. usdfoot plan wander keeps off it where it will be"
-        return (Problem(severity="warning", where=first, message=f"{what}; {remedy}"),)
 
     def at(self, time: float) -> tuple[Obstacle, ...]:
         """The animated ones where they are at a time of the stage [s], to a fortieth of a second, as they go on there.

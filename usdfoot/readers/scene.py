@@ -281,8 +281,10 @@ class SceneReader:
         if not any(source.path for source in self._chosen):
             return {}
         from usdfoot.readers.habits import HabitsReader
+        from usdfoot.readers.moving_obstacles import MovingObstacles
         from usdfoot.readers.obstacles import read_obstacles  # with all that plans paths, for who follows one
-        from usdfoot.readers.walkers import plan_walkers, read_walkers
+        from usdfoot.readers.path_plans import plan_paths
+        from usdfoot.readers.walkers import read_walkers
 
         habits = HabitsReader(motion=motion, build=build)
         walkers, errors = read_walkers(
@@ -291,8 +293,13 @@ class SceneReader:
         obstacles: tuple[Obstacle, ...] = ()
         if walkers:
             obstacles, self._obstacle_problems = read_obstacles(stage, prims, self.info.units)
-        self._doubts = {walker.name: walker.doubts() for walker in walkers}
-        return {**plan_walkers(walkers, self._terrain, obstacles=obstacles), **errors}
+        moving = MovingObstacles(prims, self.info.units)
+        found = plan_paths(walkers, self._terrain, obstacles=obstacles, moving=moving)
+        self._doubts = {
+            walker.name: (*walker.doubts(), *([found.waits[walker.name]] if walker.name in found.waits else []))
+            for walker in walkers
+        }
+        return {**found.plans, **found.errors, **errors}
 
 
 def _require_agents(info: StageInfo, everyone: Sequence[AgentSource], usable: int, problems: Sequence[Problem]) -> None:

@@ -10,10 +10,10 @@ from usdfoot.engine.follow_options import FollowOptions
 from usdfoot.maths import planar
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.ground import Ground
-from usdfoot.planning.follow import LONGEST_STEP
 from usdfoot.planning.predictions import Gaits
 from usdfoot.planning.prints import settle_landings
 from usdfoot.planning.proportions import Proportions
+from usdfoot.planning.rounds import LONGEST_STEP
 from usdfoot.planning.strides import Stances, next_steps
 from usdfoot.realtime.footsteps import Footsteps
 from usdfoot.realtime.slots import Slots

@@ -9,13 +9,14 @@ from pxr import Sdf, Usd, UsdGeom
 from usdfoot.bridge.names import unique_name
 from usdfoot.bridge.tokens import Path as Token
 from usdfoot.errors import SceneError, UsdfootError
-from usdfoot.model.plan import FootstepPlan
 from usdfoot.readers.authored import authored
+from usdfoot.readers.moving_obstacles import MovingObstacles
 from usdfoot.readers.obstacles import read_obstacles
+from usdfoot.readers.path_plans import plan_paths
 from usdfoot.readers.paths import read_paths
 from usdfoot.readers.stage import collect_prims, read_stage_info
 from usdfoot.readers.terrain import read_terrain
-from usdfoot.readers.walkers import Walker, only_proportions, plan_walkers
+from usdfoot.readers.walkers import Walker, only_proportions
 from usdfoot.usdview.selection import Selection
 from usdfoot.writers.footsteps import author_plan, print_models
 from usdfoot.writers.plans import PLANS_SCOPE
@@ -59,16 +60,14 @@ def plan_along_selected(stage: Usd.Stage, selection: Selection, time: Usd.TimeCo
             name = unique_name(prim.GetName(), taken)
             walkers.append(Walker(name=name, agent="", path=path, proportions=body))
     obstacles, _ = read_obstacles(stage, prims, units)
-    found = plan_walkers(walkers, terrain, obstacles=obstacles)
-    errors = [plan for plan in found.values() if isinstance(plan, UsdfootError)]
-    if errors:
-        raise errors[0]
+    found = plan_paths(walkers, terrain, obstacles=obstacles, moving=MovingObstacles(prims, units))
+    if found.errors:
+        raise next(iter(found.errors.values()))
     prints = print_models(body.foot_length, units)
     paths = []
-    for name, plan in found.items():
-        if isinstance(plan, FootstepPlan):
-            paths.append(Sdf.Path(PLANS_SCOPE).AppendChild(name))
-            author_plan(target.GetLayer(), str(paths[-1]), plan, prints=prints, units=units)
+    for name, plan in found.plans.items():
+        paths.append(Sdf.Path(PLANS_SCOPE).AppendChild(name))
+        author_plan(target.GetLayer(), str(paths[-1]), plan, prints=prints, units=units)
     return tuple(paths)
 
 
