@@ -8,13 +8,13 @@ from itertools import product
 
 import numpy as np
 
-from usdfoot.analysis.timing import StepTiming, time_steps
+from usdfoot.analysis.timing import time_steps
 from usdfoot.maths import planar, quaternion
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.biped import LEFT, RIGHT
 from usdfoot.model.ground import Ground
 from usdfoot.model.terrain import no_terrain
-from usdfoot.planning.faults import LintLimits
+from usdfoot.planning.faults import Fault, LintLimits
 from usdfoot.planning.foot_table import FootTable
 from usdfoot.planning.free_ways import rooms_above
 from usdfoot.planning.lint import lint_feet
@@ -176,15 +176,14 @@ def _count_faults(
     options: WanderOptions,
 ) -> IntArray:
     """How much lint finds wrong with each next footstep, and whether it needs a leap of who walks, shape (N,)."""
-    count, body = len(wanderers), options.body
     distances = np.linalg.norm(footsteps.positions - feet[1].positions, axis=1)
-    timing = time_steps(distances, body.timing)
-    leaps = timing.flies & ~time_steps(wanderers.easy_steps, body.timing).flies
-    table, normals = _last_three(feet, footsteps, timing, options)
-    names = [str(number) for number in range(count)]
-    level = ground or Ground(no_terrain())
-    found = lint_feet(names, table, normals, bodies=[body] * count, ground=level, limits=LintLimits())
+    timing = time_steps(distances, options.body.timing)
+    leaps = timing.flies & ~time_steps(wanderers.easy_steps, options.body.timing).flies
     faults = leaps + _is_below(footsteps, ground, options)
+    shown = (*feet, footsteps)
+    strikes = np.stack([part.strike_times for part in shown], axis=1)
+    liftoffs = np.stack([strikes[:, 1], strikes[:, 2] + timing.overlaps, strikes[:, 2]], axis=1)
+    found = _lint(shown, strikes=strikes, liftoffs=liftoffs, ground=ground, options=options)
     np.add.at(faults, [int(fault.plan) for fault in found if fault.footstep == 2], 1)
     return faults
 
@@ -206,57 +205,53 @@ def _is_below(footsteps: Footsteps, ground: Ground | None, options: WanderOption
     return (above <= LintLimits().headroom * options.body.leg_length).astype(int)
 
 
-def _last_three(
-    feet: tuple[Footsteps, Footsteps], footsteps: Footsteps, timing: StepTiming, options: WanderOptions
-) -> tuple[FootTable, FloatArray]:
-    """A plan for each of the last footsteps of its feet and the next one, and the normals on which they lie."""
-    shown = (*feet, footsteps)
-    strikes = np.stack([part.strike_times for part in shown], axis=1)
-    stands = np.stack([strikes[:, 1], strikes[:, 2] + timing.overlaps, strikes[:, 2]], axis=1)
-    orientations = np.stack([part.orientations for part in shown], axis=1).reshape(-1, 4)
-    forward, normals = (quaternion.rotate(orientations, np.eye(3)[axis]) for axis in (2, 1))
-    return _table(shown, forward, strikes=strikes.ravel(), liftoffs=stands.ravel(), options=options), normals
-
-
-def _table(
+def _lint(
     shown: Sequence[Footsteps],
-    forward: FloatArray,
     *,
     strikes: FloatArray,
     liftoffs: FloatArray,
+    ground: Ground | None,
     options: WanderOptions,
-) -> FootTable:
-    """A plan for each of N who have footsteps in all parts, in order of parts."""
-    count, body = len(shown[0].sides), options.body
-    numbers = np.tile(np.arange(len(shown)), count)
+) -> list[Fault]:
+    """What lint finds wrong with N plans, each named by its number, of one footstep in each of P parts.
+
+    Args:
+        shown: The parts, N footsteps each.
+        strikes: [s], shape (N, P).
+        liftoffs: [s], shape (N, P).
+        ground: None = level.
+        options: Who walks.
+    """
+    (count, most), body = strikes.shape, options.body
+    orientations = np.stack([part.orientations for part in shown], axis=1).reshape(-1, 4)
+    forward, normals = (quaternion.rotate(orientations, np.eye(3)[axis]) for axis in (2, 1))
+    numbers = np.tile(np.arange(most), count)
     sizes = {
         name: np.full(len(numbers), size)
         for name, size in (("heels", body.heel), ("toes", body.toe), ("half_widths", body.half_width))
     }
-    return FootTable(
-        owners=np.repeat(np.arange(count), len(shown)),
+    table = FootTable(
+        owners=np.repeat(np.arange(count), most),
         numbers=numbers,
         positions=np.stack([part.positions for part in shown], axis=1).reshape(-1, 3),
         yaws=planar.yaw_of(forward[:, [0, 2]]),
         sides=np.stack([part.sides for part in shown], axis=1).ravel(),
-        strikes=strikes,
-        liftoffs=liftoffs,
-        last=numbers >= len(shown) - 2,
+        strikes=strikes.ravel(),
+        liftoffs=liftoffs.ravel(),
+        last=numbers >= most - 2,
         **sizes,
     )
+    names = [str(number) for number in range(count)]
+    level = ground or Ground(no_terrain())
+    return lint_feet(names, table, normals, bodies=[body] * count, ground=level, limits=LintLimits())
 
 
 def _stand_faults(wanderers: Wanderers, ground: Ground | None, options: WanderOptions) -> list[str]:
     """What lint finds first in how each stands, nothing where that is right."""
     count, sides = len(wanderers), (RIGHT, LEFT)
     shown = [lay_footsteps(wanderers, np.full(count, side), ground=ground, options=options) for side in sides]
-    orientations = np.stack([part.orientations for part in shown], axis=1).reshape(-1, 4)
-    forward, normals = (quaternion.rotate(orientations, np.eye(3)[axis]) for axis in (2, 1))
-    times = np.zeros(2 * count)
-    table = _table(shown, forward, strikes=times, liftoffs=times + options.stand_time, options=options)
-    names = [str(number) for number in range(count)]
-    level = ground or Ground(no_terrain())
-    found = lint_feet(names, table, normals, bodies=[options.body] * count, ground=level, limits=LintLimits())
+    times = np.zeros((count, 2))
+    found = _lint(shown, strikes=times, liftoffs=times + options.stand_time, ground=ground, options=options)
     reasons = [""] * count
     for fault in reversed(found):
         reasons[int(fault.plan)] = fault.message
