@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom
@@ -102,6 +104,20 @@ def test_what_leaves_the_way_is_not_walked_round_once_it_has(tmp_path):
         assert [problem.message for problem in report.problems] == []
     aside = {by: np.abs(plan.positions[:, 0]).max() for by, plan in layers.items()}
     assert aside["prim"] < 0.4 < HALF < aside["nothing"]
+
+
+def test_who_does_not_arrive_in_its_steps_is_told_how_far_it_got(tmp_path):
+    scene, layer = tmp_path / "park.usda", tmp_path / "plans.usda"
+    park(scene, leaving, by="prim")
+    short = plan_scene_wander(scene, layer, steps=8)
+    (plan,) = short.plans.values()
+    (told,) = short.problems
+    assert (told.severity, told.where, len(plan)) == ("warning", "/World/Person", 8)
+    gone, left = (float(number) for number in re.findall(r"([0-9.]+) m ", told.message))
+    middle = plan.positions[-2:].mean(axis=0)
+    assert left == pytest.approx(np.linalg.norm(middle - [0.0, 0.0, 10.0]), abs=0.06)
+    assert gone == pytest.approx(middle[2], abs=0.3) and "after 8 footsteps" in told.message
+    assert plan_scene_wander(scene, layer, steps=100).problems == ()
 
 
 def test_lint_looks_at_animated_obstacles_as_each_foot_strikes(tmp_path, capsys):

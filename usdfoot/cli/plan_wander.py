@@ -38,7 +38,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the verb's arguments."""
     add_scene_arguments(parser, "USD file with agents, terrain and obstacles")
     add_agent_arguments(parser)
-    parser.add_argument("--steps", metavar="N", type=several, default=100, help="footsteps at most (default: 100)")
+    parser.add_argument(
+        "--steps",
+        metavar="N",
+        type=several,
+        default=100,
+        help="footsteps at most; who does not arrive is named (default: 100)",
+    )
     parser.add_argument("--seed", metavar="N", type=seed, default=0, help="of the random numbers (default: 0)")
     parser.add_argument(
         "--bounds",

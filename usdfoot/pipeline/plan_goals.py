@@ -12,6 +12,8 @@ from usdfoot.errors import PlanError
 from usdfoot.maths.types import FloatArray
 from usdfoot.model.ground import Ground
 from usdfoot.model.limits import DEFAULT_LIMITS, FARTHEST, Limits, check_range
+from usdfoot.model.plan import FootstepPlan
+from usdfoot.model.report import Problem
 from usdfoot.pipeline.goal_scene import (
     GoalOptions,
     GoalScene,
@@ -25,7 +27,7 @@ from usdfoot.pipeline.plan import PlanReport
 from usdfoot.pipeline.stone_crossings import StoneOptions, cross_stones
 from usdfoot.planning.crowd import CrowdOptions, plan_crowd
 from usdfoot.planning.proportions import Proportions
-from usdfoot.planning.scenario import Scenario
+from usdfoot.planning.scenario import Scenario, Seeker
 from usdfoot.planning.wander import plan_wanders
 from usdfoot.planning.wanderer import WanderOptions
 from usdfoot.planning.world import World
@@ -104,7 +106,7 @@ def plan_scene_wander(
         scene: The USD scene; never changed.
         output: Layer to write, as for `plan_scene_crowd`.
         options: Who, how wide.
-        steps: Footsteps of each at most.
+        steps: Footsteps of each at most; who has not arrived by then is warned of.
         seed: Of the random numbers; each agent has its own from it and its place in the scene.
         bounds: Area to stay in: lowest x and z, highest x and z [m], canonical axes.
         limits: How much of the scene is read before it is refused.
@@ -151,6 +153,7 @@ def plan_scene_wander(
                 problems.append(agent_problem(seeker.name, plan))
             else:
                 made[seeker.name] = plan
+                problems.extend(_not_arrived(seeker, plan, terrain))
     progress("write", 0, 0)
     made_by = {"planner": "wander", "steps": steps, "seed": seed, "options": asdict(options)}
     return save_goal_plans(found, made, output, problems=problems, made_by=made_by, alone=True)
@@ -192,6 +195,20 @@ def plan_scene_stones(
     progress("write", 0, 0)
     made_by = {"planner": "stones", "reach": reach, "leaps": leaps, "spacing": spacing, "options": asdict(options)}
     return save_goal_plans(found, made, output, problems=problems, made_by=made_by, alone=True)
+
+
+def _not_arrived(seeker: Seeker, plan: FootstepPlan, ground: Ground) -> tuple[Problem, ...]:
+    """A warning of one with goals whose plan ends before it stands at the last: how far it got, straight to go [m]."""
+    if not len(seeker.goals) or plan.ends_standing:
+        return ()
+    middles = 0.5 * (plan.positions[1:] + plan.positions[:-1])
+    walked = float(np.linalg.norm(np.diff(middles, axis=0), axis=1).sum())
+    left = float(np.linalg.norm(on_ground(ground, seeker.goals[-1]) - middles[-1]))
+    message = (
+        f"{seeker.name}: does not stand at its last goal after {len(plan)} footsteps: it has gone "
+        f"{walked:.1f} m and is {left:.1f} m from it; more --steps lead on"
+    )
+    return (Problem(severity="warning", where=seeker.name, message=message),)
 
 
 def _world_of(found: GoalScene, outline: FloatArray | None, ground: Ground | None) -> Callable[[float], World]:
