@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -28,6 +27,8 @@ ROUNDED = 1e-9
 """Feet one behind the other do not cross [m]."""
 TURNED = 1e-9
 """Turns may be larger than the largest by rounding [rad]."""
+EAGER = 1.4
+"""How much what is ahead counts in the search for some way, which bounds what the best one costs."""
 MOST_NODES = 4_000_000
 """Of all searches at once at most, for memory's sake."""
 
@@ -62,29 +63,16 @@ class CrossingGraph:
     """First of each foothold's neighbours, shape (N + 1,)."""
     beside: IntArray
     """Neighbours of all, those of each by their bearing, shape (E,)."""
-
-    @cached_property
-    def _least(self) -> csr_array:
-        """What a step from each foothold to each neighbour costs at least, the other way round, shape (N, N)."""
-        owners = np.repeat(np.arange(len(self.first) - 1), np.diff(self.first))
-        places = self.stones.positions
-        costs = self._least_costs(places[self.beside] - places[owners]) + self.stones.costs[self.beside]
-        possible = np.isfinite(costs)
-        pairs = self.beside[possible], owners[possible]
-        return csr_array((costs[possible], pairs), shape=(len(places), len(places)))
-
-    def _least_costs(self, offsets: FloatArray) -> FloatArray:
-        """What steps by offsets (E, 3) cost at least, whatever the heading, shape (E,)."""
-        lengths = np.hypot(offsets[:, 0], offsets[:, 2])
-        longer = lengths - np.linalg.norm(self.reach.comfortable)
-        costs = 1.0 + (longer / self.reach.spread.max()) ** 2 + (offsets[:, 1] / (0.5 * self.reach.rise)) ** 2
-        possible = (lengths <= self.reach.farthest * (1.0 + 1e-9)) & (np.abs(offsets[:, 1]) <= self.reach.rise)
-        return np.where(possible, costs * (1.0 - 1e-9), np.inf)
+    offsets: FloatArray
+    """To them [m], shape (E, 3)."""
+    least: FloatArray
+    """What a step there costs at least, shape (E,)."""
 
     def search(self, starts: Sequence[Stance], goals: Sequence[Stance]) -> list[Way]:
         """The best ways from stances to stances, M of each: a turn, then a step.
 
-        A* over (place, foot, heading), led by what the steps to the goal cost at least.
+        A* over (place, foot, heading), led by what the steps to the goal cost at least: too much at first, for some way
+        soon, then among those that cost no more.
         """
         nodes = 2 * HEADINGS * (4 + len(self.stones.positions))
         parts = -(-len(starts) * nodes // MOST_NODES)
@@ -100,6 +88,7 @@ class CrossingGraph:
         stances = np.stack([np.stack([stance.positions for stance in ends]) for ends in (starts, goals)], axis=1)
         stances = stances.reshape(count, 4, 3)
         yaws, goal_headings = _headings(starts, goals)
+        ahead = self._ahead(stances[:, 2:])
         start_warp()
         footing: Any = Footing()
         for name, values, dtype in (
@@ -108,13 +97,22 @@ class CrossingGraph:
             ("discomforts", self.stones.costs, wp.float64),
             ("first", self.first.astype(np.int32), wp.int32),
             ("beside", self.beside.astype(np.int32), wp.int32),
+            ("offsets", self.offsets, wp.vec3d),
+            ("least", self.least, wp.float64),
             *_turn_tables(yaws, self.reach),
             ("goal_headings", goal_headings.astype(np.int32), wp.int32),
-            ("ahead", self._ahead(stances[:, 2:]), wp.float64),
+            ("ahead", ahead, wp.float64),
         ):
             setattr(footing, name, wp.array(values, dtype=dtype, device="cpu"))
         searches, arrived = _begin((count, nodes)), wp.empty(count, dtype=wp.int32, device="cpu")
-        wp.launch(find_ways, dim=count, inputs=[footing, _rules(self.reach), searches, arrived], device="cpu")
+        rows = np.arange(count, dtype=np.int32)
+        for searches.eagerness in (EAGER, 1.0):
+            numbers = wp.array(rows, dtype=wp.int32, device="cpu")
+            inputs = [footing, _rules(self.reach), searches, numbers, arrived]
+            wp.launch(find_ways, dim=len(rows), inputs=inputs, device="cpu")
+            ends = arrived.numpy()
+            rows = rows[ends[rows] >= 0]
+            searches.most.numpy()[rows] = searches.costs.numpy()[rows, ends[rows]] * (1.0 + 1e-9)
         found = zip(stances, yaws, searches.costs.numpy(), searches.before.numpy(), arrived.numpy(), strict=True)
         return [self._way(*own) for own in found]
 
@@ -125,14 +123,14 @@ class CrossingGraph:
         near = tree.query_ball_point(goals[:, :, [0, 2]].reshape(-1, 2), self.reach.farthest)
         owners = np.repeat(np.arange(2 * count), [len(own) for own in near])
         stones = np.array([stone for own in near for stone in own], dtype=np.intp)
-        costs = self._least_costs(goals.reshape(-1, 3)[owners] - places[stones])
+        costs = _least_costs(goals.reshape(-1, 3)[owners] - places[stones], self.reach)
         rows = np.full((count, len(places)), np.inf)
         np.minimum.at(rows, (owners // 2, stones), costs)
         goal, stone = np.nonzero(np.isfinite(rows))
-        least = self._least.tocoo()
         size = len(places) + count
-        entries = np.concatenate([least.data, rows[goal, stone]])
-        pairs = np.concatenate([least.row, len(places) + goal]), np.concatenate([least.col, stone])
+        entries = np.concatenate([self.least, rows[goal, stone]])
+        froms = np.repeat(np.arange(len(places)), np.diff(self.first))
+        pairs = np.concatenate([self.beside, len(places) + goal]), np.concatenate([froms, stone])
         links = csr_array((entries, pairs), shape=(size, size))
         found = dijkstra(links, indices=len(places) + np.arange(count))[:, : len(places)]
         return np.where(np.isfinite(found), found, 0.0)
@@ -162,10 +160,29 @@ def build_graph(stones: Stones, *, reach: Reach) -> CrossingGraph:
     pairs = tree.query_pairs(reach.farthest, output_type="ndarray").astype(np.intp)
     pairs = np.concatenate([pairs, pairs[:, ::-1]])
     offsets = stones.positions[pairs[:, 1]] - stones.positions[pairs[:, 0]]
+    least = _least_costs(offsets, reach)
+    possible = np.isfinite(least)
+    pairs, offsets, least = pairs[possible], offsets[possible], least[possible]
     bearings = planar.yaw_of(offsets[:, [0, 2]])  # those within reach of a heading are beside each other
-    pairs = pairs[np.lexsort((pairs[:, 1], bearings, pairs[:, 0]))]
-    first = np.searchsorted(pairs[:, 0], np.arange(len(stones.positions) + 1))
-    return CrossingGraph(stones=stones, reach=reach, first=first, beside=pairs[:, 1])
+    order = np.lexsort((pairs[:, 1], bearings, pairs[:, 0]))
+    beside = pairs[order, 1]
+    return CrossingGraph(
+        stones=stones,
+        reach=reach,
+        first=np.searchsorted(pairs[order, 0], np.arange(len(stones.positions) + 1)),
+        beside=beside,
+        offsets=offsets[order],
+        least=least[order] + stones.costs[beside],
+    )
+
+
+def _least_costs(offsets: FloatArray, reach: Reach) -> FloatArray:
+    """What steps by offsets (E, 3) cost at least, whatever the heading, infinite where none is, shape (E,)."""
+    lengths = np.hypot(offsets[:, 0], offsets[:, 2])
+    longer = lengths - np.linalg.norm(reach.comfortable)
+    costs = 1.0 + (longer / reach.spread.max()) ** 2 + (offsets[:, 1] / (0.5 * reach.rise)) ** 2
+    possible = (lengths <= reach.farthest * (1.0 + 1e-9)) & (np.abs(offsets[:, 1]) <= reach.rise)
+    return np.where(possible, costs * (1.0 - 1e-9), np.inf)
 
 
 def _headings(starts: Sequence[Stance], goals: Sequence[Stance]) -> tuple[FloatArray, IntArray]:
@@ -196,11 +213,11 @@ def _turn_tables(yaws: FloatArray, reach: Reach) -> list[tuple[str, Any, Any]]:
 def _begin(shape: tuple[int, int]) -> Any:
     """Searches that know of no node, (M, 2 P K)."""
     searches: Any = Searches()
-    searches.costs = wp.full(shape, np.inf, dtype=wp.float64, device="cpu")
+    searches.costs = wp.empty(shape, dtype=wp.float64, device="cpu")
     searches.keys = wp.empty(shape, dtype=wp.float64, device="cpu")
-    searches.before = wp.full(shape, -1, dtype=wp.int32, device="cpu")
-    searches.slots = wp.full(shape, -1, dtype=wp.int32, device="cpu")
-    searches.heap = wp.empty(shape, dtype=wp.int32, device="cpu")
+    for name in ("before", "slots", "heap"):
+        setattr(searches, name, wp.empty(shape, dtype=wp.int32, device="cpu"))
+    searches.most = wp.full(shape[0], np.inf, dtype=wp.float64, device="cpu")
     return searches
 
 

@@ -11,6 +11,7 @@ from usdfoot.planning.heap_kernel import climb, sink
 __all__ = ["Footing", "Searches", "StepRules", "find_ways"]
 
 NONE = wp.constant(wp.int32(-1))
+DONE = wp.constant(wp.int32(-2))
 TURNED = wp.constant(wp.float64(1.0e-9))
 """Turns may be larger than the largest by rounding [rad]."""
 
@@ -40,6 +41,8 @@ class Footing:
     discomforts: wp.array(dtype=wp.float64)
     first: wp.array(dtype=wp.int32)  # neighbour of each foothold
     beside: wp.array(dtype=wp.int32)
+    offsets: wp.array(dtype=wp.vec3d)  # to it
+    least: wp.array(dtype=wp.float64)  # cost of a step there
     forward: wp.array(dtype=wp.vec2d, ndim=2)  # of each heading (x, z), (M, K)
     befores: wp.array(dtype=wp.int32, ndim=3)  # headings from which one turns into each, (M, K, T)
     turns: wp.array(dtype=wp.float64, ndim=3)  # by how much [rad], ascending; those too large stand for none, (M, K, T)
@@ -55,8 +58,10 @@ class Searches:
     costs: wp.array(dtype=wp.float64, ndim=2)  # of the best way there
     keys: wp.array(dtype=wp.float64, ndim=2)  # the same and what at least is ahead
     before: wp.array(dtype=wp.int32, ndim=2)
-    slots: wp.array(dtype=wp.int32, ndim=2)  # where in the heap, -1 = not yet
+    slots: wp.array(dtype=wp.int32, ndim=2)  # where in the heap, -1 = not yet, -2 = no longer
     heap: wp.array(dtype=wp.int32, ndim=2)
+    most: wp.array(dtype=wp.float64)  # a way may cost, (M,)
+    eagerness: wp.float64  # how much what is ahead counts in keys; above 1, ways are found sooner but not the best
 
 
 @wp.func
@@ -105,68 +110,116 @@ def is_uncrossed(
 
 
 @wp.func
-def offer_step(
+def write_step(searches: Searches, search: int, node: int, other: int, cost: wp.float64, ahead: wp.float64, count: int):
+    """Writes that a node is reached from another at a cost; gives back the heap's new count."""
+    slot = searches.slots[search, other]
+    if slot != DONE:
+        searches.costs[search, other] = cost
+        searches.keys[search, other] = cost + searches.eagerness * ahead
+        searches.before[search, other] = node
+        if slot == NONE:
+            slot = count
+            searches.heap[search, slot] = other
+            count += 1
+        climb(searches.heap, searches.slots, searches.keys, search, slot)
+    return count
+
+
+@wp.func
+def offer_steps(
     footing: Footing,
     rules: StepRules,
     searches: Searches,
     search: int,
     node: int,
     target: int,
-    heading: int,
-    turn: wp.float64,
+    offset: wp.vec3d,
+    only: int,
+    ahead: wp.float64,
     count: int,
 ):
-    """Writes the step from a node to a place if it leads there better than known; gives back the heap's new count."""
+    """Writes the steps from a node to a place, one for each turn, that lead there better than known.
+
+    `only` is the one heading to arrive in, or -1; `ahead` what at least is left from there. Gives back the heap's new
+    count.
+    """
     headings = footing.forward.shape[1]
+    before = node % headings
     side = 1 - (node / headings) % 2
-    offset = place_at(footing, search, target) - place_at(footing, search, node / headings / 2)
-    forward = footing.forward[search, heading]
-    x = forward[1] * offset[0] - forward[0] * offset[2]
-    z = forward[1] * offset[2] + forward[0] * offset[0]
-    if side == 1:
-        x = -x
-    inside = x >= rules.lowest[0] and x <= rules.highest[0] and z >= rules.lowest[1] and z <= rules.highest[1]
-    other = (2 * target + side) * headings + heading
-    total = searches.costs[search, node]
-    ahead = wp.float64(0.0)
-    better = bool(False)
-    if inside and wp.abs(offset[1]) <= rules.rise:
-        share = turn / rules.turn
-        total += share * share
-        if target >= 4:
-            total += footing.discomforts[target - 4]
-            ahead = footing.ahead[search, target - 4]
-        most = searches.costs[search, other] - total
-        cost = step_cost(rules, wp.vec2d(x, z), offset[1], most)
-        total += cost
-        better = cost < most
-        if better:
-            better = is_uncrossed(footing, rules, search, offset, side, heading, turn)
-    if better:
-        searches.costs[search, other] = total
-        searches.keys[search, other] = total + ahead
-        searches.before[search, other] = node
-        if searches.slots[search, other] == NONE:
-            searches.heap[search, count] = other
-            searches.slots[search, other] = count
-            count += 1
-        climb(searches.heap, searches.slots, searches.keys, search, searches.slots[search, other])
+    for number in range(footing.turns.shape[2]):
+        turn = -footing.turns[search, before, number]
+        heading = footing.befores[search, before, number]
+        sought = only == NONE
+        sought = sought or heading == only
+        if sought and turn >= -rules.turn - TURNED:
+            forward = footing.forward[search, heading]
+            x = forward[1] * offset[0] - forward[0] * offset[2]
+            z = forward[1] * offset[2] + forward[0] * offset[0]
+            if side == 1:
+                x = -x
+            if x >= rules.lowest[0] and x <= rules.highest[0] and z >= rules.lowest[1] and z <= rules.highest[1]:
+                other = (2 * target + side) * headings + heading
+                share = turn / rules.turn
+                total = searches.costs[search, node] + share * share
+                if target >= 4:
+                    total += footing.discomforts[target - 4]
+                most = wp.min(searches.costs[search, other], searches.most[search] - ahead) - total
+                cost = step_cost(rules, wp.vec2d(x, z), offset[1], most)
+                if cost < most and is_uncrossed(footing, rules, search, offset, side, heading, turn):
+                    count = write_step(searches, search, node, other, total + cost, ahead, count)
+    return count
+
+
+@wp.func
+def leave(footing: Footing, rules: StepRules, searches: Searches, search: int, node: int, count: int):
+    """Writes all steps from a node that a way may cost; gives back the heap's new count."""
+    headings = footing.forward.shape[1]
+    place = node / headings / 2
+    own = 3 - (node / headings) % 2  # place of the swing foot at the goal
+    cost = searches.costs[search, node]
+    if place >= 4:
+        for link in range(footing.first[place - 4], footing.first[place - 3]):
+            stone = footing.beside[link]
+            ahead = footing.ahead[search, stone]
+            if cost + footing.least[link] + ahead <= searches.most[search]:
+                offset = footing.offsets[link]
+                count = offer_steps(footing, rules, searches, search, node, stone + 4, offset, NONE, ahead, count)
+    else:
+        for stone in range(footing.stones.shape[0]):
+            offset = footing.stones[stone] - footing.stances[search, place]
+            if wp.abs(offset[1]) <= rules.rise:
+                ahead = footing.ahead[search, stone]
+                count = offer_steps(footing, rules, searches, search, node, stone + 4, offset, NONE, ahead, count)
+    offset = footing.stances[search, own] - place_at(footing, search, place)
+    if wp.abs(offset[1]) <= rules.rise:
+        heading = footing.goal_headings[search]
+        count = offer_steps(footing, rules, searches, search, node, own, offset, heading, wp.float64(0.0), count)
     return count
 
 
 @wp.kernel(enable_backward=False)
-def find_ways(footing: Footing, rules: StepRules, searches: Searches, arrived: wp.array(dtype=wp.int32)):
-    """The cheapest way of each search by A*, over nodes (place, foot, heading) of (M, 2 P K): a turn, then a step.
+def find_ways(
+    footing: Footing,
+    rules: StepRules,
+    searches: Searches,
+    rows: wp.array(dtype=wp.int32),
+    arrived: wp.array(dtype=wp.int32),
+):
+    """The ways of the searches `rows` by A*, over nodes (place, foot, heading) of (M, 2 P K): a turn, then a step.
 
     Writes the node at the goal, -1 where none is reached, and of every node looked at its cost and the one before.
     """
-    search = wp.tid()
+    search = rows[wp.tid()]
     headings = footing.forward.shape[1]
+    for node in range(searches.costs.shape[1]):
+        searches.costs[search, node] = wp.float64(wp.inf)
+        searches.slots[search, node] = NONE
     count = wp.int32(0)
     for side in range(2):
         node = (2 * side + side) * headings
         searches.costs[search, node] = wp.float64(0.0)
         searches.keys[search, node] = wp.float64(0.0)
+        searches.before[search, node] = NONE
         searches.heap[search, count] = node
         searches.slots[search, node] = count
         count += 1
@@ -177,25 +230,10 @@ def find_ways(footing: Footing, rules: StepRules, searches: Searches, arrived: w
         if count > 0:
             searches.heap[search, 0] = searches.heap[search, count]
             sink(searches.heap, searches.slots, searches.keys, search, count)
+        searches.slots[search, node] = DONE
         place = node / headings / 2
         if place == 2 or place == 3:
             found = node
         else:
-            begin = wp.int32(0)
-            end = footing.stones.shape[0]
-            if place >= 4:
-                begin = footing.first[place - 4]
-                end = footing.first[place - 3]
-            for number in range(footing.turns.shape[2]):
-                turn = -footing.turns[search, node % headings, number]
-                if turn >= -rules.turn - TURNED:
-                    heading = footing.befores[search, node % headings, number]
-                    for neighbour in range(begin, end):
-                        target = neighbour + 4
-                        if place >= 4:
-                            target = footing.beside[neighbour] + 4
-                        count = offer_step(footing, rules, searches, search, node, target, heading, turn, count)
-                    if heading == footing.goal_headings[search]:  # its own foot at the goal
-                        target = 2 + 1 - (node / headings) % 2
-                        count = offer_step(footing, rules, searches, search, node, target, heading, turn, count)
+            count = leave(footing, rules, searches, search, node, count)
     arrived[search] = found
