@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -76,8 +77,10 @@ class Aims:
             aims = replace(self, known=known, known_at=time, world=known, routes=())
         if news.goals is None:
             return aims
-        goals = tuple(_on_ground(aims.world, np.asarray(goal, dtype=float)) for goal in news.goals)
-        return replace(aims, goals=goals, routes=(), at_random=not goals)
+        goals = _goals(news.goals)
+        if not np.isfinite(goals).all():
+            raise _not_finite(goals)
+        return replace(aims, goals=tuple(_on_ground(aims.world, goals)), routes=(), at_random=not len(goals))
 
     def passed(self, place: FloatArray, options: WanderOptions) -> Aims:
         """The same without a goal that it is at, in a place (3,)."""
@@ -102,13 +105,14 @@ def find_aims(
     clear = is_clear(world, starts[:, [0, 2]], starts[:, 1], radius=options.radius, step=options.step)
     wanderers, faults = sound_stands(wanderers, np.flatnonzero(clear), world.ground, options=options)
     found: list[Aims | PlanError] = []
-    for row, (start, own) in enumerate(zip(starts, goals, strict=True)):
+    for row, (start, ends) in enumerate(zip(starts, _find_ends(world, goals, options), strict=True)):
         try:
             _check_start(start, bool(clear[row]), faults[row])
-            ends = tuple(_on_ground(world, np.asarray(goal, dtype=float)) for goal in own)
-            _check_ends(world, ends, options)
         except PlanError as error:
             found.append(error)
+            continue
+        if isinstance(ends, PlanError):
+            found.append(ends)
             continue
         found.append(Aims(known=world, known_at=start_time, world=world, goals=ends, routes=(), at_random=not ends))
     begun = [row for row, aim in enumerate(found) if isinstance(aim, Aims)]
@@ -133,17 +137,42 @@ def _check_start(start: FloatArray, is_clear: bool, fault: str) -> None:
         raise PlanError(where, f"is no place to stand: a foot {fault}", "start where there is room for both feet")
 
 
-def _check_ends(world: World, ends: Sequence[FloatArray], options: WanderOptions) -> None:
-    """Raise a PlanError if the ceiling is too low for a body at an end (3,)."""
-    if world.ground is None or not ends:
-        return
-    places, needed = np.array(ends), HEADROOM * options.body.leg_length
-    for (x, y, z), room in zip(
-        places, rooms_above(places[:, [0, 2]], places[:, 1], world.ground, options=options), strict=True
-    ):
+def _find_ends(
+    world: World, goals: Sequence[Sequence[FloatArray]], options: WanderOptions
+) -> list[tuple[FloatArray, ...] | PlanError]:
+    """The goals of each on the ground, or what is wrong with one: no number, too low a ceiling."""
+    first = np.cumsum([0, *(len(own) for own in goals)])
+    places = _goals([goal for own in goals for goal in own])
+    finite = np.flatnonzero(np.isfinite(places).all(axis=1))
+    places[finite] = _on_ground(world, places[finite])
+    needed = HEADROOM * options.body.leg_length
+    rooms = np.full(len(places), np.nan)
+    rooms[finite] = needed
+    if world.ground is not None:
+        rooms[finite] = rooms_above(places[finite][:, [0, 2]], places[finite, 1], world.ground, options=options)
+    return [_ends(places[own], rooms[own], needed) for own in (slice(*ends) for ends in pairwise(first))]
+
+
+def _ends(places: FloatArray, rooms: FloatArray, needed: float) -> tuple[FloatArray, ...] | PlanError:
+    """Places (G, 3) with so much room above them (G,) [m], NaN where they are not finite, or what is wrong."""
+    if np.isnan(rooms).any():
+        return _not_finite(places)
+    for (x, y, z), room in zip(places, rooms, strict=True):
         if room < needed:
             what = f"has only {room:.2f} m of room above it, a body needs {needed:.2f} m"
-            raise PlanError(f"goal ({x:.2f}, {z:.2f}) m, height {y:.2f} m", what, "move it to where one can stand")
+            return PlanError(f"goal ({x:.2f}, {z:.2f}) m, height {y:.2f} m", what, "move it to where one can stand")
+    return tuple(places)
+
+
+def _goals(given: Sequence[FloatArray]) -> FloatArray:
+    """Goals (3,) [m] together, shape (G, 3)."""
+    return np.array([np.asarray(goal, dtype=float) for goal in given]).reshape(-1, 3)
+
+
+def _not_finite(goals: FloatArray) -> PlanError:
+    """What is wrong with goals (G, 3) of which one is not finite."""
+    (stray, *_) = goals[~np.isfinite(goals).all(axis=1)]
+    return PlanError("goal", f"is at {stray}", "give a goal three finite numbers")
 
 
 def look_ahead(
@@ -191,14 +220,12 @@ def _by_finder(aims: Sequence[Aims], finders: Mapping[int, RouteFinder]) -> list
     return [(finders[world], own) for world, own in rows.items()]
 
 
-def _on_ground(world: World, point: FloatArray) -> FloatArray:
-    """The point (3,) on the ground of the level below or just above it."""
-    if not np.isfinite(point).all():
-        raise PlanError("goal", f"is at {point}", "give a goal three finite numbers")
+def _on_ground(world: World, points: FloatArray) -> FloatArray:
+    """Points (G, 3) on the ground of the level below or just above them; off the ground they stay."""
     if world.ground is None or not world.ground.has_terrain:
-        return point
-    sample = world.ground.heights(point[None, [0, 2]], point[[1]])
-    return np.array([point[0], sample.heights[0], point[2]]) if sample.hit[0] else point
+        return points
+    sample = world.ground.heights(points[:, [0, 2]], points[:, 1])
+    return np.column_stack([points[:, 0], np.where(sample.hit, sample.heights, points[:, 1]), points[:, 2]])
 
 
 def finder_in(world: World, options: WanderOptions) -> RouteFinder:
