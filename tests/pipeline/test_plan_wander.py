@@ -117,7 +117,22 @@ def test_who_does_not_arrive_in_its_steps_is_told_how_far_it_got(tmp_path):
     middle = plan.positions[-2:].mean(axis=0)
     assert left == pytest.approx(np.linalg.norm(middle - [0.0, 0.0, 10.0]), abs=0.06)
     assert gone == pytest.approx(middle[2], abs=0.3) and "after 8 footsteps" in told.message
-    assert plan_scene_wander(scene, layer, steps=100).problems == ()
+    whole = plan_scene_wander(scene, layer, steps=100)
+    (arrived,) = whole.plans.values()
+    assert whole.problems == () and arrived.ends_standing
+
+
+def test_who_stands_at_its_goal_with_its_last_step_has_arrived(tmp_path):
+    scene, layer = tmp_path / "park.usda", tmp_path / "plans.usda"
+    park(scene, leaving, by="prim")
+    (whole,) = plan_scene_wander(scene, layer, steps=100).plans.values()
+    just = plan_scene_wander(scene, layer, steps=len(whole))
+    (plan,) = just.plans.values()
+    assert just.problems == () and plan.ends_standing
+    assert np.array_equal(plan.strike_times, whole.strike_times)
+    assert np.array_equal(plan.liftoff_times, whole.liftoff_times)
+    short = plan_scene_wander(scene, layer, steps=len(whole) - 1)
+    assert len(short.problems) == 1 and not next(iter(short.plans.values())).ends_standing
 
 
 def test_lint_looks_at_animated_obstacles_as_each_foot_strikes(tmp_path, capsys):

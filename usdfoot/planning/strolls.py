@@ -37,8 +37,8 @@ def stroll(
     generators: Sequence[np.random.Generator],
     options: WanderOptions,
     start_time: float,
-) -> Generator[tuple[IntArray, Footsteps], Sequence[World | News | None] | None, None]:
-    """Who of N takes another step, and their footsteps; they are told what is sent, in the same order.
+) -> Generator[tuple[IntArray, Footsteps, BoolArray], Sequence[World | News | None] | None, None]:
+    """Who of N takes another step, their footsteps, and who then stands at its last goal; what is sent they are told.
 
     All step at once, each as it would alone.
 
@@ -58,7 +58,7 @@ def stroll(
         for side in (RIGHT, LEFT)
     ]
     for footsteps in both:
-        aims = _told(aims, (yield rows, footsteps), footsteps)
+        aims = _told(aims, (yield rows, footsteps, np.zeros(len(rows), dtype=bool)), footsteps)
     feet = both[0], replace(both[1], strike_times=both[1].strike_times + options.stand_time)
     while rows.size:
         stood = np.array([aim.has_arrived for aim in aims])
@@ -68,9 +68,8 @@ def stroll(
         own = [generators[int(row)] for row in rows]
         wanderers, taken = _step(wanderers, aims, looks, feet=feet, stood=stood, generators=own, options=options)
         feet = feet[1], taken
-        news = yield rows, taken
-        places = wanderers.positions
-        aims = [aim.passed(place, options) for aim, place in zip(aims, places, strict=True)]
+        aims = [aim.passed(place, options) for aim, place in zip(aims, wanderers.positions, strict=True)]
+        news = yield rows, taken, stood & [aim.has_arrived for aim in aims]
         aims = _told(aims, news, taken)
         kept = np.flatnonzero(~(stood & [aim.has_arrived for aim in aims]))
         if len(kept) < len(rows):

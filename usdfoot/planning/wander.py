@@ -7,7 +7,7 @@ from collections.abc import Callable, Generator, Sequence
 import numpy as np
 
 from usdfoot.errors import PlanError
-from usdfoot.maths.types import FloatArray, IntArray
+from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.plan import FootstepPlan
 from usdfoot.planning.aims import Aims, News, find_aims, finder_in
 from usdfoot.planning.joining import join_plans
@@ -67,11 +67,11 @@ def wander(
         options=options,
         start_time=start_time,
     )
-    for _, footsteps in way:
+    for _, footsteps, _ in way:
         news = yield footsteps.of(0)
         while news is not None:
             try:
-                _, footsteps = way.send([news])
+                _, footsteps, _ = way.send([news])
             except StopIteration:
                 return
             news = yield footsteps.of(0)
@@ -165,13 +165,13 @@ def plan_wanders(
     )
     if not begun.size:
         return [aim for aim in aims if isinstance(aim, PlanError)]
-    footsteps, counts = _first_footsteps(way, steps, later, departure=start_time + options.stand_time)
+    footsteps, counts, standing = _first_footsteps(way, steps, later, departure=start_time + options.stand_time)
     plans = join_plans(
         footsteps,
         counts,
         names=[names[number] for number in begun],
         body=options.body,
-        ends_standing=counts < steps,
+        ends_standing=standing,
         stand_time=options.stand_time,
     )
     made = iter(plans)
@@ -179,17 +179,17 @@ def plan_wanders(
 
 
 def _first_footsteps(
-    way: Generator[tuple[IntArray, Footsteps], Sequence[World | News | None] | None, None],
+    way: Generator[tuple[IntArray, Footsteps, BoolArray], Sequence[World | News | None] | None, None],
     steps: int,
     later: Callable[[float], World] | None,
     *,
     departure: float,
-) -> tuple[Footsteps, IntArray]:
-    """The first footsteps of each on a way, one after the other, and how many each has.
+) -> tuple[Footsteps, IntArray, BoolArray]:
+    """The first footsteps of each on a way, one after the other, how many each has, and whether it stands at its goal.
 
     They are told the world as it is when each is taken, but for stands [s].
     """
-    rounds: list[tuple[IntArray, Footsteps]] = []
+    rounds: list[tuple[IntArray, Footsteps, BoolArray]] = []
     while len(rounds) < steps:
         news = None
         if later and rounds:
@@ -198,6 +198,10 @@ def _first_footsteps(
             rounds.append(way.send(news) if news else next(way))
         except StopIteration:
             break
-    owners = np.concatenate([rows for rows, _ in rounds])
-    together = concatenated([footsteps for _, footsteps in rounds])
-    return rows_of(together, np.argsort(owners, kind="stable")), np.bincount(owners)
+    owners = np.concatenate([rows for rows, _, _ in rounds])
+    together = concatenated([footsteps for _, footsteps, _ in rounds])
+    counts = np.bincount(owners)
+    standing = np.zeros(len(counts), dtype=bool)
+    for rows, _, stands in rounds:
+        standing[rows] = stands
+    return rows_of(together, np.argsort(owners, kind="stable")), counts, standing
