@@ -125,6 +125,18 @@ def test_an_obstacle_that_cannot_be_read_is_named(counts):
     assert "/World/Broken: is an obstacle whose faces do not match its points" in problems[0].message
 
 
+@pytest.mark.parametrize(("shape", "name"), [("Cube", "size"), ("Sphere", "radius"), ("Capsule", "height")])
+def test_an_obstacle_of_negative_size_is_named_and_the_others_stand(shape, name):
+    stage = new_stage()
+    for path, length in (("/World/Bad", -1.0), ("/World/Good", 1.0)):
+        prim = stage.DefinePrim(path, shape)
+        prim.AddAppliedSchema(Schema.OBSTACLE)
+        prim.GetAttribute(name).Set(length)
+    obstacles, (problem,) = read_obstacles(stage, collect_prims(stage), read_stage_info(stage).units)
+    assert [obstacle.name for obstacle in obstacles] == ["/World/Good"]
+    assert problem.message == f"/World/Bad: {name} is -1. author a number above 0"
+
+
 @pytest.mark.parametrize("units", UNITS)
 def test_points_are_footholds_where_they_are(units):
     stage = new_stage(None, units)

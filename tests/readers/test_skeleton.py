@@ -53,6 +53,15 @@ def test_a_bind_pose_on_one_spot_says_nothing(caplog):
     assert "bindTransforms put all joints on one spot, the rest pose is used" in caplog.text
 
 
+def test_bind_transforms_that_are_not_one_a_joint_are_said(caplog):
+    _, skeleton = skeleton_prim()
+    skeleton.CreateBindTransformsAttr(Vt.Matrix4dArray([Gf.Matrix4d(1.0)] * 3))
+    with caplog.at_level(logging.WARNING):
+        raw = read_skeleton(skeleton.GetPrim())
+    assert raw.bind_matrices is None
+    assert f"has 3 bindTransforms for its {len(JOINTS)} joints, the rest pose is used" in caplog.text
+
+
 def test_names_that_usd_takes_for_no_hierarchy_are_said(caplog):
     _, skeleton = skeleton_prim(joints=["/".join(f"rig:{name}" for name in joint.split("/")) for joint in JOINTS])
     with caplog.at_level(logging.WARNING):

@@ -451,6 +451,49 @@ def test_a_broken_instancer_becomes_a_problem(kinds, places, message):
     assert terrain.meshes == () and problem.message.startswith(message)
 
 
+@pytest.mark.parametrize(
+    ("name", "kind", "values", "message"),
+    [
+        ("orientations", "quath[]", [Gf.Quath(1)], "orientations has 1 entries for 2 instances. author one for each"),
+        ("scales", "float3[]", [(2, 2, 2)] * 3, "scales has 3 entries for 2 instances. author one for each"),
+        ("orientationsf", "quatf[]", [Gf.Quatf(1)] * 3, "orientationsf has 3 entries"),
+        (
+            "orientations",
+            "quatf[]",
+            [Gf.Quatf(0, 1, 0, 0)] * 2,
+            "orientations is of type quatf[]. author it as quath[]",
+        ),
+        ("scales", "string[]", ["2", "2"], "scales is of type string[]. author it as float3[]"),
+        ("positions", "double3[]", [(0, 0, 0)] * 2, "positions is of type double3[]. author it as point3f[]"),
+    ],
+)
+def test_an_instancer_whose_arrays_usd_would_misread_becomes_a_problem(name, kind, values, message):
+    stage = new_stage()
+    instancer = UsdGeom.PointInstancer.Define(stage, "/World/Stones")
+    add_mesh(stage, "/World/Stones/Stone", SQUARE, [(0, 1, 2, 3)], Units())
+    instancer.CreatePrototypesRel().SetTargets(["/World/Stones/Stone"])
+    instancer.CreateProtoIndicesAttr([0, 0])
+    if name != "positions":
+        instancer.CreatePositionsAttr([(0, 0, 0), (5, 0, 0)])
+    spec = stage.GetRootLayer().GetPrimAtPath("/World/Stones")
+    Sdf.AttributeSpec(spec, name, Sdf.ValueTypeNames.Find(kind)).default = values
+    instancer.GetPrim().AddAppliedSchema(Schema.TERRAIN)
+    terrain, (problem,) = read(stage)
+    assert terrain.meshes == () and problem.message.startswith(f"/World/Stones: {message}")
+    assert (problem.severity, problem.where) == ("error", "/World/Stones")
+
+
+@pytest.mark.parametrize(("shape", "name"), [("Cube", "size"), ("Plane", "width"), ("Plane", "length")])
+def test_a_solid_of_negative_size_becomes_a_problem(shape, name):
+    stage = new_stage()
+    prim = stage.DefinePrim("/World/Block", shape)
+    prim.AddAppliedSchema(Schema.TERRAIN)
+    prim.GetAttribute(name).Set(-2.0)
+    terrain, (problem,) = read(stage)
+    assert terrain.meshes == ()
+    assert problem.message == f"/World/Block: {name} is -2. author a number above 0"
+
+
 @pytest.mark.parametrize("inside", [True, False], ids=["prototypes below", "prototypes elsewhere"])
 def test_what_instancers_of_instancers_scatter_is_where_usd_puts_it(inside):
     """Heaps of stones, each scaled and turned: as USD's own bounds, and by hand."""

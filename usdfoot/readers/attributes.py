@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sized
 from typing import Any
 
@@ -10,7 +11,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdfoot.errors import SceneError, UsdfootError
 
-__all__ = ["array_at", "axis_of", "checked", "size_at", "value_at"]
+__all__ = ["array_at", "axis_of", "check_own_array", "checked", "length_at", "size_at", "value_at"]
 
 _AXES = ("X", "Y", "Z")
 
@@ -38,6 +39,35 @@ def array_at(
     """As `value_at` of an array; an empty one where there is none."""
     value = value_at(attribute, code, error=error)
     return () if value is None else value
+
+
+def check_own_array(
+    attribute: Usd.Attribute, code: Usd.TimeCode, count: int, *, error: type[UsdfootError] = SceneError
+) -> None:
+    """Raise if an array that USD itself will read is of another type than the schema's, or has not `count` entries.
+
+    USD passes over the one, and reads beyond the end of the other. Empty is as good as not there.
+    """
+    value = attribute.Get(code) if attribute else None
+    if value is None:
+        return
+    if type(value) is not type(attribute.GetTypeName().defaultValue):
+        raise _wrong_type(attribute, _authored_type(attribute, value), attribute.GetTypeName(), error)
+    if len(value) not in (0, count):
+        what = f"{attribute.GetName()} has {len(value)} entries for {count} instances"
+        raise error(attribute.GetPrimPath(), what, "author one for each")
+
+
+def length_at(attribute: Usd.Attribute, code: Usd.TimeCode) -> float:
+    """The length that an attribute of a shape says, at least 0 [stage units].
+
+    Raises:
+        SceneError: If it is negative or not finite, or of a type that is no number.
+    """
+    length = float(value_at(attribute, code) or 0.0)
+    if not (math.isfinite(length) and length >= 0.0):
+        raise SceneError(attribute.GetPrimPath(), f"{attribute.GetName()} is {length:g}", "author a number above 0")
+    return length
 
 
 def size_at(attribute: Usd.Attribute, code: Usd.TimeCode | None = None) -> int:
@@ -80,12 +110,26 @@ def checked(
     expected = expected or attribute.GetTypeName()
     if type(value) is type(expected.defaultValue):
         return value
-    authored = (spec.typeName for spec in attribute.GetPropertyStack())
-    found = next((own for own in authored if type(own.defaultValue) is type(value)), expected)
-    if _form(expected) != _form(found):
-        what = f"{attribute.GetName()} is of type {found}"
-        raise error(attribute.GetPrimPath(), what, f"author it as {expected}")
+    found = _authored_type(attribute, value)
+    if _form(expected) != _form(found or expected):
+        raise _wrong_type(attribute, found, expected, error)
     return value
+
+
+def _authored_type(attribute: Usd.Attribute, value: Any) -> Sdf.ValueTypeName | None:
+    """The type that a value of an attribute was authored as."""
+    authored = (spec.typeName for spec in attribute.GetPropertyStack())
+    return next((own for own in authored if type(own.defaultValue) is type(value)), None)
+
+
+def _wrong_type(
+    attribute: Usd.Attribute,
+    found: Sdf.ValueTypeName | None,
+    expected: Sdf.ValueTypeName,
+    error: type[UsdfootError],
+) -> UsdfootError:
+    what = f"{attribute.GetName()} is of type {found}"
+    return error(attribute.GetPrimPath(), what, f"author it as {expected}")
 
 
 def _form(type_name: Sdf.ValueTypeName) -> tuple[bool, bool, tuple[int, ...]]:

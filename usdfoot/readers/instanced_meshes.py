@@ -12,7 +12,7 @@ from usdfoot.bridge.tokens import Terrain as Token
 from usdfoot.errors import TerrainError
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.limits import DEFAULT_LIMITS, Limits, check_limit
-from usdfoot.readers.attributes import array_at
+from usdfoot.readers.attributes import array_at, check_own_array
 from usdfoot.readers.authored import authored
 from usdfoot.readers.skeleton import StartTransforms
 from usdfoot.readers.stage import start_code
@@ -144,10 +144,12 @@ def _instances(stage: Usd.Stage, instancer: Usd.Prim) -> tuple[IntArray, list[Us
         raise TerrainError(where, "has not as many positions as protoIndices", "repair the PointInstancer")
     if np.any((kinds < 0) | (kinds >= len(prototypes))) or not all(prototypes):
         raise TerrainError(where, "names prototypes that do not exist", "repair prototypes and protoIndices")
+    for name in ("protoIndices", "positions", "orientations", "orientationsf", "scales"):
+        check_own_array(instancer.GetAttribute(name), code, len(kinds), error=TerrainError)
     placed = schema.ComputeInstanceTransformsAtTime(
         code, code, UsdGeom.PointInstancer.IncludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
     )
     if len(placed) != len(kinds):
-        raise TerrainError(where, "has not as many orientations or scales as protoIndices", "repair the PointInstancer")
+        raise TerrainError(where, "has arrays that USD cannot combine", "repair the PointInstancer")
     shown = np.array(schema.ComputeMaskAtTime(code) or np.ones(len(kinds)), dtype=bool)
     return kinds[shown], prototypes, np.array(placed, dtype=float).reshape(-1, 4, 4)[shown]

@@ -13,7 +13,7 @@ from usdfoot.errors import SceneError, TerrainError
 from usdfoot.maths.types import BoolArray, FloatArray, IntArray
 from usdfoot.model.report import Problem
 from usdfoot.model.terrain import Terrain
-from usdfoot.readers.attributes import array_at, axis_of, value_at
+from usdfoot.readers.attributes import array_at, axis_of, length_at
 from usdfoot.readers.instanced_meshes import PlacedMesh
 from usdfoot.readers.stage import start_code
 from usdfoot.readers.triangles import cut_polygons
@@ -122,12 +122,12 @@ def _corners(prim: Usd.Prim, code: Usd.TimeCode) -> FloatArray:
     """Corners of the faces of a cube or plane, counterclockwise from outside, shape (faces, 4, 3)."""
     axes = np.eye(3)
     if prim.IsA(UsdGeom.Cube):
-        half = np.full(3, 0.5 * float(value_at(UsdGeom.Cube(prim).GetSizeAttr(), code)))
+        half = np.full(3, 0.5 * length_at(UsdGeom.Cube(prim).GetSizeAttr(), code))
         normals = np.concatenate([axes, -axes])
     else:
         plane = UsdGeom.Plane(prim)
         normal = axis_of(prim)
-        width, length = (float(value_at(a, code)) for a in (plane.GetWidthAttr(), plane.GetLengthAttr()))
+        width, length = (length_at(own, code) for own in (plane.GetWidthAttr(), plane.GetLengthAttr()))
         half = 0.5 * np.array([(0.0, length, width), (width, 0.0, length), (width, length, 0.0)][normal])
         normals = axes[[normal]]
     across = np.roll(normals, 1, axis=1)

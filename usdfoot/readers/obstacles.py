@@ -16,7 +16,7 @@ from usdfoot.errors import SceneError, UsdfootError
 from usdfoot.maths.types import FloatArray, IntArray
 from usdfoot.model.report import Problem
 from usdfoot.planning.world import Obstacle
-from usdfoot.readers.attributes import array_at, axis_of
+from usdfoot.readers.attributes import array_at, axis_of, length_at
 from usdfoot.readers.authored import authored
 from usdfoot.readers.skeleton import matrices_of
 from usdfoot.readers.stage import StagePrims, start_code
@@ -29,6 +29,8 @@ CONVEX = 0.98
 THIN = 1e-9
 """Area below which a face stands upright [m2]."""
 ROUND = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+LENGTHS = {"size", "width", "length", "height", "radius", "radiusTop", "radiusBottom"}
+"""What solids of USD have of them."""
 ROUND_GPRIMS = ("Sphere", "Cylinder", "Capsule", "Cone")
 
 
@@ -90,12 +92,14 @@ def _shape(prim: Usd.Prim, units: StageUnits, code: Usd.TimeCode) -> tuple[Float
     """Points (P, 3) of a Boundable [m] and the triangles (T, 3) of a mesh, none of anything else.
 
     Raises:
-        SceneError: If it has no extent, is not finite, or faces and points do not match.
+        SceneError: If it has no extent, a negative length, is not finite, or faces and points do not match.
     """
     faces = np.zeros((0, 3), dtype=int)
     if prim.IsA(UsdGeom.Mesh):
         points, faces = _mesh(UsdGeom.Mesh(prim), code)
     else:
+        for name in LENGTHS.intersection(prim.GetPrimDefinition().GetPropertyNames()):
+            length_at(prim.GetAttribute(name), code)
         extent = UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(prim), code)
         if not extent:
             raise SceneError(prim.GetPath(), "is an obstacle without an extent", "author its extent, or make it a Mesh")

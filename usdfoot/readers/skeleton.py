@@ -93,6 +93,9 @@ def read_skeleton(prim: Usd.Prim) -> RawSkeleton:
         except np.linalg.LinAlgError:
             remedy = "author restTransforms, or bindTransforms that have one"
             raise SkeletonError(prim.GetPath(), "bindTransforms have no inverse", remedy) from None
+    elif bind is None and (size := size_at(skeleton.GetBindTransformsAttr())):
+        what = f"has {size} bindTransforms for its {len(joints)} joints, the rest pose is used"
+        _logger.warning("%s: %s", prim.GetPath(), what)
     elif bind is not None and len(joints) > 1 and not np.ptp(bind[:, 3, :3], axis=0).any():
         _logger.warning("%s: bindTransforms put all joints on one spot, the rest pose is used", prim.GetPath())
         bind = None
