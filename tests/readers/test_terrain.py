@@ -534,3 +534,21 @@ def test_an_instancer_that_scatters_itself_becomes_a_problem():
     stage.GetPrimAtPath("/World/Stones").AddAppliedSchema(Schema.TERRAIN)
     (problem,) = read(stage)[1]
     assert problem.message.startswith("/World/Heap: scatters /World/Stones and so itself. ")
+
+
+@pytest.mark.parametrize("broken", ["/World/Stones/Heap", "/World/Stones/Heap/Stone"])
+def test_a_prototype_that_usd_cannot_place_becomes_a_problem(broken):
+    stage = new_stage()
+    instancer = UsdGeom.PointInstancer.Define(stage, "/World/Stones")
+    UsdGeom.Xform.Define(stage, "/World/Stones/Heap")
+    add_mesh(stage, "/World/Stones/Heap/Stone", SQUARE, [(0, 1, 2, 3)], Units())
+    instancer.CreatePrototypesRel().SetTargets(["/World/Stones/Heap"])
+    instancer.CreateProtoIndicesAttr([0])
+    instancer.CreatePositionsAttr([(0, 0, 0)])
+    instancer.GetPrim().AddAppliedSchema(Schema.TERRAIN)
+    Sdf.AttributeSpec(
+        stage.GetRootLayer().GetPrimAtPath(broken), "xformOp:translate", Sdf.ValueTypeNames.String
+    ).default = "up"
+    UsdGeom.Xformable(stage.GetPrimAtPath(broken)).GetXformOpOrderAttr().Set(["xformOp:translate"])
+    (problem,) = read(stage)[1]
+    assert problem.message == f"{broken}: xformOp:translate is of type string. author it as double3"

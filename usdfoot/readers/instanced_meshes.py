@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom
+from pxr import Sdf, Tf, Usd, UsdGeom
 
 from usdfoot.bridge.tokens import Terrain as Token
 from usdfoot.errors import TerrainError
@@ -16,6 +17,7 @@ from usdfoot.readers.attributes import array_at, check_own_array
 from usdfoot.readers.authored import authored
 from usdfoot.readers.skeleton import StartTransforms
 from usdfoot.readers.stage import start_code
+from usdfoot.readers.transform_faults import place_fault
 
 __all__ = ["SOLIDS", "PlacedMesh", "is_scattered", "meshes_in_place", "placed_meshes"]
 
@@ -71,7 +73,8 @@ def placed_meshes(stage: Usd.Stage, instancer: Usd.Prim, *, limits: Limits = DEF
     Where a prototype is or holds a PointInstancer, what that scatters is in each place of the prototype.
 
     Raises:
-        TerrainError: If its arrays do not match, a prototype is missing, it scatters itself, or it shows no mesh.
+        TerrainError: If its arrays do not match, a prototype is missing or cannot be placed, it scatters itself, or it
+            shows no mesh.
         SceneError: If a prototype is in more places than the limits allow triangles.
     """
     to_world = np.array(UsdGeom.XformCache(start_code(stage)).GetLocalToWorldTransform(instancer))
@@ -94,7 +97,8 @@ def _scattered(
         own = (own @ places[:, None]).reshape(-1, 4, 4)
         below = iter(Usd.PrimRange(prototype, Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded)))
         for prim in below if len(own) else ():
-            inside = np.array(cache.ComputeRelativeTransform(prim, prototype)[0]) @ own
+            with _placing(prim):
+                inside = np.array(cache.ComputeRelativeTransform(prim, prototype)[0]) @ own
             if prim in instancers:
                 raise TerrainError(
                     instancers[-1].GetPath(), f"scatters {prim.GetPath()} and so itself", "break the circle"
@@ -107,6 +111,16 @@ def _scattered(
                 walkable = _Walkability().of(prim, instancers[0])
                 found.append(PlacedMesh(prim=prim, paths=paths, matrices=inside, walkable=walkable))
     return found
+
+
+@contextmanager
+def _placing(prim: Usd.Prim) -> Iterator[None]:
+    """Raises TerrainError if USD cannot say where a prim of a prototype is."""
+    try:
+        yield
+    except Tf.ErrorException as error:
+        fault = place_fault(prim, error)
+        raise TerrainError(fault.where, fault.what, fault.remedy) from error
 
 
 class _Walkability:
@@ -146,6 +160,9 @@ def _instances(stage: Usd.Stage, instancer: Usd.Prim) -> tuple[IntArray, list[Us
         raise TerrainError(where, "names prototypes that do not exist", "repair prototypes and protoIndices")
     for name in ("protoIndices", "positions", "orientations", "orientationsf", "scales"):
         check_own_array(instancer.GetAttribute(name), code, len(kinds), error=TerrainError)
+    for prototype in filter(UsdGeom.Xformable, prototypes):
+        with _placing(prototype):
+            UsdGeom.Xformable(prototype).GetLocalTransformation(code)
     placed = schema.ComputeInstanceTransformsAtTime(
         code, code, UsdGeom.PointInstancer.IncludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
     )

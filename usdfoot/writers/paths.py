@@ -12,6 +12,8 @@ from usdfoot.errors import OutputError
 
 __all__ = ["folder_path", "layer_path", "relative_asset"]
 
+ARGUMENTS = ":SDF_FORMAT_ARGS:"
+"""What USD takes for the beginning of a file format's arguments, anywhere in a name."""
 SUFFIXES = (".usd", ".usda", ".usdc")
 
 
@@ -40,11 +42,11 @@ def folder_path(folder: str | os.PathLike[str]) -> Path:
         folder: Its name, perhaps of one that is to be made.
 
     Raises:
-        OutputError: If there is no name, which would be the current folder.
+        OutputError: If there is no name, which would be the current folder, or USD could not open what is in it.
     """
     if not os.fspath(folder):
         raise OutputError("output", "no folder is named", "name one; . is the current folder")
-    return Path(os.path.realpath(folder))
+    return _real_path(folder)
 
 
 def layer_path(file: str | os.PathLike[str], *, sources: Iterable[str | os.PathLike[str]] = ()) -> Path:
@@ -55,11 +57,18 @@ def layer_path(file: str | os.PathLike[str], *, sources: Iterable[str | os.PathL
         sources: Files it is made from, which must not be replaced.
 
     Raises:
-        OutputError: If the name is no USD layer's, or that of a source.
+        OutputError: If the name is no USD layer's, or that of a source, or USD could not open it.
     """
-    target = Path(os.path.realpath(file))
+    target = _real_path(file)
     if target.suffix not in SUFFIXES:
         raise OutputError(file, "is no name of a USD layer", f"name a file that ends in {', '.join(SUFFIXES)}")
     if str(target) in {os.path.realpath(source) for source in sources}:
         raise OutputError(file, "would replace what it is made from", "name another file")
     return target
+
+
+def _real_path(name: str | os.PathLike[str]) -> Path:
+    path = os.path.realpath(name)
+    if ARGUMENTS in path:
+        raise OutputError(name, f"holds {ARGUMENTS}, where USD ends a file's name", "name another")
+    return Path(path)
