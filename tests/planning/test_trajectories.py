@@ -14,6 +14,7 @@ from usdfoot.model.trajectory import RootTrajectory
 from usdfoot.planning.collisions import find_collisions
 from usdfoot.planning.foot_table import feet_of
 from usdfoot.planning.lint import lint_plans
+from usdfoot.planning.presences import INSTANT
 from usdfoot.planning.proportions import Proportions
 from usdfoot.planning.trajectories import TrajectoryOptions, plan_trajectories
 
@@ -78,8 +79,10 @@ def test_who_stands_does_not_step_and_who_stops_stands_side_by_side():
     assert abs(apart[2]) < 0.03 and abs(apart[0]) == pytest.approx(Proportions().step_width, rel=0.2)
 
 
-def test_people_crowded_into_centimetres_who_burst_apart_have_plans(shared_data):
+def test_people_crowded_into_centimetres_who_burst_apart_have_plans(shared_data, monkeypatch):
     """As from a file whose unit is given wrong: standing feet left before they stood, which refused everybody."""
+    for module in ("presences", "near_feet", "feet_apart"):  # all feet are near all others
+        monkeypatch.setattr(f"usdfoot.planning.{module}.INSTANT", 6.0 * INSTANT)
     people, _ = import_pedestrians(shared_data / "people/crowds_zara01.txt", unit="0.001", rate=25.0)
     plans = plan_trajectories(people, LEVEL)
     assert len(plans) == len(people)
@@ -138,11 +141,13 @@ def test_nobody_collides_on_different_levels():
     assert not len(find_collisions(feet_of(plans, [Proportions()] * 2)).depths)
 
 
-def test_the_first_minute_of_a_square_full_of_students_walks_without_stepping_on_feet(shared_data):
+def test_a_square_full_of_students_walks_without_stepping_on_feet(shared_data, monkeypatch):
+    """Nor between the instants at which feet are compared: a swing foot goes 5 cm from one to the next."""
     everyone, _ = import_pedestrians(shared_data / "people" / "students001.txt", unit="m", rate=25.0)
-    early = [trajectory for trajectory in everyone if trajectory.end < 30.0]
-    plans = plan_trajectories(early, LEVEL)
-    assert len(plans) > 40
+    plans = plan_trajectories(everyone, LEVEL)
+    assert len(plans) == 415
+    for module in ("presences", "near_feet"):
+        monkeypatch.setattr(f"usdfoot.planning.{module}.INSTANT", 0.5 * INSTANT)
     assert not len(find_collisions(feet_of(plans, [Proportions()] * len(plans))).depths)
 
 

@@ -16,7 +16,7 @@ from usdfoot.planning.presence_kernel import Stays, find_pairs
 
 __all__ = ["INSTANT", "Presences", "find_presences", "pair_presences"]
 
-INSTANT = 0.1
+INSTANT = 1.0 / 60.0
 """Between the instants at which feet are compared [s]."""
 MOST_INSTANTS = 50_000_000
 """Instants of swings that are compared at once, for memory's sake: some gigabytes."""
