@@ -151,13 +151,13 @@ def test_no_folder_is_not_the_current_one(verb, scene, tmp_path, capsys, monkeyp
     monkeypatch.chdir(tmp_path)
     assert main([verb, str(scene), "-o", ""]) == 2
     assert "output: no folder is named. name one; . is the current folder" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
 
 
 def test_an_output_that_usd_could_not_open_is_refused_and_nothing_written(tmp_path, capsys, stages):
     output = tmp_path / "take:SDF_FORMAT_ARGS:2.usda"
     assert main(["animate", str(stages / "stepping_stones.usda"), "-o", str(output)]) == 2
     assert f"{output}: holds :SDF_FORMAT_ARGS:, where USD ends a file's name. name another" in capsys.readouterr().err
-    assert not output.exists()
     assert not list(tmp_path.iterdir())
 
 

@@ -142,7 +142,7 @@ def test_nobody_collides_on_different_levels():
 
 
 def test_a_square_full_of_students_walks_without_stepping_on_feet(shared_data, monkeypatch):
-    """Nor between the instants at which feet are compared: a swing foot goes 5 cm from one to the next."""
+    """Nor between the instants at which feet are compared."""
     everyone, _ = import_pedestrians(shared_data / "people" / "students001.txt", unit="m", rate=25.0)
     plans = plan_trajectories(everyone, LEVEL)
     assert len(plans) == 415

@@ -426,6 +426,8 @@ def test_what_cannot_be_is_said():
         walk(world=world, goals=[np.array([0.0, 0.0, 1.2])])
     with pytest.raises(PlanError, match=r"goal: is at .* three finite numbers"):
         walk(world=world, goals=[np.array([np.nan, 0.0, 0.0])])
+    with pytest.raises(PlanError, match=r"goal: is at .* three finite numbers"):
+        walk(world=world, goals=[np.zeros(2), np.zeros(2), np.zeros(2)])
     with pytest.raises(PlanError, match="outside the bounds"):
         walk(world=world, goals=[np.array([7.0, 0.0, 0.0])])
     with pytest.raises(PlanError, match="cannot be reached from"):

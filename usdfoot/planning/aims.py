@@ -105,16 +105,14 @@ def find_aims(
     clear = is_clear(world, starts[:, [0, 2]], starts[:, 1], radius=options.radius, step=options.step)
     wanderers, faults = sound_stands(wanderers, np.flatnonzero(clear), world.ground, options=options)
     found: list[Aims | PlanError] = []
-    for row, (start, ends) in enumerate(zip(starts, _find_ends(world, goals, options), strict=True)):
-        try:
-            _check_start(start, bool(clear[row]), faults[row])
-        except PlanError as error:
-            found.append(error)
-            continue
-        if isinstance(ends, PlanError):
+    for row, ends in enumerate(_find_ends(world, goals, options)):
+        fault = _start_fault(starts[row], bool(clear[row]), faults[row])
+        if fault:
+            found.append(fault)
+        elif isinstance(ends, PlanError):
             found.append(ends)
-            continue
-        found.append(Aims(known=world, known_at=start_time, world=world, goals=ends, routes=(), at_random=not ends))
+        else:
+            found.append(Aims(known=world, known_at=start_time, world=world, goals=ends, routes=(), at_random=not ends))
     begun = [row for row, aim in enumerate(found) if isinstance(aim, Aims)]
     places = wanderers.positions[begun]
     ways = find_routes(finder, places, [aim.goals for aim in found if isinstance(aim, Aims)], options=options)
@@ -127,14 +125,15 @@ def find_aims(
     return wanderers, found
 
 
-def _check_start(start: FloatArray, is_clear: bool, fault: str) -> None:
-    """Raise a PlanError if there is no room to stand at a start (3,), or a foot has a fault there."""
+def _start_fault(start: FloatArray, is_clear: bool, fault: str) -> PlanError | None:
+    """What is wrong with a start (3,): there is no room to stand, or a foot has a fault there."""
     where = f"start ({start[0]:.2f}, {start[2]:.2f}) m"
     if not is_clear:
         what = "is too close to an obstacle, out of bounds or off the ground"
-        raise PlanError(where, what, "start where there is room to stand")
+        return PlanError(where, what, "start where there is room to stand")
     if fault:
-        raise PlanError(where, f"is no place to stand: a foot {fault}", "start where there is room for both feet")
+        return PlanError(where, f"is no place to stand: a foot {fault}", "start where there is room for both feet")
+    return None
 
 
 def _find_ends(
@@ -165,8 +164,9 @@ def _ends(places: FloatArray, rooms: FloatArray, needed: float) -> tuple[FloatAr
 
 
 def _goals(given: Sequence[FloatArray]) -> FloatArray:
-    """Goals (3,) [m] together, shape (G, 3)."""
-    return np.array([np.asarray(goal, dtype=float) for goal in given]).reshape(-1, 3)
+    """Goals (3,) [m] together, those that are none as numbers that are not finite, shape (G, 3)."""
+    none = np.full(3, np.nan)
+    return np.array([goal if np.shape(goal) == (3,) else none for goal in given], dtype=float).reshape(-1, 3)
 
 
 def _not_finite(goals: FloatArray) -> PlanError:

@@ -88,7 +88,6 @@ class CrossingGraph:
         stances = np.stack([np.stack([stance.positions for stance in ends]) for ends in (starts, goals)], axis=1)
         stances = stances.reshape(count, 4, 3)
         yaws, goal_headings = _headings(starts, goals)
-        ahead = self._ahead(stances[:, 2:])
         start_warp()
         footing: Any = Footing()
         for name, values, dtype in (
@@ -101,19 +100,12 @@ class CrossingGraph:
             ("least", self.least, wp.float64),
             *_turn_tables(yaws, self.reach),
             ("goal_headings", goal_headings.astype(np.int32), wp.int32),
-            ("ahead", ahead, wp.float64),
+            ("ahead", self._ahead(stances[:, 2:]), wp.float64),
         ):
             setattr(footing, name, wp.array(values, dtype=dtype, device="cpu"))
-        searches, arrived = _begin((count, nodes)), wp.empty(count, dtype=wp.int32, device="cpu")
-        rows = np.arange(count, dtype=np.int32)
-        for searches.eagerness in (EAGER, 1.0):
-            numbers = wp.array(rows, dtype=wp.int32, device="cpu")
-            inputs = [footing, _rules(self.reach), searches, numbers, arrived]
-            wp.launch(find_ways, dim=len(rows), inputs=inputs, device="cpu")
-            ends = arrived.numpy()
-            rows = rows[ends[rows] >= 0]
-            searches.most.numpy()[rows] = searches.costs.numpy()[rows, ends[rows]] * (1.0 + 1e-9)
-        found = zip(stances, yaws, searches.costs.numpy(), searches.before.numpy(), arrived.numpy(), strict=True)
+        searches = _begin((count, nodes))
+        arrived = _find(footing, _rules(self.reach), searches)
+        found = zip(stances, yaws, searches.costs.numpy(), searches.before.numpy(), arrived, strict=True)
         return [self._way(*own) for own in found]
 
     def _ahead(self, goals: FloatArray) -> FloatArray:
@@ -210,8 +202,23 @@ def _turn_tables(yaws: FloatArray, reach: Reach) -> list[tuple[str, Any, Any]]:
     ]
 
 
+def _find(footing: Any, rules: Any, searches: Any) -> IntArray:
+    """The nodes at which the best ways of searches arrive, -1 where there is none, shape (M,).
+
+    Searches that are led too strongly find some way soon; those that found one then look for none that costs more.
+    """
+    arrived = np.full(searches.costs.shape[0], -1, dtype=np.int32)
+    rows = np.arange(len(arrived), dtype=np.int32)
+    for searches.eagerness in (EAGER, 1.0):
+        inputs = [wp.array(values, dtype=wp.int32, device="cpu", copy=False) for values in (rows, arrived)]
+        wp.launch(find_ways, dim=len(rows), inputs=[footing, rules, searches, *inputs], device="cpu")
+        rows = np.flatnonzero(arrived >= 0).astype(np.int32)
+        searches.most.numpy()[rows] = searches.costs.numpy()[rows, arrived[rows]] * (1.0 + 1e-9)
+    return arrived
+
+
 def _begin(shape: tuple[int, int]) -> Any:
-    """Searches that know of no node, (M, 2 P K)."""
+    """Room for searches over nodes (M, 2 P K), whose ways may cost anything."""
     searches: Any = Searches()
     searches.costs = wp.empty(shape, dtype=wp.float64, device="cpu")
     searches.keys = wp.empty(shape, dtype=wp.float64, device="cpu")

@@ -6,12 +6,11 @@ from __future__ import annotations
 
 import warp as wp
 
-from usdfoot.planning.heap_kernel import climb, sink
+from usdfoot.planning.heap_kernel import CLOSED, climb, sink
 
 __all__ = ["Footing", "Searches", "StepRules", "find_ways"]
 
 NONE = wp.constant(wp.int32(-1))
-DONE = wp.constant(wp.int32(-2))
 TURNED = wp.constant(wp.float64(1.0e-9))
 """Turns may be larger than the largest by rounding [rad]."""
 
@@ -113,7 +112,7 @@ def is_uncrossed(
 def write_step(searches: Searches, search: int, node: int, other: int, cost: wp.float64, ahead: wp.float64, count: int):
     """Writes that a node is reached from another at a cost; gives back the heap's new count."""
     slot = searches.slots[search, other]
-    if slot != DONE:
+    if slot != CLOSED:
         searches.costs[search, other] = cost
         searches.keys[search, other] = cost + searches.eagerness * ahead
         searches.before[search, other] = node
@@ -149,15 +148,14 @@ def offer_steps(
     for number in range(footing.turns.shape[2]):
         turn = -footing.turns[search, before, number]
         heading = footing.befores[search, before, number]
-        sought = only == NONE
-        sought = sought or heading == only
-        if sought and turn >= -rules.turn - TURNED:
+        if (only < 0 or heading == only) and turn >= -rules.turn - TURNED:
             forward = footing.forward[search, heading]
             x = forward[1] * offset[0] - forward[0] * offset[2]
             z = forward[1] * offset[2] + forward[0] * offset[0]
             if side == 1:
                 x = -x
-            if x >= rules.lowest[0] and x <= rules.highest[0] and z >= rules.lowest[1] and z <= rules.highest[1]:
+            inside = x >= rules.lowest[0] and x <= rules.highest[0] and z >= rules.lowest[1] and z <= rules.highest[1]
+            if inside and wp.abs(offset[1]) <= rules.rise:
                 other = (2 * target + side) * headings + heading
                 share = turn / rules.turn
                 total = searches.costs[search, node] + share * share
@@ -186,14 +184,12 @@ def leave(footing: Footing, rules: StepRules, searches: Searches, search: int, n
                 count = offer_steps(footing, rules, searches, search, node, stone + 4, offset, NONE, ahead, count)
     else:
         for stone in range(footing.stones.shape[0]):
+            ahead = footing.ahead[search, stone]
             offset = footing.stones[stone] - footing.stances[search, place]
-            if wp.abs(offset[1]) <= rules.rise:
-                ahead = footing.ahead[search, stone]
-                count = offer_steps(footing, rules, searches, search, node, stone + 4, offset, NONE, ahead, count)
+            count = offer_steps(footing, rules, searches, search, node, stone + 4, offset, NONE, ahead, count)
+    heading = footing.goal_headings[search]
     offset = footing.stances[search, own] - place_at(footing, search, place)
-    if wp.abs(offset[1]) <= rules.rise:
-        heading = footing.goal_headings[search]
-        count = offer_steps(footing, rules, searches, search, node, own, offset, heading, wp.float64(0.0), count)
+    count = offer_steps(footing, rules, searches, search, node, own, offset, heading, wp.float64(0.0), count)
     return count
 
 
@@ -230,7 +226,7 @@ def find_ways(
         if count > 0:
             searches.heap[search, 0] = searches.heap[search, count]
             sink(searches.heap, searches.slots, searches.keys, search, count)
-        searches.slots[search, node] = DONE
+        searches.slots[search, node] = CLOSED
         place = node / headings / 2
         if place == 2 or place == 3:
             found = node

@@ -6,7 +6,10 @@ from __future__ import annotations
 
 import warp as wp
 
-__all__ = ["climb", "sink"]
+__all__ = ["CLOSED", "climb", "sink"]
+
+CLOSED = wp.constant(wp.int32(-2))
+"""Slot of a node that has left its heap, or never comes into it."""
 
 
 @wp.func

@@ -7,7 +7,7 @@ from __future__ import annotations
 import warp as wp
 
 from usdfoot.planning.clearance_kernel import Outlines, find_clearance
-from usdfoot.planning.heap_kernel import climb, sink
+from usdfoot.planning.heap_kernel import CLOSED, climb, sink
 
 __all__ = [
     "FULL",
@@ -35,7 +35,6 @@ SPARE = 2 * STRAIGHT
 """Ways so much longer than those from the starts are found too, for who strays from them."""
 UNKNOWN = wp.constant(wp.int32(2**30))
 """Length of ways that were not looked for."""
-CLOSED = wp.constant(wp.int32(-2))
 FULL, TOO_SMALL = 1, 2
 """Why a search gave up: its table is full, it would lead out of the window."""
 NOWHERE, STRAYED, LED = -1, 0, 1
